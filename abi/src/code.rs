@@ -9,7 +9,7 @@
 //! [`CodeMemory`] is memory in which code lies ready to be executed.
 #![allow(unsafe_code)]
 
-use alloc::{format, string::String, vec::Vec};
+use alloc::{format, string::String, sync::Arc, vec::Vec};
 use core::fmt;
 use core::ops::Deref;
 
@@ -29,14 +29,14 @@ pub struct CodeParts {
     pub labels: Vec<u32>,
     /// For each label, by its number, the line of the statement that begins there, for messages about a
     /// scan that was stopped before it. Where it is not known there is none; the list may be shorter
-    /// than that of the labels.
-    pub label_lines: Vec<Option<SourceLine>>,
+    /// than that of the labels. An engine shares this table, `lines` and `trap_sites` with the code.
+    pub label_lines: Arc<Vec<Option<SourceLine>>>,
     /// The functions, by rising offset.
     pub functions: Vec<FunctionRange>,
     /// Which source line the code from an offset on belongs to, by rising offset.
-    pub lines: Vec<CodeLine>,
+    pub lines: Arc<Vec<CodeLine>>,
     /// The places at which the program may be stopped; code returns their numbers.
-    pub trap_sites: Vec<TrapSite>,
+    pub trap_sites: Arc<Vec<TrapSite>>,
     /// The architecture it is for, as `std::env::consts::ARCH` has it.
     pub architecture: String,
     /// The extensions of the instruction set that the processor must have, by the names that Rust's
@@ -131,7 +131,7 @@ impl CodeParts {
             "the code does not belong to its tables".into()
         })?;
         let mut last = 0;
-        for &CodeLine { offset, file: _, line } in &self.lines {
+        for &CodeLine { offset, file: _, line } in self.lines.iter() {
             let fits = offset >= last && u64::from(offset) < length && line > 0;
             ensure(fits, &|| "the line table does not fit the code".into())?;
             last = offset;
@@ -212,7 +212,7 @@ mod tests {
             bytes: vec![0; 72],
             labels: vec![64, 16, 64],
             functions: vec![function(16, 10), function(64, 8)],
-            lines: vec![line(18, 1), line(21, 2), line(66, 3)],
+            lines: Arc::new(vec![line(18, 1), line(21, 2), line(66, 3)]),
             architecture: "pdp11".into(),
             image_size: 8,
             ..CodeParts::default()
@@ -244,7 +244,7 @@ mod tests {
             |parts| parts.labels[0] = 16,
             |parts| parts.labels.swap(0, 1),
             |parts| parts.labels.truncate(2),
-            |parts| parts.label_lines = vec![None; 4],
+            |parts| parts.label_lines = Arc::new(vec![None; 4]),
             |parts| parts.image_size = 4,
             |parts| parts.functions.clear(),
             |parts| parts.functions.swap(0, 1),
@@ -253,9 +253,9 @@ mod tests {
             |parts| parts.functions[1].len = 0,
             |parts| parts.functions[1].len = u32::MAX,
             |parts| parts.functions[0].offset = 0,
-            |parts| parts.lines[2].offset = 72,
-            |parts| parts.lines[1].line = 0,
-            |parts| parts.lines.swap(0, 1),
+            |parts| Arc::make_mut(&mut parts.lines)[2].offset = 72,
+            |parts| Arc::make_mut(&mut parts.lines)[1].line = 0,
+            |parts| Arc::make_mut(&mut parts.lines).swap(0, 1),
             |parts| parts.eh_frame = vec![0; 8],
         ];
         for (number, change) in changes.iter().enumerate() {

@@ -2,6 +2,7 @@
 #![allow(unsafe_code)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cranelift_codegen::Context;
@@ -94,7 +95,7 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     let pieces = parts.functions.iter().zip(&compiled);
     let infos = pieces.map(|(function, piece)| (function.offset, &piece.unwind));
     parts.eh_frame = unwind::section(&*target.isa, parts.bytes.len(), infos)?;
-    parts.trap_sites.clone_from(&module.trap_sites);
+    parts.trap_sites = Arc::new(module.trap_sites.clone());
     parts.architecture = target.architecture();
     parts.features = target.features().iter().map(ToString::to_string).collect();
     // SAFETY: Cranelift made every function for this target, with the signature of a `ChunkFn` and
@@ -183,6 +184,7 @@ fn assemble(
         CodegenError::TooLong(first.and_then(|loc| module.statements.get(loc).copied()))
     };
     let mut code = CodeParts { image_size: module.image_size, ..CodeParts::default() };
+    let mut lines = vec![];
     for ((_, func), piece) in module.funcs().zip(compiled) {
         let marker = code.bytes.len().next_multiple_of(ALIGNMENT);
         code.bytes.resize(marker + function_marker::LENGTH, 0);
@@ -201,7 +203,7 @@ fn assemble(
                 InternalError::new(module, func, None, reason)
             })?;
             let (file, line) = (statement.file, statement.line);
-            code.lines.push(CodeLine { offset: offset + start, file, line });
+            lines.push(CodeLine { offset: offset + start, file, line });
         }
     }
     let targets = module.label_targets();
@@ -211,7 +213,8 @@ fn assemble(
         offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
-    code.label_lines = module.label_lines();
+    code.lines = Arc::new(lines);
+    code.label_lines = Arc::new(module.label_lines());
     function_marker::write(&mut code);
     Ok(code)
 }

@@ -9,6 +9,7 @@
 use std::ffi::{c_int, c_void};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memmap2::{Mmap, MmapMut};
@@ -51,11 +52,11 @@ pub struct NativeEngine {
     entries: Vec<ChunkFn>,
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
-    trap_sites: Vec<TrapSite>,
+    trap_sites: Arc<Vec<TrapSite>>,
     /// The source line of each label and of each piece of code, as in [`CodeParts`](plcc_abi::CodeParts), to
     /// say where a scan was stopped that took too long.
-    label_lines: Vec<Option<SourceLine>>,
-    lines: Vec<CodeLine>,
+    label_lines: Arc<Vec<Option<SourceLine>>>,
+    lines: Arc<Vec<CodeLine>>,
     /// Where the code begins and ends in memory.
     extent: (usize, usize),
     image_size: usize,
@@ -182,9 +183,9 @@ impl NativeEngine {
             memory,
             entries,
             tasks,
-            trap_sites: code.trap_sites.clone(),
-            label_lines: code.label_lines.clone(),
-            lines: code.lines.clone(),
+            trap_sites: Arc::clone(&code.trap_sites),
+            label_lines: Arc::clone(&code.label_lines),
+            lines: Arc::clone(&code.lines),
             extent,
             image_size: code.image_size as usize,
             host_panicked: false,

@@ -45,6 +45,8 @@ fn map(code: &CodeParts, files: &[String], base: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use plcc_abi::{CodeLine, CodeParts, FunctionRange};
 
     #[test]
@@ -53,7 +55,7 @@ mod tests {
         let line = |offset, line| CodeLine { offset, file: 0, line };
         let code = CodeParts {
             functions: vec![function("chunk0", 0), function("chunk1", 16)],
-            lines: vec![line(0, 3), line(8, 7)],
+            lines: Arc::new(vec![line(0, 3), line(8, 7)]),
             ..CodeParts::default()
         };
         let map = super::map(&code, &["a.pmi".into()], 0x1000);

@@ -1,5 +1,7 @@
 //! Everything after the header: tables, labels, lines, code, unwind information, debug part and sources.
 
+use std::sync::Arc;
+
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, SourceLine, TrapSite};
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +44,7 @@ pub(super) fn encode(
     // The other fields are in the header.
     let CodeParts { labels, label_lines, functions, lines, trap_sites, eh_frame, .. } = code;
     let machine_code = &code.bytes;
+    let (trap_sites, label_lines) = (trap_sites.as_slice(), label_lines.as_slice());
     let tables = Tables { program, functions, trap_sites, label_lines };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
@@ -58,7 +61,7 @@ pub(super) fn encode(
     for label in labels {
         bytes.extend(label.to_le_bytes());
     }
-    for &CodeLine { offset, file, line } in lines {
+    for &CodeLine { offset, file, line } in lines.iter() {
         for word in [offset, file, line] {
             bytes.extend(word.to_le_bytes());
         }
@@ -126,10 +129,10 @@ pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<Decoded, Artifac
     let code = CodeParts {
         bytes: machine_code.to_vec(),
         labels,
-        label_lines: tables.label_lines,
+        label_lines: Arc::new(tables.label_lines),
         functions: tables.functions,
-        trap_sites: tables.trap_sites,
-        lines: lines.collect(),
+        trap_sites: Arc::new(tables.trap_sites),
+        lines: Arc::new(lines.collect()),
         architecture: header.architecture.clone(),
         features: header.features.clone(),
         image_size: header.image_size,

@@ -1,6 +1,8 @@
 //! Round trips, and a refusal of each kind.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+use std::sync::Arc;
+
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
 use plcc_abi::{
     CodeLine, CodeParts, FunctionRange, Program, Region, SourceLine, Tables, Task, TrapCode,
@@ -39,20 +41,20 @@ fn code() -> CodeParts {
         // Traps at once, in case a refused artifact is ever entered.
         bytes: vec![0xCC; 80],
         labels: vec![64, 16, 64],
-        label_lines: vec![Some(SourceLine { file: 0, line: 4 }), None],
+        label_lines: Arc::new(vec![Some(SourceLine { file: 0, line: 4 }), None]),
         functions: vec![
             FunctionRange { name: "chunk0".into(), offset: 16, len: 20 },
             FunctionRange { name: "chunk1".into(), offset: 64, len: 16 },
         ],
-        lines: vec![
+        lines: Arc::new(vec![
             CodeLine { offset: 16, file: 0, line: 3 },
             CodeLine { offset: 23, file: 0, line: 4 },
-        ],
-        trap_sites: vec![TrapSite {
+        ]),
+        trap_sites: Arc::new(vec![TrapSite {
             code: TrapCode::ArrayBounds,
             statement: SourceLine { file: 0, line: 4 },
             array: Some(0),
-        }],
+        }]),
         architecture: std::env::consts::ARCH.into(),
         features: vec![],
         image_size: 8 + 2048,
@@ -233,13 +235,15 @@ fn tables_that_point_outside_are_refused() {
     inconsistent(|_, code| code.functions[0].len = 0);
     inconsistent(|_, code| code.functions.swap(0, 1));
     inconsistent(|_, code| code.functions[1].offset = u32::MAX);
-    inconsistent(|_, code| code.lines[1].offset = 80);
-    inconsistent(|_, code| code.lines[1].file = 1);
-    inconsistent(|_, code| code.lines[1].line = 0);
-    inconsistent(|_, code| code.lines.swap(0, 1));
-    inconsistent(|_, code| code.trap_sites[0].statement.file = 1);
-    inconsistent(|_, code| code.label_lines[0] = Some(SourceLine { file: 1, line: 1 }));
-    inconsistent(|_, code| code.label_lines = vec![None; 4]);
+    inconsistent(|_, code| Arc::make_mut(&mut code.lines)[1].offset = 80);
+    inconsistent(|_, code| Arc::make_mut(&mut code.lines)[1].file = 1);
+    inconsistent(|_, code| Arc::make_mut(&mut code.lines)[1].line = 0);
+    inconsistent(|_, code| Arc::make_mut(&mut code.lines).swap(0, 1));
+    inconsistent(|_, code| Arc::make_mut(&mut code.trap_sites)[0].statement.file = 1);
+    inconsistent(|_, code| {
+        Arc::make_mut(&mut code.label_lines)[0] = Some(SourceLine { file: 1, line: 1 })
+    });
+    inconsistent(|_, code| code.label_lines = Arc::new(vec![None; 4]));
     inconsistent(|program, _| program.tasks[0].entry = 3);
     inconsistent(|program, _| program.image_size = u32::MAX);
     inconsistent(|program, _| program.image_size -= 1);
@@ -263,8 +267,8 @@ fn tables_of_another_program_are_refused_although_the_digest_is_right() {
     let mut other = code.clone();
     other.functions = vec![FunctionRange { name: "chunk0".into(), offset: 16, len: 64 }];
     other.labels = vec![16];
-    other.label_lines.clear();
-    other.lines.clear();
+    other.label_lines = Arc::default();
+    other.lines = Arc::default();
     other.eh_frame.clear();
     function_marker::write(&mut other);
     let mut larger = first.clone();

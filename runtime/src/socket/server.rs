@@ -164,12 +164,7 @@ struct SocketThread {
 }
 
 impl SocketThread {
-    fn new(
-        listener: UnixListener,
-        admitted: Admitted,
-        requests: Requests,
-        now: Instant,
-    ) -> Self {
+    fn new(listener: UnixListener, admitted: Admitted, requests: Requests, now: Instant) -> Self {
         let (connections, waiting) = (vec![], VecDeque::new());
         let accept_tokens = TokenBucket::new(ACCEPT_RATE, ACCEPT_BURST, now);
         Self { listener, requests, connections, next_number: 0, accept_tokens, waiting, admitted }
