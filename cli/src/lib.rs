@@ -22,6 +22,7 @@
 //! ```
 
 mod args;
+mod changed_number;
 mod commands;
 pub mod compile;
 mod debug_session;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
-use plcc_diag::{FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
 use plcc_frontend::common::{Controller, FileLoader, Limits, Machine, Options};
 use plcc_runtime::record::{RecordedFile, RecordedProgram, RecordedSources};
 use plcc_runtime::{Artifact, NativeEngine};
@@ -72,6 +72,48 @@ impl FileLoader for RecordedFiles {
     }
 }
 
+/// Checks sources that a record or an artifact holds. Gives the program where it has no errors, the sources, and what was
+/// found.
+///
+/// # Errors
+/// When the record is of another version of plcc, so that its options can't be read.
+pub(crate) fn check_recorded(
+    recorded: &RecordedSources,
+) -> Result<(Option<Checked>, SourceMap, Vec<Diagnostic>), String> {
+    let unusable =
+        || "the program in the record can't be read: another version of plcc has recorded it";
+    let named = |dialect: &&Dialect| dialect.name() == recorded.dialect;
+    let dialect = *Dialect::ALL.iter().find(named).ok_or_else(unusable)?;
+    let options: RecordedOptions =
+        serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
+    let machine = options.machine.as_deref().map(Machine::parse).transpose();
+    let options = Options {
+        limits: if options.original_limits { Limits::Original } else { Limits::None },
+        defines: options.defines,
+        controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
+        machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
+        include_dirs: options.include_dirs,
+        ..Options::default()
+    };
+    let mut sources = SourceMap::new();
+    let files = || recorded.files.iter();
+    let ids: Vec<FileId> = files()
+        .take(recorded.named)
+        .map(|file| sources.add(file.path.clone(), file.text.as_bytes()))
+        .collect();
+    let included = files().skip(recorded.named);
+    let included = included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
+    let loader = RecordedFiles(included.collect());
+    let (checked, found) = compile::check(&mut sources, &ids, dialect, &loader, &options);
+    Ok((checked, sources, found))
+}
+
+/// The first error of a program in a line: code, message, help. `None` if it has none.
+pub(crate) fn first_error(found: &[Diagnostic]) -> Option<String> {
+    let error = found.iter().find(|diagnostic| diagnostic.is_error())?;
+    Some(format!("{}: {}", error.code, error.message))
+}
+
 /// An engine in which recorded ticks can be run again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReplayEngine {
@@ -116,36 +158,10 @@ impl Found {
     }
 
     fn of_recorded_sources(recorded: &RecordedSources) -> Result<Self, String> {
-        let unusable =
-            || "the program in the record can't be read: another version of plcc has recorded it";
-        let named = |dialect: &&Dialect| dialect.name() == recorded.dialect;
-        let dialect = *Dialect::ALL.iter().find(named).ok_or_else(unusable)?;
-        let options: RecordedOptions =
-            serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
-        let machine = options.machine.as_deref().map(Machine::parse).transpose();
-        let options = Options {
-            limits: if options.original_limits { Limits::Original } else { Limits::None },
-            defines: options.defines,
-            controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
-            machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
-            include_dirs: options.include_dirs,
-            ..Options::default()
-        };
-        let mut sources = SourceMap::new();
-        let files = || recorded.files.iter();
-        let ids: Vec<FileId> = files()
-            .take(recorded.named)
-            .map(|file| sources.add(file.path.clone(), file.text.as_bytes()))
-            .collect();
-        let included = files().skip(recorded.named);
-        let included =
-            included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
-        let loader = RecordedFiles(included.collect());
-        let (checked, _) = compile::check(&mut sources, &ids, dialect, &loader, &options);
+        let (checked, sources, _) = check_recorded(recorded)?;
         let checked = checked.ok_or("the program in the record has errors for this plcc")?;
         Self::of_checked(checked, sources).map_err(|error| error.to_string())
     }
-
     /// An artifact, with the checked program where it has its sources. They are taken only if this `plcc` makes the same
     /// tables of them, so that variables and tasks are where the artifact's code has them.
     fn of_artifact(artifact: Artifact) -> Self {

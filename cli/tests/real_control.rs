@@ -78,10 +78,14 @@ impl Drop for Shop {
 
 impl Shop {
     fn new(name: &str) -> Self {
+        Self::of(name, PROGRAM)
+    }
+
+    fn of(name: &str, program: &str) -> Self {
         let name = format!("plcc-monitor-{name}-{}", std::process::id());
         let shop = Self(std::env::temp_dir().join(name));
         fs::create_dir_all(&shop.0).unwrap();
-        fs::write(shop.0.join("p.pmi"), PROGRAM).unwrap();
+        fs::write(shop.0.join("p.pmi"), program).unwrap();
         assert!(shop.plcc().args(["build", "p.pmi"]).status().unwrap().success());
         // The artifact has the text of its source, so nobody needs it any more.
         fs::remove_file(shop.0.join("p.pmi")).unwrap();
@@ -290,12 +294,72 @@ fn what_the_control_does_not_allow_is_refused() {
     page.row("B", |row| row["logical"] == "0");
     page.send(json!({"apply": {"command": "confirm_warning"}}));
     for (command, why) in [
+        (json!({"command": "rollback"}), "without --allow swap"),
         (json!({"command": "force", "name": "B", "value": "1"}), "without --allow force"),
         (json!({"command": "change", "name": "N", "value": "1"}), "without --allow write"),
     ] {
         let answer = page.send(json!({"apply": command})).to_string();
         assert!(answer.contains(why), "{answer}");
     }
+}
+
+/// PMI 5.2: a delay and a constant, which a monitor changes in the program that runs.
+const DELAYED: &str = "$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$TIMER\nE/TC/DC=32767\n$INTEGER\nLIMIT=5,N\n$LONG\nM\n$END\nTC=A\nB=DC\n\
+                       N=LIMIT\nM=M+1\n";
+
+#[test]
+fn a_delay_and_a_constant_are_changed_while_the_program_runs_and_changed_back() {
+    let shop = Shop::of("change", DELAYED);
+    let options = ["--record", "r.plcrec", "--allow", "swap,force", "--log", "log.jsonl"];
+    let _control = shop.control(&options);
+    wait_for_record(&shop);
+    let mut page = shop.page(&["--record", "r.plcrec"]);
+    let change = |page: &mut Page, name: &str, value: &str| {
+        let command = json!({"apply": {"command": "change", "name": name, "value": value}});
+        // The record shows a change about a second after it was done; until then the next one is refused.
+        wait(name, || {
+            let answer = page.send(command.clone()).to_string();
+            let is_early = answer.contains("try again") || answer.contains("does not answer");
+            (!is_early).then_some(answer)
+        })
+    };
+    let get = |name: &str| {
+        let got = reply(&shop, json!({"request": "get", "names": [name]}));
+        got["result"]["values"][name].as_i64().unwrap_or_else(|| panic!("{got}"))
+    };
+    for (name, value, why) in [
+        ("TC#DELAY", "40000", "PMI-22"),
+        ("LIMIT", "x", "no whole number"),
+        ("DC#DELAY", "5", "neither the delay of a timer"),
+    ] {
+        let answer = change(&mut page, name, value);
+        assert!(answer.contains(why), "{answer}");
+    }
+    let answer = change(&mut page, "TC#DELAY", "25");
+    assert!(answer.contains("TC#DELAY=25 (was 32767) from tick"), "{answer}");
+    let answer = change(&mut page, "LIMIT", "-9");
+    assert!(answer.contains("LIMIT=-9 (was 5) from tick"), "{answer}");
+    wait("the new constant", || (get("N") == -9).then_some(()));
+    // The second change kept the first one: a timer that begins now has the new delay.
+    let forced = reply(&shop, json!({"request": "force", "values": [{"name": "A", "value": 1}]}));
+    assert_eq!(forced["ok"], true, "{forced}");
+    let count = wait("the timer", || Some(get("TC#COUNT")).filter(|count| *count != -1));
+    assert!((0..=25).contains(&count), "{count}");
+    // All other values were kept.
+    assert!(get("M") > 3);
+
+    let answer = page.send(json!({"apply": {"command": "rollback"}})).to_string();
+    assert!(answer.contains("the program before runs again"), "{answer}");
+    wait("the old constant", || (get("N") == 5).then_some(()));
+    let status = reply(&shop, json!({"request": "status"}));
+    assert_eq!(status["result"]["generation"], 3, "{status}");
+    // Each change is in the log, with the artifact and the user, and the record can be replayed.
+    let log = wait("the log", || {
+        let log = fs::read_to_string(shop.0.join("log.jsonl")).unwrap();
+        (log.matches("\"swap\"").count() == 3).then_some(log)
+    });
+    assert!(log.contains("r-changed.plcx"), "{log}");
+    wait_for_record(&shop);
 }
 
 /// What the control replies to a request.

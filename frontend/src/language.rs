@@ -147,6 +147,13 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
         vec![]
     }
 
+    /// Where the source has a number that PMI's DEBUG changes in a running program (PMI 5.2 `change`): the delay of the
+    /// timer whose control contact is TC by the name `TC#DELAY`, a constant that is an INTEGER or LONG by its own name, an
+    /// element of an array of them as `A[3]`. `None` for all other names, and in the other languages.
+    fn place_of_value(&self, _name: &str) -> Option<Span> {
+        None
+    }
+
     /// A line for each statement that says whether it is computed in integers or in floating point.
     /// `None` for languages in which the types decide this.
     fn explain_arithmetic(&self) -> Option<String> {

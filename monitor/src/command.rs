@@ -125,13 +125,16 @@ pub enum Command {
         /// Its name.
         list: String,
     },
-    /// Set a variable once, as the operator would (PMI 5.2 `change`).
+    /// Set a variable once, as the operator would. The delay of a PMI timer (`TC#DELAY`) and a constant stand in the
+    /// source: the program is built with the new number and takes the place of the one that runs (PMI 5.2 `change`).
     Change {
         /// The variable.
         name: String,
         /// The value, as in a stimulus.
         value: String,
     },
+    /// Take the last online change of the control back: the program before it runs again.
+    Rollback,
 
     // Inputs and outputs.
     /// Confirm that the warning of PMI 5.3 was read; before that nothing is forced.

@@ -43,6 +43,7 @@
 mod command;
 mod flow;
 mod link;
+mod rebuild;
 mod session;
 pub mod terminal;
 #[cfg(test)]
@@ -53,6 +54,7 @@ pub mod view;
 pub mod web;
 
 pub use command::{Command, Edge, ExportFormat, Format, Refusal, Reply, Trigger};
+pub use rebuild::{Rebuilder, Rebuilt, RunningProgram};
 pub use session::{Session, Target};
 pub use view::{Screen, View};
 

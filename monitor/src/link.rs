@@ -19,6 +19,8 @@ use crate::view::NamedValue;
 const VERSION: u64 = 1;
 /// How long a reply is waited for.
 const TIMEOUT: Duration = Duration::from_secs(1);
+/// How long the reply to an online change is waited for: the control reads the artifact and makes an engine of it first.
+const SWAP_TIMEOUT: Duration = Duration::from_secs(60);
 /// How long the control is left alone after a failure.
 const PAUSE: Duration = Duration::from_secs(2);
 /// How long a status is taken for the present one.
@@ -40,6 +42,8 @@ pub(crate) struct ControlStatus {
     pub(crate) allow: Vec<String>,
     /// How often the program was replaced.
     pub(crate) generation: u64,
+    /// The fingerprint of the program's executive, in hexadecimal digits.
+    pub(crate) fingerprint: String,
 }
 
 /// The values of variables at one moment.
@@ -57,6 +61,8 @@ pub(crate) struct Link {
     /// Before this moment no connection is tried.
     not_before: Option<Instant>,
     status: Option<(Instant, ControlStatus)>,
+    /// How long the next reply is waited for.
+    timeout: Duration,
     /// Why there is no connection.
     error: Option<String>,
 }
@@ -65,7 +71,7 @@ impl Link {
     /// A link to the control at a socket, which need not be there yet.
     pub(crate) fn new(path: &Path) -> Self {
         let path = path.to_owned();
-        Self { path, stream: None, not_before: None, status: None, error: None }
+        Self { path, stream: None, not_before: None, status: None, timeout: TIMEOUT, error: None }
     }
 
     /// What the control said last; `None` while there is no connection.
@@ -136,6 +142,23 @@ impl Link {
         })
     }
 
+    /// Replaces the program by an artifact; gives the first tick of the new one.
+    pub(crate) fn swap(&mut self, artifact: &Path) -> Result<u64, Refusal> {
+        self.exchange_program(json!({"request": "swap", "path": artifact}))
+    }
+
+    /// Has the program run again that was replaced last; gives its first tick.
+    pub(crate) fn rollback(&mut self) -> Result<u64, Refusal> {
+        self.exchange_program(json!({"request": "rollback"}))
+    }
+
+    fn exchange_program(&mut self, request: Json) -> Result<u64, Refusal> {
+        self.timeout = SWAP_TIMEOUT;
+        let changed = self.change(request);
+        self.timeout = TIMEOUT;
+        changed
+    }
+
     fn change(&mut self, request: Json) -> Result<u64, Refusal> {
         let reply = self.ask(&request);
         self.expire();
@@ -179,12 +202,12 @@ impl Link {
             Some(stream) => stream,
             None => {
                 let stream = UnixStream::connect(&self.path)?;
-                stream.set_read_timeout(Some(TIMEOUT))?;
                 stream.set_write_timeout(Some(TIMEOUT))?;
                 BufReader::new(stream)
             }
         };
         let stream = self.stream.insert(stream);
+        stream.get_ref().set_read_timeout(Some(self.timeout))?;
         let mut request: Map<String, Json> = request.as_object().cloned().unwrap_or_default();
         request.insert("version".into(), VERSION.into());
         let line = format!("{}\n", Json::Object(request));
@@ -226,6 +249,7 @@ fn status_of(reply: &Json) -> ControlStatus {
         program: text("program"),
         forces: list("forces").iter().filter_map(force).collect(),
         generation: number("generation"),
+        fingerprint: text("fingerprint"),
         allow: list("allow").iter().filter_map(|word| word.as_str().map(str::to_owned)).collect(),
     }
 }

@@ -42,6 +42,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
         socket: None,
         state_folder: None,
         speed: 0.0,
+        rebuilder: None,
     })
 }
 

@@ -15,7 +15,7 @@ export async function variableMenu(app, name) {
     ["show it on the scope", () => app.apply({ command: "scope_add", names: [name] }, `${name} is on the scope`)],
     ["go back to its previous change", () => previousChange(app, name)],
     ["where it occurs", () => references(app, name)],
-    may.may_write && ["change it", () => change(app, name)],
+    (may.may_write || may.may_swap) && ["change it", () => change(app, name)],
     may.may_force && ["force it", () => force(app, name)],
     may.may_force && ["end its force", () => app.apply({ command: "release", name })],
   ].filter(Boolean);
@@ -32,7 +32,7 @@ export async function previousChange(app, name) {
 export async function change(app, name, value = "") {
   const answer = await ask({
     title: "Change a variable", confirm: "Set",
-    text: "The value is set once, between two scans. The program may overwrite it in its next scan.",
+    text: "The value is set once, between two scans. The program may overwrite it in its next scan. For a timer's delay or a constant the program is built with the new number and replaces the one that runs.",
     fields: [{ name: "name", label: "Variable", value: name }, { name: "value", label: "Value", value }],
   });
   if (answer?.name) await app.apply({ command: "change", ...answer });

@@ -80,6 +80,15 @@ export class VariablesScreen {
     if (row) this.app.apply({ command: "unwatch", name: row.entry });
   }
 
+  async rollback() {
+    const answer = await ask({
+      title: "Take the last online change back", confirm: "Run it again",
+      text: "The control runs the program again that was replaced last. Its variables keep the present values.",
+      fields: [],
+    });
+    if (answer) await this.app.apply({ command: "rollback" });
+  }
+
   menu() {
     const row = () => this.table.selected;
     return [
@@ -89,7 +98,8 @@ export class VariablesScreen {
       { key: "F4", letter: "f", label: "format", help: "decimal, hexadecimal, binary", action: () => this.setFormat() },
       { key: "F5", letter: "l", label: "lists", help: "another watch list", action: () => this.chooseList() },
       { key: "F6", letter: "u", label: "remove", help: "take the row out of the list (also Delete)", action: () => this.unwatch() },
-      { key: "F7", letter: "R", label: "remove list", help: "remove the whole watch list", action: () => this.app.apply({ command: "remove_list", list: this.list }) },
+      { key: "F7", letter: "B", label: "rollback", help: "take the last change of a delay or constant back", action: () => this.rollback() },
+      { key: "F8", letter: "R", label: "remove list", help: "remove the whole watch list", action: () => this.app.apply({ command: "remove_list", list: this.list }) },
     ];
   }
 

@@ -6,11 +6,12 @@ use std::path::Path;
 
 use plcc_debugger::dap::LaunchArguments;
 use plcc_monitor::view::TargetKind;
-use plcc_monitor::{Session, Target, state_folder, terminal};
+use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};
 use plcc_runtime::record::{RecordError, Recording};
 use serde_json::json;
 
 use crate::args::{MonitorArgs, RunCommand};
+use crate::changed_number::RecordRebuilder;
 use crate::debug_session::{attach, launch, run_command};
 use crate::failure::{DONE, Failure};
 use crate::report::Report;
@@ -60,9 +61,13 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
     let path = &args.target;
     let metadata = fs::metadata(path)
         .map_err(|error| Failure::file(path, format!("it can't be read: {error}")))?;
+    let mut rebuilder: Option<Box<dyn Rebuilder>> = None;
     let (kind, run, socket) = if metadata.file_type().is_socket() {
         let run = match &args.record {
-            Some(record) => Some(attach(&command(args, true)?, record)?),
+            Some(record) => {
+                rebuilder = Some(Box::new(RecordRebuilder::new(record)));
+                Some(attach(&command(args, true)?, record)?)
+            }
             None => None,
         };
         (TargetKind::Control, run, Some(path.clone()))
@@ -81,6 +86,7 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
         socket,
         state_folder: state_folder(),
         speed: args.speed,
+        rebuilder,
     })
 }
 

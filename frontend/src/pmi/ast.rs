@@ -69,6 +69,8 @@ pub(crate) struct TimerDef {
     pub(crate) delayed: SymbolId,
     /// The delay, in units of 20 ms.
     pub(crate) preset: i32,
+    /// Where the source has the delay.
+    pub(crate) preset_span: Span,
 }
 
 /// A flip-flop by its pins.
@@ -159,6 +161,8 @@ pub(crate) struct Step {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Checked {
     pub(crate) symbols: Vec<Symbol>,
+    /// Where the source has the values of the constants that the program declares, one span for each value.
+    pub(crate) constant_spans: Vec<(SymbolId, Vec<Span>)>,
     pub(crate) timers: Vec<TimerDef>,
     pub(crate) flipflops: Vec<FlipFlopDef>,
     pub(crate) faults: Vec<Announcement>,
@@ -178,5 +182,23 @@ impl Checked {
 
     pub(crate) fn symbol(&self, id: SymbolId) -> Option<&Symbol> {
         self.symbols.get(id.0 as usize)
+    }
+
+    /// As [`place_of_value`](crate::language::CheckedProgram::place_of_value).
+    pub(crate) fn place_of_value(&self, name: &str) -> Option<Span> {
+        let named = |id: SymbolId, name: &str| self.symbol(id).is_some_and(|it| it.name == name);
+        if let Some(control) = name.strip_suffix("#DELAY") {
+            let timer = self.timers.iter().find(|timer| named(timer.control, control))?;
+            return Some(timer.preset_span);
+        }
+        let (base, index) = match name.split_once('[') {
+            Some((base, rest)) => (base, Some(rest.strip_suffix(']')?.trim().parse().ok()?)),
+            None => (name, None),
+        };
+        let (id, spans) = self.constant_spans.iter().find(|(id, _)| named(*id, base))?;
+        let symbol = self.symbol(*id)?;
+        let is_number = matches!(symbol.ty, Type::Integer | Type::Long);
+        let is_whole = symbol.elements.is_some() == index.is_some();
+        spans.get(index.unwrap_or(0)).copied().filter(|_| is_number && is_whole)
     }
 }

@@ -105,6 +105,10 @@ impl CheckedProgram for Program {
         self.interpreter()
     }
 
+    fn place_of_value(&self, name: &str) -> Option<Span> {
+        self.checked.place_of_value(name)
+    }
+
     fn key_texts(&self) -> Vec<String> {
         self.checked.keys.iter().map(|(_, text)| text.clone()).collect()
     }

@@ -105,6 +105,23 @@ mod tests {
     }
 
     #[test]
+    fn delays_and_constants_are_found_in_the_source() {
+        let text = "$LOGICAL\nL=T\n$INTEGER\nC = -12, A[2]=[3, #\n 4], V\n$TIMER\nE/TC/DC = 50\n$KEY\nK=\"X\"\n\
+                    $END\nTC=T\nV=C\n";
+        let program = program(text);
+        let place = |name: &str| {
+            let span = program.checked.place_of_value(name)?;
+            program.sources.text(span.file).get(span.start as usize..span.end as usize)
+        };
+        for (name, value) in [("TC#DELAY", "50"), ("C", "-12"), ("A[0]", "3"), ("A[1]", "4")] {
+            assert_eq!(place(name), Some(value), "{name}");
+        }
+        for name in ["TC", "DC#DELAY", "V", "L", "K", "A", "A[2]", "C[0]", "A[", "X"] {
+            assert_eq!(place(name), None, "{name}");
+        }
+    }
+
+    #[test]
     fn what_lowering_misses_is_an_internal_error_with_its_line() {
         let sound = program("$TIMER\nE/TC/DC = 5\n$END\nX = T\nTC = X\n");
         assert!(sound.lower().is_ok());

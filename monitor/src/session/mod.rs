@@ -30,7 +30,7 @@ use crate::flow::{Flow, Traces};
 use crate::link::Link;
 use crate::text::ProgramText;
 use crate::view::{Body, Screen, Status, TargetKind, View};
-use crate::{Command, Refusal, Reply};
+use crate::{Command, Rebuilder, Refusal, Reply};
 use io::IoState;
 use online::OnlineState;
 use scope::ScopeState;
@@ -55,6 +55,8 @@ pub struct Target<'a> {
     pub state_folder: Option<PathBuf>,
     /// How fast a program runs that the session runs itself: 1 is real time, 0 as fast as possible.
     pub speed: f64,
+    /// Builds the program of a control with a changed delay or constant; without it these can't be changed.
+    pub rebuilder: Option<Box<dyn Rebuilder>>,
 }
 
 impl fmt::Debug for Target<'_> {
@@ -83,6 +85,7 @@ pub struct Session<'a> {
     /// Ticks that the clock left out.
     skipped: Vec<Skipped>,
     link: Option<Link>,
+    rebuilder: Option<Box<dyn Rebuilder>>,
     /// How often the control's program had been replaced when the session first got its status.
     generation: Option<u64>,
     /// Names that the control can't read.
@@ -104,7 +107,7 @@ impl fmt::Debug for Session<'_> {
 impl<'a> Session<'a> {
     /// A session that shows the newest tick: of a recording its last one, of a program the first.
     pub fn open(target: Target<'a>) -> Self {
-        let Target { kind, name, run, socket, state_folder, speed } = target;
+        let Target { kind, name, run, socket, state_folder, speed, rebuilder } = target;
         let debugger = run.map(Debugger::new);
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
@@ -130,6 +133,7 @@ impl<'a> Session<'a> {
             events: vec![],
             skipped: vec![],
             link: socket.as_deref().map(Link::new),
+            rebuilder,
             generation: None,
             unreadable: BTreeSet::new(),
             store,
@@ -208,6 +212,7 @@ impl<'a> Session<'a> {
             Command::ChooseList { list } => self.choose_list(&list),
             Command::RemoveList { list } => self.remove_list(&list),
             Command::Change { name, value } => self.change(&name, &value),
+            Command::Rollback => self.rollback(),
             Command::ConfirmWarning => self.confirm_warning(),
             Command::Force { name, value } => self.force(&name, &value),
             Command::Release { name } => self.release(&name),
@@ -252,6 +257,7 @@ impl<'a> Session<'a> {
             forces: self.forces(),
             may_write: self.allows("write"),
             may_force: self.allows("force"),
+            may_swap: self.allows("swap"),
             control_ticks: control.map(|status| status.ticks),
             note: self.note(),
         }

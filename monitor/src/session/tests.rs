@@ -510,7 +510,7 @@ fn timers_unfold_and_inputs_are_forced() {
         [
             "TC control contact 1",
             "DC delayed contact 0",
-            "TC delay value 3",
+            "TC#DELAY delay value 3",
             "TC#COUNT timer counter 2",
             "Q Q 1",
             "D D 1",
@@ -520,6 +520,18 @@ fn timers_unfold_and_inputs_are_forced() {
             "N  3",
         ]
     );
+    // The counter is a variable; the delay is a number of the source, and the control to change it in is missing.
+    let set = |name: &str, value: &str| Command::Change { name: name.into(), value: value.into() };
+    let last = session.status().last_tick;
+    session.apply(set("TC#COUNT", "100")).unwrap();
+    let refusal = session.apply(set("TC#DELAY", "5")).unwrap_err();
+    assert!(refusal.message.contains("TC#DELAY stands in the source"), "{refusal}");
+    session.apply(Command::Follow).unwrap();
+    session.run_to(last + 2);
+    let Body::Variables(view) = session.view(&Screen::Variables).body else { panic!() };
+    let count =
+        view.rows.iter().find(|row| row.name == "TC#COUNT").and_then(|row| row.value.clone());
+    assert!(count.unwrap().parse::<i32>().unwrap() > 90);
     // Nothing is forced before the warning was confirmed.
     let force = Command::Force { name: "A".into(), value: "0".into() };
     let refusal = session.apply(force.clone()).unwrap_err();

@@ -9,7 +9,7 @@ use super::Session;
 use super::read::formatted;
 use super::store::Entry;
 use crate::view::{VariableRow, VariablesView};
-use crate::{Format, Refusal, Reply};
+use crate::{Format, Refusal, Reply, RunningProgram};
 
 /// How many rows an entry has at most.
 const MOST_ROWS: u32 = 1024;
@@ -90,8 +90,12 @@ impl Session<'_> {
         }
     }
 
-    /// The variable for which a PMAC program defines a name.
+    /// The variable for which a PMAC program defines a name. In the other languages a name means the variable itself, and
+    /// `TC#COUNT` is no expression of PMI, where `#` ends the line.
     pub(super) fn defined_name(&self, word: &str) -> Option<String> {
+        if !matches!(self.tables(), Some(Tables::Pmac(_))) {
+            return None;
+        }
         let expression = self.debugger.as_ref()?.program().expression(word).ok()?;
         match expression.variables() {
             [name] if !name.eq_ignore_ascii_case(word) => Some(name.clone()),
@@ -171,17 +175,62 @@ impl Session<'_> {
     /// Sets a variable once.
     pub(super) fn change(&mut self, name: &str, value: &str) -> Result<Reply, Refusal> {
         let name = self.defined_name(name).unwrap_or_else(|| name.trim().to_owned());
-        if let Some(Tables::Pmi(tables)) = self.tables() {
-            let symbol = tables.symbols.iter().find(|symbol| symbol.name == name);
-            if symbol.is_some_and(|symbol| symbol.role == Role::Constant) {
-                return Err(Refusal::new(format!(
-                    "{name} is a constant: change it in the source, build the program and swap it in \
-                     (`plcctl SOCKET swap`)"
-                )));
-            }
+        if self.is_in_source(&name) {
+            return self.change_source(&name, value);
         }
         let tick = self.act(&name, Some(value), false)?;
         Ok(Reply::message(format!("{name}={value} before tick {tick}")))
+    }
+
+    /// Whether a name means a number of the source: the delay of a PMI timer, or a constant.
+    fn is_in_source(&self, name: &str) -> bool {
+        let Some(Tables::Pmi(tables)) = self.tables() else { return false };
+        let base = name.split_once('[').map_or(name, |(base, _)| base);
+        let symbol = tables.symbols.iter().find(|symbol| symbol.name == base);
+        name.ends_with("#DELAY") || symbol.is_some_and(|symbol| symbol.role == Role::Constant)
+    }
+
+    /// Builds the program that the control runs with another delay or constant, and has it take the place of the one that
+    /// runs (PMI 5.2 `change`).
+    fn change_source(&mut self, name: &str, value: &str) -> Result<Reply, Refusal> {
+        let place = self.debugger()?.program().checked().place_of_value(name);
+        if place.is_none() {
+            return Err(Refusal::new(format!(
+                "{name} is neither the delay of a timer, as in TC#DELAY, nor a constant that is an INTEGER or LONG"
+            )));
+        }
+        let value: i64 = value
+            .parse()
+            .map_err(|_| Refusal::new(format!("`{value}` is no whole number, which {name} is")))?;
+        let may_swap = self.allows("swap");
+        let (Some(link), Some(rebuilder)) = (&mut self.link, &mut self.rebuilder) else {
+            return Err(Refusal::new(format!(
+                "{name} stands in the source; only in a control that runs, named by its socket and --record, can it be \
+                 changed from here"
+            )));
+        };
+        let status = link.status().ok_or_else(|| Refusal::new("the control does not answer"))?;
+        if !may_swap {
+            return Err(Refusal::new(format!(
+                "{name} stands in the source, so a change is another program: the control was started without --allow swap"
+            )));
+        }
+        let running = RunningProgram {
+            fingerprint: status.fingerprint.clone(),
+            generation: status.generation,
+        };
+        let rebuilt = rebuilder.rebuild(&running, name, value).map_err(Refusal::new)?;
+        let tick = link.swap(&rebuilt.artifact)?;
+        let artifact = rebuilt.artifact.file_name().unwrap_or_default().to_string_lossy();
+        let old = rebuilt.old;
+        Ok(Reply::message(format!("{name}={value} (was {old}) from tick {tick} on: {artifact}")))
+    }
+
+    /// Has the control run the program again that was replaced last.
+    pub(super) fn rollback(&mut self) -> Result<Reply, Refusal> {
+        let missing = || Refusal::new("only a control has programs that were replaced");
+        let tick = self.link.as_mut().ok_or_else(missing)?.rollback()?;
+        Ok(Reply::message(format!("the program before runs again from tick {tick} on")))
     }
 
     /// Sets a variable, or forces it (`force`), in the control or in the program that is run here; without a value
@@ -242,8 +291,8 @@ fn pmi_rows(tables: &PmiTables, entry: &str) -> Result<Vec<Row>, Refusal> {
     if let Role::TimerControl(timer) = symbol.role
         && let Some(timer) = tables.timers.get(timer as usize)
     {
-        let delay =
-            Row { fixed: Some(f64::from(timer.preset)), ..Row::titled(base, "delay value") };
+        let delay = Row::titled(format!("{base}#DELAY"), "delay value");
+        let delay = Row { fixed: Some(f64::from(timer.preset)), ..delay };
         let contact = name_at(timer.delayed).map(|name| Row::titled(name, "delayed contact"));
         let mut rows = vec![Row::titled(base, "control contact")];
         rows.extend(contact);

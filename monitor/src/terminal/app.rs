@@ -77,6 +77,7 @@ pub(super) enum Todo {
     AskSearchUp,
     AskWatch,
     AskChange,
+    AskRollback,
     AskList,
     AskForce,
     AskScope,
@@ -379,6 +380,9 @@ impl App {
             Todo::AskChange => {
                 let name = self.watched(session).map_or_else(none, |row| format!("{}=", row.1));
                 self.ask("NAME=VALUE", name, todo);
+            }
+            Todo::AskRollback => {
+                self.ask("run the program before the last change again? yes or no", none(), todo)
             }
             Todo::AskList => self.ask("watch list", none(), todo),
             Todo::AskForce => self.ask("value", none(), todo),

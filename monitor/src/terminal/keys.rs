@@ -49,6 +49,7 @@ const VARIABLES: &[Key] = &[
     key(4, 'f', "format", Todo::NextFormat),
     key(5, 'l', "list", Todo::AskList),
     key(6, 'u', "remove", Todo::Unwatch),
+    key(7, 'B', "rollback", Todo::AskRollback),
 ];
 
 const IO: &[Key] = &[

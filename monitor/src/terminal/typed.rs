@@ -51,6 +51,7 @@ impl App {
                     return;
                 }
             },
+            Todo::AskRollback if matches!(text, "y" | "yes") => Command::Rollback,
             Todo::AskList => Command::ChooseList { list: name },
             Todo::AskForce => return self.force(session, text),
             Todo::AskCell => match self.cell(session).and_then(|cell| cell.variable) {

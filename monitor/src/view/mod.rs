@@ -156,6 +156,8 @@ pub struct Status {
     pub may_write: bool,
     /// Whether inputs and outputs may be forced.
     pub may_force: bool,
+    /// Whether the program may be replaced, as a changed delay or constant needs it.
+    pub may_swap: bool,
     /// Something that the user should know, such as that the record's end is older than the control's
     /// present state.
     pub note: Option<String>,

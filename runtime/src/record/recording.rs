@@ -129,7 +129,8 @@ pub struct Span {
     pub follows: bool,
     /// The whole hash before the first tick.
     pub(super) hash: u64,
-    pub(super) fingerprint: u64,
+    /// The [fingerprint](crate::Executive::fingerprint) of the executive that the checkpoint is of.
+    pub fingerprint: u64,
     checkpoint: Place,
     ticks: Vec<Place>,
 }

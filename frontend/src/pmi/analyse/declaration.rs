@@ -28,11 +28,14 @@ impl SpecificationSection<'_> {
                 Some(Kind::LBracket) => Some(self.elements(cursor, name, ty)?),
                 _ => None,
             };
-            let mut meaning = Meaning::Variable;
             if cursor.eat(Kind::Eq) {
-                meaning = Meaning::Constant(self.constants(cursor, ty, elements, name)?);
+                let constants = self.constants(cursor, ty, elements, name)?;
+                let (values, spans) = constants.into_iter().unzip();
+                let symbol = self.declare(name, ty, elements, Meaning::Constant(values))?;
+                self.checked.constant_spans.push((symbol, spans));
+            } else {
+                self.declare(name, ty, elements, Meaning::Variable)?;
             }
-            self.declare(name, ty, elements, meaning)?;
             if cursor.kind().is_none() {
                 return Ok(());
             }
@@ -76,14 +79,14 @@ impl SpecificationSection<'_> {
         Ok(count)
     }
 
-    /// The value of a constant, or the values of an array of constants, one for each element.
+    /// The value of a constant, or the values of an array of constants, one for each element, each with its place.
     fn constants(
         &mut self,
         cursor: &mut Cursor<'_>,
         ty: Type,
         elements: Option<u32>,
         name: (&str, Span),
-    ) -> Result<Vec<i32>> {
+    ) -> Result<Vec<(i32, Span)>> {
         let Some(elements) = elements else {
             return Ok(vec![self.constant(cursor, ty)?]);
         };
@@ -115,8 +118,8 @@ impl SpecificationSection<'_> {
         Err(error(20, span, what).help("give one constant for each element").into())
     }
 
-    /// The value of a constant of type `ty`, with its sign.
-    fn constant(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result<i32> {
+    /// The value of a constant of type `ty`, with its sign, and where it stands.
+    fn constant(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result<(i32, Span)> {
         let start = cursor.span();
         let negative = cursor.eat(Kind::Minus);
         let span = start.to(cursor.span());
@@ -149,7 +152,7 @@ impl SpecificationSection<'_> {
             let what = format!("{value} is no constant of this type");
             return Err(error(30, span, what).help(range_of(ty)).into());
         }
-        Ok(value as i32)
+        Ok((value as i32, span))
     }
 
     /// `E/TC/DC = P`: type, control contact, delayed contact, delay in units of 20 ms.
@@ -184,7 +187,7 @@ impl SpecificationSection<'_> {
         }
         self.end(cursor)?;
         let preset = preset as i32;
-        self.checked.timers.push(TimerDef { kind, control, delayed, preset });
+        self.checked.timers.push(TimerDef { kind, control, delayed, preset, preset_span: span });
         Ok(())
     }
 
@@ -217,7 +220,7 @@ impl SpecificationSection<'_> {
         self.expect(cursor, Kind::Eq, "=")?;
         let mut numbers = vec![];
         loop {
-            numbers.push(self.constant(cursor, Type::Long)?);
+            numbers.push(self.constant(cursor, Type::Long)?.0);
             if cursor.kind().is_none() {
                 break;
             }
