@@ -1,19 +1,20 @@
 //! What `plcc debug` and `plcc monitor` begin with: a program that is run here, or a recording.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use clap::Parser;
 use plcc_debugger::dap::LaunchArguments;
-use plcc_debugger::{DebuggedProgram, Launched, Recorded, Session};
-use plcc_runtime::record::Recording;
+use plcc_debugger::{DebugError, DebuggedProgram, Launched, Recorded, Session};
+use plcc_runtime::record::{RecordedRun, Recording};
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session;
 use plcc_runtime::session::replay::recorded_executive;
 
-use crate::args::{Cli, Command, RunCommand};
+use crate::args::{Cli, Command, RunCommand, SourceArgs};
 use crate::failure::Failure;
 use crate::input::{Input, SourceSettings};
-use crate::recorded::ReplayEngine;
+use crate::recorded::{Found, ReplayEngine};
 use crate::replay_input;
 use crate::report::Report;
 
@@ -81,37 +82,109 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
     let player = Player::new(stimulus, command.run.repeat);
     let history = Launched::new(executive, checked.interpreter(), player, ticks);
     let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
-    Ok(Session { program, history: Box::new(history), view, may_change: true, control: None })
+    Ok(Session {
+        program,
+        history: Box::new(history),
+        view,
+        may_change: true,
+        control: None,
+        open_version: None,
+    })
 }
 
-/// A session of the run that was recorded last, with the program of its last online change.
+/// A session of the run that was recorded last, at first with the program of its last online change. It opens the programs
+/// before that when the user comes to their ticks.
 pub(crate) fn attach(command: &RunCommand, path: &Path) -> Result<Session<'static>, Failure> {
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
     let run = replay_input::chosen_run(&recording, None, path)?;
     let generation = run.spans.last().map_or(0, |span| span.generation);
-    let recorded = run.program_of(generation);
-    let recorded = recorded.ok_or_else(|| Failure::file(path, "its program is missing"))?;
     let files: Vec<PathBuf> =
         command.files.iter().filter(|path| path.as_os_str() != "-").cloned().collect();
-    let found = replay_input::program(path, recorded, &files, &command.source, &report())?;
-    let engine = found.engine(found.usual_engine());
-    let engine = engine.or_else(|_| found.engine(ReplayEngine::Interpreter));
-    let engine = engine.map_err(|error| Failure::file(path, error))?;
-    let executive = || {
-        recorded_executive(&run.header, &found.program).map_err(|error| Failure::file(path, error))
-    };
-    let (view, executive) = (executive()?, executive()?);
-    let Some(checked) = found.checked else {
-        return Err(Failure::file(
-            path,
-            "the record holds an artifact without the text of its sources; name the program's source",
-        ));
-    };
-    let number = run.header.run;
-    let history = Recorded::new(path, recording, number, generation, executive, engine);
-    let history = history.map_err(|error| Failure::usage(error.0))?;
-    let program = DebuggedProgram::new(checked.into_program(), found.sources, found.program);
-    Ok(Session { program, history: Box::new(history), view, may_change: false, control: None })
+    let record = Rc::new(AttachedRecord {
+        path: path.to_owned(),
+        run: run.header.run,
+        newest: generation,
+        files,
+        source: command.source.clone(),
+    });
+    record.session(recording, generation)
+}
+
+/// A recorded run whose versions of the program are opened one after the other.
+struct AttachedRecord {
+    path: PathBuf,
+    /// What the run's header calls it.
+    run: u64,
+    /// The version that was the newest one when the record was opened.
+    newest: u16,
+    /// The sources that the user has named, for a record without them.
+    files: Vec<PathBuf>,
+    source: SourceArgs,
+}
+
+impl AttachedRecord {
+    /// Reads the record again, and opens a version of the program.
+    fn open(self: &Rc<Self>, generation: u16) -> Result<Session<'static>, Failure> {
+        let recording = Recording::open(&self.path);
+        let recording = recording.map_err(|error| Failure::usage(error.to_string()))?;
+        self.session(recording, generation)
+    }
+
+    fn session(
+        self: &Rc<Self>,
+        recording: Recording,
+        generation: u16,
+    ) -> Result<Session<'static>, Failure> {
+        let path = self.path.as_path();
+        let run = recording.runs().iter().rfind(|run| run.header.run == self.run);
+        let run = run.ok_or_else(|| Failure::file(path, "its run is no longer kept"))?;
+        let found = self.program(run, generation)?;
+        let engine = found.engine(found.usual_engine());
+        let engine = engine.or_else(|_| found.engine(ReplayEngine::Interpreter));
+        let engine = engine.map_err(|error| Failure::file(path, error))?;
+        let executive = || {
+            recorded_executive(&run.header, &found.program)
+                .map_err(|error| Failure::file(path, error))
+        };
+        let (view, executive) = (executive()?, executive()?);
+        let Some(checked) = found.checked else {
+            return Err(Failure::file(
+                path,
+                "the record holds an artifact without the text of its sources; name the program's source",
+            ));
+        };
+        let history = Recorded::new(path, recording, self.run, generation, executive, engine);
+        let history = history.map_err(|error| Failure::usage(error.0))?;
+        let program = DebuggedProgram::new(checked.into_program(), found.sources, found.program);
+        let record = Rc::clone(self);
+        let open_version = move |generation| {
+            record.open(generation).map_err(|failure| DebugError(failure.text("plcc")))
+        };
+        Ok(Session {
+            program,
+            history: Box::new(history),
+            view,
+            may_change: false,
+            control: None,
+            open_version: Some(Box::new(open_version)),
+        })
+    }
+
+    /// The program of a version. The sources that the user has named are those of the newest version; of another one they
+    /// are only taken where the record has no sources and they are the same program.
+    fn program(&self, run: &RecordedRun, generation: u16) -> Result<Found, Failure> {
+        let path = self.path.as_path();
+        let recorded = run.program_of(generation);
+        let recorded = recorded.ok_or_else(|| Failure::file(path, "its program is missing"))?;
+        let named = || replay_input::program(path, recorded, &self.files, &self.source, &report());
+        if generation == self.newest || self.files.is_empty() {
+            return named();
+        }
+        match Found::in_record(recorded) {
+            Ok(found) if found.checked.is_some() => Ok(found),
+            _ => named(),
+        }
+    }
 }
 
 /// A diagnostic in one line of text: file, line, column, code and message.

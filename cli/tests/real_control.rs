@@ -139,8 +139,13 @@ impl Shop {
 
     /// A browser's page of a monitor of its own, which is ended with it.
     fn page(&self, options: &[&str]) -> Page {
+        self.page_of("socket", options)
+    }
+
+    /// A page of a monitor that shows something else than the control.
+    fn page_of(&self, target: &str, options: &[&str]) -> Page {
         let mut command = self.plcc();
-        command.args(["monitor", "socket", "--web=127.0.0.1:0"]).args(options);
+        command.args(["monitor", target, "--web=127.0.0.1:0"]).args(options);
         let mut process = Killed(command.stderr(Stdio::piped()).spawn().unwrap());
         let mut lines = BufReader::new(process.0.stderr.take().unwrap()).lines();
         let line = lines.find_map(|line| line.ok().filter(|line| line.contains("token"))).unwrap();
@@ -309,7 +314,7 @@ const DELAYED: &str = "$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$TIMER\nE/TC/DC=32767\n$IN
 
 #[test]
 fn a_delay_and_a_constant_are_changed_while_the_program_runs_and_changed_back() {
-    let shop = Shop::of("change", DELAYED);
+    let shop = Shop::of("delays", DELAYED);
     let options = ["--record", "r.plcrec", "--allow", "swap,force", "--log", "log.jsonl"];
     let _control = shop.control(&options);
     wait_for_record(&shop);
@@ -340,6 +345,14 @@ fn a_delay_and_a_constant_are_changed_while_the_program_runs_and_changed_back() 
     let answer = change(&mut page, "LIMIT", "-9");
     assert!(answer.contains("LIMIT=-9 (was 5) from tick"), "{answer}");
     wait("the new constant", || (get("N") == -9).then_some(()));
+    // The monitor goes over to the new program as soon as the record has it.
+    page.send(json!({"apply": {"command": "watch", "names": ["TC"]}}));
+    wait("the new delay", || {
+        let view = page.send(json!({"ask": {"screen": "variables"}}));
+        let rows = view["view"]["body"]["rows"].as_array()?.clone();
+        let delay = rows.into_iter().find(|row| row["name"] == "TC#DELAY")?;
+        (delay["value"] == "25").then_some(())
+    });
     // The second change kept the first one: a timer that begins now has the new delay.
     let forced = reply(&shop, json!({"request": "force", "values": [{"name": "A", "value": 1}]}));
     assert_eq!(forced["ok"], true, "{forced}");
@@ -438,20 +451,124 @@ fn monitors_that_hang_flood_and_leave_change_no_tick() {
     assert!(shop.plcc().args(["replay", "r.plcrec"]).status().unwrap().success());
 }
 
+/// Records a control whose program gets a further variable, M, by an online change. Gives the first tick of the new one.
+fn record_with_online_change(shop: &Shop) -> u64 {
+    let two = PROGRAM.replace("N\n$END", "N\nM\n$END\nM=-1");
+    let folder = shop.0.join("two");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("p.pmi"), two).unwrap();
+    let mut build = shop.plcc();
+    assert!(build.args(["build", "p.pmi"]).current_dir(&folder).status().unwrap().success());
+    let mut control = shop.control(&["--record", "r.plcrec", "--allow", "swap"]);
+    wait("some ticks", || (ticks(shop) > 20).then_some(()));
+    let done = reply(shop, json!({"request": "swap", "path": folder.join("p.plcx")}));
+    assert_eq!(done["ok"], true, "{done}");
+    let changed = done["result"]["ticks"].as_u64().unwrap();
+    wait("some more ticks", || (ticks(shop) > changed + 20).then_some(()));
+    end(&mut control);
+    changed
+}
+
+#[test]
+fn a_monitor_shows_each_tick_with_the_program_that_ran_it() {
+    let shop = Shop::new("versions");
+    let changed = record_with_online_change(&shop);
+    let mut page = shop.page_of("r.plcrec", &[]);
+    let lines = |page: &mut Page| {
+        let view = page.send(json!({"ask": {"screen": "statements", "first": 0, "count": 50}}));
+        let lines = view["view"]["body"]["lines"].as_array().unwrap_or_else(|| panic!("{view}"));
+        let text = |line: &Json| {
+            let tokens = line["tokens"].as_array().unwrap().iter();
+            tokens.map(|token| token["text"].as_str().unwrap()).collect::<String>()
+        };
+        let lines: Vec<String> = lines.iter().map(text).collect();
+        (view["view"]["status"]["tick"].as_u64().unwrap(), lines)
+    };
+    wait("the newest tick", || {
+        let (tick, lines) = lines(&mut page);
+        (tick > changed + 10).then(|| assert_eq!(lines[0], "M=-1"))
+    });
+    let go = |tick: u64| json!({"apply": {"command": "go_to_tick", "tick": tick}});
+    for (tick, first) in [(changed - 1, "N=N+1"), (changed, "M=-1"), (3, "N=N+1")] {
+        page.send(go(tick));
+        let (shown, lines) = lines(&mut page);
+        assert_eq!((shown, lines[0].as_str()), (tick, first));
+    }
+    // The change before the first tick of the new program was made by the old one.
+    page.send(go(changed));
+    let command = json!({"apply": {"command": "previous_change", "name": "N"}});
+    let answer = page.send(command).to_string();
+    assert!(answer.contains(&format!("N was changed in tick {}", changed - 1)), "{answer}");
+    assert_eq!(lines(&mut page).1[0], "N=N+1");
+    // A scope shows both.
+    page.send(json!({"apply": {"command": "scope_add", "names": ["N"]}}));
+    page.send(json!({"apply": {"command": "scope_range", "from": changed - 2, "to": changed + 1}}));
+    wait("the samples", || {
+        let view = page.send(json!({"ask": {"screen": "scope", "samples": 10}}));
+        let samples = view["view"]["body"]["channels"][0]["samples"].as_array()?.clone();
+        let values: Vec<f64> =
+            samples.iter().map(|sample| sample["last"].as_f64().unwrap()).collect();
+        let first = (changed - 1) as f64;
+        (values.len() == 4).then(|| assert_eq!(values, [0.0, 1.0, 2.0, 3.0].map(|n| first + n)))
+    });
+}
+
+#[test]
+fn the_debugger_steps_from_one_program_to_the_other_over_an_online_change() {
+    let shop = Shop::new("steps");
+    let changed = record_with_online_change(&shop);
+    let mut editor = Editor::attach(&shop, json!({"recording": "r.plcrec"}));
+    // Tick, line and text of the source at the position.
+    let place = |editor: &mut Editor| {
+        let stack = editor.ask("stackTrace", json!({"threadId": 1}));
+        let frame = &stack["body"]["stackFrames"][0];
+        let source = editor.ask("source", json!({"source": frame["source"], "sourceReference": 0}));
+        let text = source["body"]["content"].as_str().unwrap_or_else(|| panic!("{source}"));
+        let tick = editor.ask("plcc/position", json!({}))["body"]["tick"].as_u64().unwrap();
+        let line = frame["line"].as_u64().unwrap();
+        (tick, text.lines().nth(line as usize - 1).unwrap().to_owned())
+    };
+    let position = editor.ask("plcc/position", json!({}));
+    assert_eq!(position["body"]["firstTick"], 0, "{position}");
+    editor.console(&format!("tick {changed}"));
+    assert_eq!(place(&mut editor), (changed, "M=-1".into()));
+    assert_eq!(editor.console("M")["body"]["result"], "0");
+    editor.ask("stepBack", json!({"threadId": 1}));
+    assert_eq!(place(&mut editor), (changed - 1, "B=A".into()));
+    let unknown = editor.console("M");
+    assert_eq!(unknown["success"], false, "{unknown}");
+    editor.ask("stepIn", json!({"threadId": 1}));
+    assert_eq!(place(&mut editor), (changed, "M=-1".into()));
+    // The statement that wrote N last is one of the old program, which has no M.
+    editor.console("writer N");
+    assert_eq!(place(&mut editor), (changed - 1, "N=N+1".into()));
+    editor.console(&format!("tick {changed}"));
+    let unknown = editor.console("writer M");
+    let why = unknown["message"].as_str().unwrap_or_default();
+    assert!(why.contains("has no such variable"), "{unknown}");
+    assert_eq!(place(&mut editor), (changed, "M=-1".into()));
+
+    // A breakpoint on a line is met in both.
+    let source = json!({"path": "p.pmi"});
+    let set = json!({"source": source, "breakpoints": [{"line": 9}]});
+    let set = editor.ask("setBreakpoints", set);
+    assert_eq!(set["body"]["breakpoints"][0]["verified"], true, "{set}");
+    for (tick, line) in [(changed - 1, "IF (N>30000)"), (changed - 2, "IF (N>30000)")] {
+        editor.ask("reverseContinue", json!({"threadId": 1}));
+        editor.wait_for_event("stopped");
+        assert_eq!(place(&mut editor), (tick, line.into()));
+    }
+    for (tick, line) in [(changed - 1, "IF (N>30000)"), (changed, "M=-1")] {
+        editor.ask("continue", json!({"threadId": 1}));
+        editor.wait_for_event("stopped");
+        assert_eq!(place(&mut editor), (tick, line.into()));
+    }
+}
+
 #[test]
 fn a_table_goes_on_over_an_online_change() {
     let shop = Shop::new("change");
-    let two = PROGRAM.replace("N\n$END", "N\nM\n$END\nM=-1");
-    fs::write(shop.0.join("two.pmi"), two).unwrap();
-    assert!(shop.plcc().args(["build", "two.pmi"]).status().unwrap().success());
-    let mut control = shop.control(&["--record", "r.plcrec", "--allow", "swap"]);
-    wait("some ticks", || (ticks(&shop) > 20).then_some(()));
-    let path = shop.0.join("two.plcx");
-    let done = reply(&shop, json!({"request": "swap", "path": path}));
-    assert_eq!(done["ok"], true, "{done}");
-    let changed = done["result"]["ticks"].as_u64().unwrap();
-    wait("some more ticks", || (ticks(&shop) > changed + 20).then_some(()));
-    end(&mut control);
+    let changed = record_with_online_change(&shop);
 
     let convert = |options: &[&str]| {
         let mut command = shop.plcc();
@@ -486,19 +603,22 @@ struct Editor {
     process: Killed,
     from: BufReader<std::process::ChildStdout>,
     seq: u64,
+    /// The events that came, by their names, and were not waited for yet.
+    events: Vec<String>,
 }
 
 impl Editor {
-    fn attach(shop: &Shop) -> Self {
+    fn attach(shop: &Shop, record: Json) -> Self {
         let mut command = shop.plcc();
         command.arg("debug").stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = Killed(command.spawn().unwrap());
         let from = BufReader::new(process.0.stdout.take().unwrap());
-        let mut editor = Self { process, from, seq: 0 };
+        let mut editor = Self { process, from, seq: 0, events: vec![] };
         editor.ask("initialize", json!({"adapterID": "plcc"}));
-        let attached = editor.ask("attach", json!({"recording": "r.plcrec", "socket": "socket"}));
+        let attached = editor.ask("attach", record);
         assert_eq!(attached["success"], true, "{attached}");
         editor.ask("configurationDone", json!({}));
+        editor.wait_for_event("stopped");
         editor
     }
 
@@ -510,17 +630,35 @@ impl Editor {
         let to = self.process.0.stdin.as_mut().unwrap();
         write!(to, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
         to.flush().unwrap();
+        // A stop before this request is none that it brings about.
+        self.events.clear();
         loop {
-            let mut line = String::new();
-            self.from.read_line(&mut line).unwrap();
-            let length = line.trim().strip_prefix("Content-Length: ").unwrap().parse().unwrap();
-            self.from.read_line(&mut line).unwrap();
-            let mut text = vec![0; length];
-            self.from.read_exact(&mut text).unwrap();
-            let message: Json = serde_json::from_slice(&text).unwrap();
+            let message = self.message();
             if message["type"] == "response" && message["request_seq"] == self.seq {
                 return message;
             }
+        }
+    }
+
+    /// The next message; events are kept.
+    fn message(&mut self) -> Json {
+        let mut line = String::new();
+        self.from.read_line(&mut line).unwrap();
+        let length = line.trim().strip_prefix("Content-Length: ").unwrap().parse().unwrap();
+        self.from.read_line(&mut line).unwrap();
+        let mut text = vec![0; length];
+        self.from.read_exact(&mut text).unwrap();
+        let message: Json = serde_json::from_slice(&text).unwrap();
+        if let Some(event) = message["event"].as_str() {
+            self.events.push(event.to_owned());
+        }
+        message
+    }
+
+    /// Waits for an event that comes after the last request.
+    fn wait_for_event(&mut self, name: &str) {
+        while !self.events.iter().any(|event| event == name) {
+            self.message();
         }
     }
 
@@ -535,7 +673,7 @@ fn the_debugger_sets_variables_of_the_control_whose_record_it_shows() {
     let shop = Shop::new("debug");
     let _control = shop.control(&["--record", "r.plcrec", "--allow", "write"]);
     wait_for_record(&shop);
-    let mut editor = Editor::attach(&shop);
+    let mut editor = Editor::attach(&shop, json!({"recording": "r.plcrec", "socket": "socket"}));
     let answer = editor.console("set N=-30000");
     let text = answer["body"]["result"].as_str().unwrap_or_else(|| panic!("{answer}"));
     assert!(text.starts_with("N becomes -30000 before tick "), "{text}");

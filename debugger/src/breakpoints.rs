@@ -128,6 +128,9 @@ pub struct Breakpoints {
     /// How often each was met since it was set.
     hits: HashMap<i64, u64>,
     next_id: i64,
+    /// The breakpoints as they were set, for another version of the program: those on lines by the paths of their files.
+    set_lines: BTreeMap<String, Vec<(i64, LineBreakpoint)>>,
+    set_data: Vec<(i64, DataBreakpoint)>,
 }
 
 impl Breakpoints {
@@ -145,8 +148,10 @@ impl Breakpoints {
     ) -> Vec<SetBreakpoint> {
         let mut active: HashMap<u32, Vec<ActiveLine>> = HashMap::new();
         let mut answers = vec![];
+        let mut set = vec![];
         for line in wanted {
             let id = self.new_id();
+            set.push((id, line.clone()));
             let place = line.prepare(program, file, id).map(|(statement, breakpoint)| {
                 active.entry(statement).or_default().push(breakpoint);
                 program.place(statement).map_or((line.line, 1), |place| (place.line, place.column))
@@ -154,6 +159,7 @@ impl Breakpoints {
             answers.push(SetBreakpoint { id, place });
         }
         self.lines.insert(file, active);
+        self.set_lines.insert(program.sources().path(plcc_diag::FileId(file)).to_owned(), set);
         self.forget_hits();
         answers
     }
@@ -166,8 +172,10 @@ impl Breakpoints {
     ) -> Vec<SetBreakpoint> {
         let mut answers = vec![];
         let mut active = vec![];
+        self.set_data.clear();
         for data in wanted {
             let id = self.new_id();
+            self.set_data.push((id, data.clone()));
             let place = data.prepare(program, id).map(|data| {
                 active.push(data);
                 (0, 0)
@@ -179,10 +187,27 @@ impl Breakpoints {
         answers
     }
 
+    /// Puts all breakpoints into another version of the program, where it has their files, lines and variables. The others
+    /// are not met there, and wait for a version that has them.
+    pub(crate) fn move_to(&mut self, program: &DebuggedProgram) {
+        self.lines.clear();
+        for (path, set) in &self.set_lines {
+            let Some(file) = program.file(path) else { continue };
+            let active = self.lines.entry(file.0).or_default();
+            for (id, line) in set {
+                if let Ok((statement, breakpoint)) = line.prepare(program, file.0, *id) {
+                    active.entry(statement).or_default().push(breakpoint);
+                }
+            }
+        }
+        let data = self.set_data.iter();
+        self.data = data.filter_map(|(id, data)| data.prepare(program, *id).ok()).collect();
+    }
+
     /// Forgets the hits of breakpoints that are gone.
     fn forget_hits(&mut self) {
-        let lines = self.lines.values().flat_map(HashMap::values).flatten().map(|line| line.id);
-        let known: Vec<i64> = lines.chain(self.data.iter().map(|data| data.id)).collect();
+        let lines = self.set_lines.values().flatten().map(|(id, _)| *id);
+        let known: Vec<i64> = lines.chain(self.set_data.iter().map(|(id, _)| *id)).collect();
         self.hits.retain(|id, _| known.contains(id));
     }
 

@@ -26,7 +26,18 @@ pub struct TickResult {
     pub note: Option<String>,
 }
 
-/// The ticks of a run.
+/// A version of the program in a run: what ran after so many online changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Version {
+    /// The number of online changes before it.
+    pub generation: u16,
+    /// The first of its ticks that are known.
+    pub first: u64,
+    /// The tick after the last of them.
+    pub end: u64,
+}
+
+/// The ticks of a run, or of one version of the program in it.
 pub trait History {
     /// The first tick that can be run again.
     fn first(&self) -> u64;
@@ -34,6 +45,17 @@ pub trait History {
     /// The tick after the last one that is known; the end of a recording, or how far a run has
     /// come.
     fn known(&self) -> u64;
+
+    /// All versions of the program in the run, in order; this history has the ticks of one of them. Empty where there were no
+    /// online changes.
+    fn versions(&self) -> &[Version] {
+        &[]
+    }
+
+    /// The number of online changes before the version whose ticks these are.
+    fn generation(&self) -> u16 {
+        0
+    }
 
     /// Whether further ticks may follow those that are known.
     fn goes_on(&self) -> bool;

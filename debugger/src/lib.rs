@@ -44,8 +44,8 @@ use thiserror::Error;
 
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
 pub use control::ControlSocket;
-pub use debugger::{Debugger, Direction, Position, Session, StepKind, Stopped};
-pub use history::{History, Launched};
+pub use debugger::{Debugger, Direction, OpenVersion, Position, Session, StepKind, Stopped};
+pub use history::{History, Launched, Version};
 pub use interruption::Interruption;
 pub use program::DebuggedProgram;
 pub use recorded::Recorded;

@@ -7,9 +7,13 @@ use plcc_abi::{Program, Tables};
 use plcc_diag::{FileId, SourceMap};
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{Accessed, Expression};
+use plcc_runtime::files;
 
 use crate::DebugError;
 use crate::names::{PmiPlaces, Target};
+
+/// The longest source on the disk that is compared with the program's text, in bytes.
+const MOST_SOURCE: u64 = 64 << 20;
 
 /// Where a statement stands: lines and columns from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +47,8 @@ struct Sources {
     map: SourceMap,
     /// The full path of each file; the path as it was given, if there is no such file.
     full: Vec<PathBuf>,
+    /// Whether each file has the same text on the disk.
+    on_disk: Vec<bool>,
 }
 
 impl std::fmt::Debug for Sources {
@@ -73,11 +79,15 @@ impl DebuggedProgram {
             };
             numbers.sort_by_key(column);
         }
-        let full = (0..sources.len() as u32).map(|id| {
-            let path = Path::new(sources.path(FileId(id)));
+        let ids = || (0..sources.len() as u32).map(FileId);
+        let full = ids().map(|id| {
+            let path = Path::new(sources.path(id));
             path.canonicalize().unwrap_or_else(|_| path.to_owned())
         });
-        let sources = Sources { full: full.collect(), map: sources };
+        let full: Vec<PathBuf> = full.collect();
+        let is_on_disk = |(path, id): (&PathBuf, FileId)| has_text(path, sources.text(id));
+        let on_disk = full.iter().zip(ids()).map(is_on_disk).collect();
+        let sources = Sources { full, on_disk, map: sources };
         let pmi = match &tables.tables {
             Tables::Pmi(tables) => PmiPlaces::new(tables),
             _ => PmiPlaces::default(),
@@ -103,6 +113,12 @@ impl DebuggedProgram {
     /// The full path of a file.
     pub fn path(&self, file: FileId) -> &Path {
         self.sources.full.get(file.0 as usize).map_or(Path::new(""), PathBuf::as_path)
+    }
+
+    /// Whether a file lies on the disk with the text that the program was read from. The disk may have none, or another
+    /// version, where the program comes from a record.
+    pub fn is_on_disk(&self, file: FileId) -> bool {
+        self.sources.on_disk.get(file.0 as usize).copied().unwrap_or(false)
     }
 
     /// The file of a path, as the user or an editor writes it.
@@ -175,4 +191,12 @@ impl DebuggedProgram {
             Tables::Pmac(tables) => Target::pmac(name, tables.controller),
         }
     }
+}
+
+/// Whether a file on the disk has a text, decoded as the compiler does it.
+fn has_text(path: &Path, text: &str) -> bool {
+    let Ok(bytes) = files::read_regular(path, MOST_SOURCE) else { return false };
+    let mut read = SourceMap::new();
+    let id = read.add(String::new(), &bytes);
+    read.text(id) == text
 }

@@ -10,7 +10,7 @@ use plcc_runtime::record::{Recording, ReplayError, ReplayState, Replayed, RunTic
 use plcc_runtime::{Event, Executive};
 
 use crate::DebugError;
-use crate::history::{History, TickResult};
+use crate::history::{History, TickResult, Version};
 
 /// The ticks of a recording.
 pub struct Recorded {
@@ -21,6 +21,8 @@ pub struct Recorded {
     /// What the run calls itself.
     run: u64,
     generation: u16,
+    /// All versions of the program in the run.
+    versions: Vec<Version>,
     state: ReplayState,
     /// Runs the ticks that nobody looks at.
     engine: Box<dyn Engine>,
@@ -55,6 +57,19 @@ fn ticks_of(recording: &Recording, run: u64, generation: u16) -> Result<RunTicks
     Ok(RunTicks { recording, run, generation })
 }
 
+/// The versions of the program in a run, of which ticks are kept.
+fn versions_of(recording: &Recording, run: u64) -> Result<Vec<Version>, DebugError> {
+    let generations = ticks_of(recording, run, 0)?.run.generations();
+    let mut versions = vec![];
+    for generation in generations {
+        let Range { start, end } = ticks_of(recording, run, generation)?.kept().map_err(failed)?;
+        if start < end {
+            versions.push(Version { generation, first: start, end });
+        }
+    }
+    Ok(versions)
+}
+
 impl Recorded {
     /// The ticks that a run of a recording did after `generation` online changes. `path` is that of the
     /// recording, `run` what the run's header calls it. `executive` is one of the program that ran then,
@@ -72,6 +87,7 @@ impl Recorded {
     ) -> Result<Self, DebugError> {
         let (path, file) = (path.to_owned(), file_at(path));
         let (first, last) = ticks_of(&recording, run, generation)?.range().map_err(failed)?;
+        let versions = versions_of(&recording, run)?;
         let state = ReplayState::new(executive);
         let end = last.saturating_add(1);
         Ok(Self {
@@ -80,6 +96,7 @@ impl Recorded {
             recording,
             run,
             generation,
+            versions,
             state,
             engine,
             first,
@@ -168,6 +185,14 @@ impl History for Recorded {
         self.end
     }
 
+    fn versions(&self) -> &[Version] {
+        &self.versions
+    }
+
+    fn generation(&self) -> u16 {
+        self.generation
+    }
+
     fn goes_on(&self) -> bool {
         false
     }
@@ -213,6 +238,7 @@ impl History for Recorded {
             self.recording = Recording::open(&self.path).map_err(read)?;
             self.file = file;
         }
+        self.versions = versions_of(&self.recording, self.run)?;
         let ticks = ticks_of(&self.recording, self.run, self.generation)?;
         let (first, last) = ticks.range().map_err(failed)?;
         let end = last.saturating_add(1);

@@ -131,6 +131,11 @@ impl Traces {
         }
     }
 
+    /// Forgets all, since their statements are those of another version of the program.
+    pub(crate) fn clear(&mut self) {
+        self.ticks.clear();
+    }
+
     pub(crate) fn get(&self, tick: u64) -> Option<&TickSteps> {
         self.ticks.get(&tick)
     }

@@ -34,6 +34,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
         view,
         may_change: true,
         control: None,
+        open_version: None,
     };
     Session::open(Target {
         kind: TargetKind::Program,

@@ -111,22 +111,25 @@ impl<W: Write> Server<'_, W> {
     fn file(&mut self, source: &Source) -> Result<FileId, DebugError> {
         let debugger = self.debugger()?;
         let by_number = source.source_reference.filter(|&number| number > 0);
-        let by_number = by_number.and_then(|number| u32::try_from(number - 1).ok()).map(FileId);
+        // A source of another version of the program is the file of the same path in this one.
+        let by_number =
+            by_number.filter(|number| (number - 1) >> 16 == i64::from(debugger.generation()));
+        let by_number = by_number.map(|number| FileId((number - 1) as u32 & 0xFFFF));
         let file = by_number.or_else(|| debugger.file(source.path.as_deref().unwrap_or_default()));
         file.ok_or_else(|| DebugError::new("the program has no such source file"))
     }
 
-    /// A file for the client: by its path, or by a number where there is no such file.
+    /// A file for the client: by its path, or by a number where there is no file with this text. The number has that of the
+    /// program's version in it, since each version may have another text.
     fn source(&mut self, file: FileId) -> Result<Source, DebugError> {
-        let program = self.debugger()?.program();
+        let debugger = self.debugger()?;
+        let generation = i64::from(debugger.generation());
+        let program = debugger.program();
         let path = program.path(file);
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-        let exists = path.is_file();
-        Ok(Source {
-            name,
-            path: Some(path.to_string_lossy().into_owned()),
-            source_reference: (!exists).then_some(i64::from(file.0) + 1),
-        })
+        let source_reference =
+            (!program.is_on_disk(file)).then_some((generation << 16 | i64::from(file.0)) + 1);
+        Ok(Source { name, path: Some(path.to_string_lossy().into_owned()), source_reference })
     }
 
     fn set_breakpoints(&mut self, arguments: SetBreakpointsArguments) -> Result<Value, DebugError> {
@@ -405,8 +408,8 @@ impl<W: Write> Server<'_, W> {
             "tick": position.tick,
             "statement": position.step,
             "milliseconds": milliseconds,
-            "firstTick": debugger.history().first(),
-            "knownTicks": debugger.history().known(),
+            "firstTick": debugger.first_tick(),
+            "knownTicks": debugger.known_ticks(),
         }))
     }
 }

@@ -3,6 +3,7 @@
 mod event_text;
 mod search;
 mod steps;
+mod versions;
 
 use plcc_diag::FileId;
 use plcc_frontend::common::{Accessed, StatementInterpreter};
@@ -17,6 +18,10 @@ use crate::observers::Observed;
 use crate::program::DebuggedProgram;
 use crate::trace::{Access, Step, TickTrace, TraceRecorder};
 
+/// Opens a session of another version of the program that ran in the same run, by its
+/// [generation](crate::Version::generation).
+pub type OpenVersion = Box<dyn Fn(u16) -> Result<Session<'static>, DebugError>>;
+
 /// What a debugger works on.
 pub struct Session<'a> {
     /// The program.
@@ -30,6 +35,9 @@ pub struct Session<'a> {
     /// The control whose record is debugged while it runs: what the user sets acts on it, and shows in the record
     /// when that has come so far. `None` where there is none, or nothing is to be set.
     pub control: Option<ControlSocket>,
+    /// Opens the other versions of the program, where the run had online changes. Without it only the history's own
+    /// version can be looked at.
+    pub open_version: Option<OpenVersion>,
 }
 
 impl std::fmt::Debug for Session<'_> {
@@ -189,7 +197,7 @@ impl<'a> Debugger<'a> {
     /// # Errors
     /// When the recording can't be read any more.
     pub fn look_for_more(&mut self) -> Result<(), DebugError> {
-        if self.position.tick.saturating_add(1) < self.history().known() {
+        if self.position.tick.saturating_add(1) < self.known_ticks() {
             return Ok(());
         }
         self.session.history.look_for_more()

@@ -57,7 +57,7 @@ impl Debugger<'_> {
     fn run_tick(&mut self) -> Result<Option<Stopped>, DebugError> {
         let Position { tick, step } = self.position;
         if tick >= self.history().known() && !self.history().goes_on() {
-            return Ok(Some(Stopped::End));
+            return self.run_on_in_next_version(Stopped::End);
         }
         let from = step + usize::from(!self.is_fresh);
         let (found, result) = self.find_hits(tick)?;
@@ -79,9 +79,17 @@ impl Debugger<'_> {
         }
         if tick + 1 >= self.history().known() && !self.history().goes_on() {
             self.position = Position { tick, step: count };
-            return Ok(Some(Stopped::End));
+            return self.run_on_in_next_version(Stopped::End);
         }
         self.position = Position { tick: tick + 1, step: 0 };
+        self.is_fresh = true;
+        Ok(None)
+    }
+
+    /// At the end of a version: goes to the first tick of the next one, or stops where there is none.
+    fn run_on_in_next_version(&mut self, end: Stopped) -> Result<Option<Stopped>, DebugError> {
+        let Some(version) = self.enter_neighbour_version(false)? else { return Ok(Some(end)) };
+        self.position = Position { tick: version.first, step: 0 };
         self.is_fresh = true;
         Ok(None)
     }
@@ -93,7 +101,12 @@ impl Debugger<'_> {
         let Some((begin, found)) =
             self.segment_before(self.position, |this, tick| Ok(this.find_hits(tick)?.0.hits))?
         else {
-            return Ok(Some(Stopped::Beginning));
+            let Some(version) = self.enter_neighbour_version(true)? else {
+                return Ok(Some(Stopped::Beginning));
+            };
+            self.position = Position { tick: version.end.saturating_sub(1), step: 0 };
+            self.position.step = self.trace()?.steps.len();
+            return Ok(None);
         };
         for (tick, hit) in found.into_iter().rev() {
             if let Some(stopped) = self.meet(&hit, false) {
@@ -273,22 +286,43 @@ impl Debugger<'_> {
     }
 
     fn go_back_to(&mut self, name: &str, changes_only: bool) -> Result<Stopped, DebugError> {
+        let found = self.search_back_for(name, changes_only);
+        if found.is_err() {
+            // The search may have come to an older version of the program.
+            self.enter_version_of(self.position.tick)?;
+        }
+        found
+    }
+
+    fn search_back_for(&mut self, name: &str, changes_only: bool) -> Result<Stopped, DebugError> {
+        let what = if changes_only { "changed" } else { "written" };
         let mut end = self.position;
-        while let Some((begin, found)) =
-            self.segment_before(end, |this, tick| this.writes(tick, name, changes_only))?
-        {
+        let mut since = self.history().first();
+        loop {
+            let segment =
+                self.segment_before(end, |this, tick| this.writes(tick, name, changes_only))?;
+            let Some((begin, found)) = segment else {
+                // What an older version of the program has done.
+                let Some(version) = self.enter_neighbour_version(true)? else { break };
+                if self.target(name).is_err() && self.session.program.expression(name).is_err() {
+                    return Err(DebugError(format!(
+                        "nothing has {what} {name} since tick {since}, and the program before that tick has no such \
+                         variable"
+                    )));
+                }
+                since = version.first;
+                end = Position { tick: version.end.saturating_sub(1), step: usize::MAX };
+                continue;
+            };
             if let Some((tick, hit)) = found.last() {
                 self.position = Position { tick: *tick, step: hit.step };
                 self.is_fresh = false;
-                let what = if changes_only { "changed" } else { "written" };
                 return Ok(Stopped::Writer(format!("{name} was {what} here last")));
             }
             self.interruption.check()?;
             end = Position { tick: begin, step: 0 };
         }
-        let first = self.history().first();
-        let what = if changes_only { "changed" } else { "written" };
-        Err(DebugError(format!("nothing has {what} {name} since tick {first}")))
+        Err(DebugError(format!("nothing has {what} {name} since tick {since}")))
     }
 }
 

@@ -13,10 +13,12 @@ impl Debugger<'_> {
     /// When there is no such tick.
     pub fn go_to_tick(&mut self, tick: u64) -> Result<(), DebugError> {
         let here = self.position;
+        self.enter_version_of(tick)?;
         self.position = Position { tick, step: 0 };
         self.is_fresh = false;
         if let Err(error) = self.trace() {
             self.position = here;
+            self.enter_version_of(here.tick)?;
             return Err(error);
         }
         Ok(())
@@ -37,7 +39,7 @@ impl Debugger<'_> {
     /// # Errors
     /// When nothing is known.
     pub fn go_to_end(&mut self) -> Result<(), DebugError> {
-        let last = self.history().known().saturating_sub(1).max(self.history().first());
+        let last = self.known_ticks().saturating_sub(1).max(self.first_tick());
         self.go_to_tick(last)?;
         let trace = self.trace()?;
         let steps = trace.steps.len();
@@ -125,10 +127,14 @@ impl Debugger<'_> {
             }
             let next = self.position.tick + 1;
             if next >= self.history().known() && !self.history().goes_on() {
-                self.position.step = count;
-                return Ok(Stopped::End);
+                let Some(version) = self.enter_neighbour_version(false)? else {
+                    self.position.step = count;
+                    return Ok(Stopped::End);
+                };
+                self.position = Position { tick: version.first, step: 0 };
+            } else {
+                self.position = Position { tick: next, step: 0 };
             }
-            self.position = Position { tick: next, step: 0 };
             if !self.trace()?.steps.is_empty() {
                 return Ok(Stopped::Step);
             }
@@ -142,10 +148,13 @@ impl Debugger<'_> {
                 self.position.step -= 1;
                 return Ok(Stopped::Step);
             }
-            let Some(tick) =
-                self.position.tick.checked_sub(1).filter(|tick| *tick >= self.history().first())
-            else {
-                return Ok(Stopped::Beginning);
+            let before = self.position.tick.checked_sub(1);
+            let tick = match before.filter(|tick| *tick >= self.history().first()) {
+                Some(tick) => tick,
+                None => match self.enter_neighbour_version(true)? {
+                    Some(version) => version.end.saturating_sub(1),
+                    None => return Ok(Stopped::Beginning),
+                },
             };
             self.position = Position { tick, step: 0 };
             self.position.step = self.trace()?.steps.len();

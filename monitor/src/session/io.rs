@@ -39,6 +39,13 @@ pub(super) struct IoState {
     last: BTreeMap<String, f64>,
 }
 
+impl IoState {
+    /// Has the inputs and outputs be looked up again, since another version of the program is shown.
+    pub(super) fn forget_points(&mut self) {
+        self.points = None;
+    }
+}
+
 impl Session<'_> {
     /// The forces in effect.
     pub(super) fn forces(&self) -> Vec<NamedValue> {

@@ -16,6 +16,7 @@ mod tests;
 mod time;
 mod timing;
 mod values;
+mod versions;
 mod watch;
 
 use std::collections::BTreeSet;
@@ -86,8 +87,8 @@ pub struct Session<'a> {
     skipped: Vec<Skipped>,
     link: Option<Link>,
     rebuilder: Option<Box<dyn Rebuilder>>,
-    /// How often the control's program had been replaced when the session first got its status.
-    generation: Option<u64>,
+    /// The version of the program that is shown: the number of online changes before it.
+    generation: u16,
     /// Names that the control can't read.
     unreadable: BTreeSet<String>,
     store: Store,
@@ -115,6 +116,7 @@ impl<'a> Session<'a> {
         let interpreter = program.map(|program| program.checked().statement_interpreter());
         let placed = program.map_or(vec![], |program| program.placed());
         let time = Time::new(debugger.as_ref(), speed);
+        let generation = debugger.as_ref().map_or(0, Debugger::generation);
         let files = debugger.as_ref().map(|debugger| &debugger.program().tables().files);
         let program = files.and_then(|files| files.first()).unwrap_or(&name);
         let store = Store::open(state_folder.as_deref(), program);
@@ -134,7 +136,7 @@ impl<'a> Session<'a> {
             skipped: vec![],
             link: socket.as_deref().map(Link::new),
             rebuilder,
-            generation: None,
+            generation,
             unreadable: BTreeSet::new(),
             store,
             statements,
@@ -148,7 +150,8 @@ impl<'a> Session<'a> {
     /// What is shown of a screen.
     pub fn view(&mut self, screen: &Screen) -> View {
         let body = self
-            .body(screen)
+            .enter_version_of(self.time.shown)
+            .and_then(|()| self.body(screen))
             .unwrap_or_else(|refusal| Body::Status { reason: Some(refusal.message) });
         View { status: self.status(), body }
     }
@@ -184,6 +187,7 @@ impl<'a> Session<'a> {
     }
 
     fn carry_out(&mut self, command: Command) -> Result<Reply, Refusal> {
+        self.enter_version_of(self.time.shown)?;
         match command {
             Command::Follow => self.follow(),
             Command::Pause => self.pause(),
@@ -235,7 +239,7 @@ impl<'a> Session<'a> {
         let tick_ns = self.debugger.as_ref().map_or(0, Debugger::tick_ns);
         let tick = self.time.shown;
         let program = self.debugger.as_ref().map(Debugger::program);
-        let first = self.debugger.as_ref().map_or(0, |debugger| debugger.history().first());
+        let first = self.first();
         let control = self.link.as_ref().and_then(|link| link.status());
         let unreachable = self.link.as_ref().and_then(|link| link.error());
         Status {
@@ -275,10 +279,11 @@ impl<'a> Session<'a> {
     /// What the user should know.
     fn note(&self) -> Option<String> {
         let status = self.link.as_ref().and_then(|link| link.status());
-        let is_replaced = status.is_some_and(|status| Some(status.generation) != self.generation);
-        if is_replaced && self.debugger.is_some() {
-            let what =
-                "the control's program was replaced: start the monitor again to see the new one";
+        let newest = self.debugger.as_ref().map(|debugger| debugger.newest_generation());
+        if let (Some(status), Some(newest)) = (status, newest)
+            && status.generation > u64::from(newest)
+        {
+            let what = "the control's program was replaced; its record will show the new one";
             return Some(what.into());
         }
         self.time.note.clone()

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use plcc_debugger::DebuggedProgram;
 use plcc_frontend::common::Expression;
 use plcc_runtime::{Executive, Purpose, Value};
 
@@ -46,7 +47,8 @@ impl Buffer {
 /// A trigger that has not been met yet.
 #[derive(Debug)]
 struct Armed {
-    expression: Expression,
+    /// `None` where the version of the program that runs has not its variables.
+    expression: Option<Expression>,
     /// The next tick in which the trigger is tested.
     next: u64,
     /// The value of the expression after the tick before.
@@ -83,6 +85,15 @@ impl Default for ScopeState {
 }
 
 impl ScopeState {
+    /// From here on another version of the program runs: the expression of the trigger is one of that. A trigger whose
+    /// variables it does not have waits for a version that has them.
+    pub(super) fn move_to(&mut self, program: &DebuggedProgram) {
+        if let (Some(armed), Some(trigger)) = (&mut self.armed, &self.trigger) {
+            armed.expression = program.expression(&trigger.expression).ok();
+            armed.last = None;
+        }
+    }
+
     /// Takes the values after a tick that was run, if it is the next one, and tests the trigger.
     pub(super) fn take(&mut self, tick: u64, executive: &mut dyn Executive) {
         if !self.names.is_empty() && tick == self.buffer.end() {
@@ -99,7 +110,8 @@ impl ScopeState {
             return;
         }
         armed.next += 1;
-        let now = armed.expression.evaluate(executive.image()).ok().map(|value| value.number());
+        let value = armed.expression.as_ref().and_then(|it| it.evaluate(executive.image()).ok());
+        let now = value.map(|value| value.number());
         let last = std::mem::replace(&mut armed.last, now);
         let (Some(last), Some(now)) = (last, now) else { return };
         let met = match trigger.edge {
@@ -143,6 +155,9 @@ impl Session<'_> {
 
     /// Runs a tick once more without taking anything from it; whether that was possible.
     fn run_again(&mut self, tick: u64) -> bool {
+        if self.enter_version_of(tick).is_err() {
+            return false;
+        }
         self.executive_tick = None;
         let Some(debugger) = &mut self.debugger else { return false };
         debugger.history_mut().run_unobserved(tick).is_ok()
@@ -325,7 +340,8 @@ impl Session<'_> {
         };
         // In a recording, what is shown is searched again from its beginning.
         let next = if is_recording { from } else { run_until };
-        self.scope.armed = expression.map(|expression| Armed { expression, next, last: None });
+        let armed = |expression| Armed { expression: Some(expression), next, last: None };
+        self.scope.armed = expression.map(armed);
         (self.scope.trigger_tick, self.scope.trigger, self.scope.range) = (None, trigger, None);
         Ok(Reply::default())
     }

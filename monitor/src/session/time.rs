@@ -42,10 +42,8 @@ pub(super) struct Time {
 
 impl Time {
     pub(super) fn new(debugger: Option<&Debugger<'_>>, speed: f64) -> Self {
-        let (first, known) = debugger.map_or((0, 0), |debugger| {
-            let history = debugger.history();
-            (history.first(), history.known())
-        });
+        let (first, known) =
+            debugger.map_or((0, 0), |debugger| (debugger.first_tick(), debugger.known_ticks()));
         Self {
             shown: first,
             following: true,
@@ -66,13 +64,14 @@ impl Session<'_> {
         let until = Instant::now() + POLL_TIME;
         if let Some(link) = &mut self.link {
             link.poll();
-            if let Some(status) = link.status() {
-                self.generation.get_or_insert(status.generation);
-            }
         }
         let Some(run_target) = self.run_target() else { return false };
         while self.time.run_until < run_target && Instant::now() < until {
             let tick = self.time.run_until;
+            // While the user stays at a tick of another version of the program, that one is not left.
+            if !self.time.following && !self.is_of_version(tick) {
+                break;
+            }
             // The last ticks are run in the interpreter right now, since they are shown next: to run them again would
             // take longer.
             let is_near = run_target - tick <= LOOK_BACK;
@@ -105,7 +104,7 @@ impl Session<'_> {
             if let Err(error) = debugger.history_mut().look_for_more() {
                 self.time.note = Some(error.0);
             }
-            return Some(debugger.history().known());
+            return Some(debugger.known_ticks());
         }
         if !following || self.time.stopped.is_some() {
             self.time.begun = None;
@@ -127,7 +126,7 @@ impl Session<'_> {
     }
 
     pub(super) fn first(&self) -> u64 {
-        self.debugger.as_ref().map_or(0, |debugger| debugger.history().first())
+        self.debugger.as_ref().map_or(0, Debugger::first_tick)
     }
 
     pub(super) fn state(&self) -> String {
@@ -155,6 +154,7 @@ impl Session<'_> {
 
     /// Runs a tick in the fastest engine, and takes in its events.
     fn run_unobserved(&mut self, tick: u64) -> Result<(), Refusal> {
+        self.enter_version_of(tick)?;
         self.executive_tick = None;
         let result = self.debugger()?.history_mut().run_unobserved(tick)?;
         self.executive_tick = Some(tick);
@@ -167,6 +167,7 @@ impl Session<'_> {
     pub(super) fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
         let is_new = tick >= self.time.run_until;
         self.debugger()?;
+        self.enter_version_of(tick)?;
         self.executive_tick = None;
         let (Some(debugger), Some(interpreter)) = (&mut self.debugger, &mut self.interpreter)
         else {
@@ -214,8 +215,10 @@ impl Session<'_> {
         let is_known = self.flow.as_ref().is_some_and(|(of, _)| *of == tick);
         if !is_known {
             let dialect = self.debugger()?.program().tables().dialect();
-            let known = self.debugger()?.history().known();
-            let first = (tick + 1).saturating_sub(LOOK_BACK).max(self.first());
+            self.enter_version_of(tick)?;
+            let history = self.debugger()?.history();
+            let (known, version_first) = (history.known(), history.first());
+            let first = (tick + 1).saturating_sub(LOOK_BACK).max(version_first);
             // While newest ticks are followed, those that were traced already are enough: tracing all of the last
             // ones would take longer than the ticks themselves.
             let first = if self.time.following && self.traces.has(tick) { tick } else { first };
@@ -322,6 +325,8 @@ impl Session<'_> {
             false => debugger.go_to_end()?,
         }
         debugger.go_to_last_change(name)?;
+        self.show_version();
+        let debugger = self.debugger()?;
         let position = debugger.position();
         let statement = debugger.step_here()?.map(|step| step.statement);
         if let Some(row) = statement.and_then(|statement| self.text.row_of(statement)) {

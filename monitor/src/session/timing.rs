@@ -119,6 +119,8 @@ impl Session<'_> {
             .into_iter()
             .map(|Skipped { first: tick, count, cut }| {
                 let before = tick.checked_sub(1).filter(|before| *before >= first && !cut);
+                // Of another version of the program nothing is run again here: that would replace what is shown.
+                let before = before.filter(|before| self.is_of_version(*before));
                 let looked = before.and_then(|before| {
                     if !self.traces.has(before) {
                         self.trace(before).ok()?;

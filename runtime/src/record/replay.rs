@@ -192,8 +192,11 @@ impl RunTicks<'_> {
         Ok((start, end.saturating_sub(1).max(start)))
     }
 
-    /// The ticks that are kept of this generation, from the first one to the last.
-    fn kept(&self) -> Result<Range<u64>, ReplayError> {
+    /// The ticks that are kept of this generation, from the first one to the last; an empty range where there are none.
+    ///
+    /// # Errors
+    /// When the record can't be read.
+    pub fn kept(&self) -> Result<Range<u64>, ReplayError> {
         let spans = || self.run.spans.iter().filter(|span| span.generation == self.generation);
         let first = spans().next().map_or(0, |span| span.first);
         let mut end = first;

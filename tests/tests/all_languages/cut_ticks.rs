@@ -61,7 +61,14 @@ fn a_tick_that_was_cut_is_shown_up_to_the_line_where_its_scan_stood() {
             Recorded::new(&record, recording, header.run, 0, executive, checked.interpreter());
         let program = DebuggedProgram::new(checked.into_program(), sources, tables.clone());
         let history = Box::new(history.unwrap());
-        let session = Session { program, history, view, may_change: false, control: None };
+        let session = Session {
+            program,
+            history,
+            view,
+            may_change: false,
+            control: None,
+            open_version: None,
+        };
         let mut debugger = Debugger::new(session);
         debugger.go_to_tick(1).unwrap();
         let trace = debugger.trace().unwrap().clone();

@@ -47,6 +47,11 @@ impl StatementState {
 }
 
 impl StatementState {
+    /// Puts the cursor on a row.
+    pub(in crate::session) fn go_to(&mut self, row: usize) {
+        self.cursor = row;
+    }
+
     /// The source line numbers of the chosen statements; `None` for the whole program.
     pub(in crate::session) fn chosen_numbers(&self, text: &ProgramText) -> Option<Vec<String>> {
         let number = |&row: &usize| Some(text.rows.get(row)?.number.clone());
