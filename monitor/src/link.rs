@@ -87,12 +87,18 @@ impl Link {
     /// Asks for the status, unless it is young enough.
     pub(crate) fn poll(&mut self) {
         let is_young = self.status.as_ref().is_some_and(|(at, _)| at.elapsed() < STATUS_AGE);
-        if is_young {
-            return;
+        if !is_young {
+            // Why it fails is shown with the state of the connection.
+            let _ = self.ask_status();
         }
-        if let Ok(reply) = self.ask(&json!({"request": "status"})) {
-            self.status = Some((Instant::now(), status_of(&reply)));
-        }
+    }
+
+    /// Asks for the status, however young the last one is.
+    pub(crate) fn ask_status(&mut self) -> Result<ControlStatus, Refusal> {
+        let reply = self.ask(&json!({"request": "status"}))?;
+        let status = status_of(&reply);
+        self.status = Some((Instant::now(), status.clone()));
+        Ok(status)
     }
 
     /// Has the next [`poll`](Self::poll) ask for the status.

@@ -209,16 +209,15 @@ impl Session<'_> {
                  changed from here"
             )));
         };
-        let status = link.status().ok_or_else(|| Refusal::new("the control does not answer"))?;
+        // Another change may just have been made, which must not be lost.
+        let status = link.ask_status()?;
         if !may_swap {
             return Err(Refusal::new(format!(
                 "{name} stands in the source, so a change is another program: the control was started without --allow swap"
             )));
         }
-        let running = RunningProgram {
-            fingerprint: status.fingerprint.clone(),
-            generation: status.generation,
-        };
+        let running =
+            RunningProgram { fingerprint: status.fingerprint, generation: status.generation };
         let rebuilt = rebuilder.rebuild(&running, name, value).map_err(Refusal::new)?;
         let tick = link.swap(&rebuilt.artifact)?;
         let artifact = rebuilt.artifact.file_name().unwrap_or_default().to_string_lossy();
