@@ -191,13 +191,25 @@ impl Publisher {
                 write_word(word, value.to_le());
             }
         }
+        // Each page's words of eight bytes, those that the image has and those of the file, and what follows the
+        // last whole word of an image whose length is no multiple of eight.
         let page_of = |page: usize| {
             let bytes = image.get(page * PAGE..).unwrap_or_default();
-            let bytes = bytes.get(..PAGE).unwrap_or(bytes);
-            bytes.chunks(8).zip(shared.get(page * PAGE / 8..).unwrap_or_default())
+            let (whole, rest) = bytes.get(..PAGE).unwrap_or(bytes).as_chunks();
+            let words = shared.get(page * PAGE / 8..).unwrap_or_default();
+            let last = words.get(whole.len()).filter(|_| !rest.is_empty());
+            (whole.iter().zip(words), last.map(|word| (partial_word(rest), word)))
         };
-        let copy = |page| page_of(page).for_each(|(bytes, word)| write_word(word, word_of(bytes)));
-        let differs = |page| page_of(page).any(|(bytes, word)| read_word(word) != word_of(bytes));
+        let copy = |page| {
+            let (whole, last) = page_of(page);
+            whole.for_each(|(bytes, word)| write_word(word, u64::from_ne_bytes(*bytes)));
+            last.into_iter().for_each(|(value, word)| write_word(word, value));
+        };
+        let differs = |page| {
+            let (mut whole, last) = page_of(page);
+            whole.any(|(bytes, word)| read_word(word) != u64::from_ne_bytes(*bytes))
+                || last.is_some_and(|(value, word)| read_word(word) != value)
+        };
         self.pages.visit(copy, differs);
         end_write(counter, self.sequence);
     }
@@ -256,14 +268,9 @@ impl Publisher {
     }
 }
 
-/// The word that holds up to eight bytes in their order; missing ones are 0.
-fn word_of(bytes: &[u8]) -> u64 {
-    match bytes.first_chunk() {
-        Some(bytes) => u64::from_ne_bytes(*bytes),
-        None => {
-            let mut whole = [0; 8];
-            whole.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-            u64::from_ne_bytes(whole)
-        }
-    }
+/// The word that holds fewer than eight bytes in their order; missing ones are 0.
+fn partial_word(bytes: &[u8]) -> u64 {
+    let mut whole = [0; 8];
+    whole.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+    u64::from_ne_bytes(whole)
 }
