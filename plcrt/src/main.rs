@@ -23,8 +23,9 @@ use plcc_runtime::artifact::signature::PublicKey;
 use plcc_runtime::configuration::{self, Mistake, Mistakes};
 use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
 use plcc_runtime::record::RecordedProgram;
+use plcc_runtime::session::PathConflict;
 use plcc_runtime::supervisor::{self, Supervision};
-use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
+use plcc_runtime::{Artifact, NativeEngine, session};
 
 /// Runs a compiled PLC program.
 ///
@@ -186,20 +187,28 @@ fn default_record(path: &Path, options: &[configuration::Word]) -> OsString {
 fn check_config(path: &Path) -> Result<u8, String> {
     let (configuration, mut mistakes) = configuration::open(path, &Cli::command())?;
     let wrong = |line: usize, message: String| Mistake { line, message };
-    if let Some((line, artifact)) = &configuration.artifact {
+    if let Some((line, configured_artifact)) = &configuration.artifact {
         let options = configuration.options.iter().map(|word| word.text.as_str());
         let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
         let whole = Cli::try_parse_from(words).map_err(|error| error.to_string());
-        let key = whole.and_then(|cli| cli.run.public_key());
-        match key.and_then(|key| open(artifact, key.as_ref())) {
+        let key = whole.as_ref().map_err(Clone::clone).and_then(|cli| cli.run.public_key());
+        match key.and_then(|key| open(configured_artifact, key.as_ref())) {
             Err(message) => mistakes.push(wrong(*line, message)),
-            Ok(artifact) => {
+            Ok(Artifact { program, .. }) => {
+                if let Ok(cli) = whole {
+                    let reads = vec![configured_artifact.clone(), path.to_owned()];
+                    let run = RunArgs { reads, ..cli.run };
+                    for PathConflict { option, message } in session::path_conflicts(&program, &run)
+                    {
+                        mistakes.push(wrong(configuration.line_of(option), message));
+                    }
+                }
                 for word in &configuration.options {
-                    let refused = refusals(&artifact.program, &word.text);
+                    let refused = refusals(&program, &word.text);
                     mistakes.extend(refused.into_iter().map(|message| wrong(word.line, message)));
                 }
                 let control = wiring_control(&configuration.options);
-                let checked = check_wiring(&configuration.wiring, &artifact.program, &control)?;
+                let checked = check_wiring(&configuration.wiring, &program, &control)?;
                 for warning in &checked.warnings {
                     let path = path.display();
                     let _ = writeln!(io::stderr(), "warning: {path}: {}", printable(warning));
@@ -260,7 +269,7 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     if let Some(image) = &cli.dump_image {
         let key = cli.run.public_key()?;
         let open = |path: &PathBuf| {
-            Inspection::open(path, key.as_ref()).map_err(|error| failure(path, &error))
+            Inspection::open(path, key.as_ref()).map_err(|error| error.with_path(path))
         };
         let artifact = cli.artifact.as_ref().map(open).transpose()?;
         return print(&dump_image::dump(image, artifact.as_ref(), &cli.run)?);
@@ -270,11 +279,11 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     let key = cli.run.public_key()?;
     if cli.info {
         let artifact =
-            Inspection::open(path, key.as_ref()).map_err(|error| failure(path, &error))?;
+            Inspection::open(path, key.as_ref()).map_err(|error| error.with_path(path))?;
         return print(info::info(&artifact, key.is_some()).as_bytes());
     }
     let (artifact, bytes) =
-        Artifact::open_with_bytes(path, key.as_ref()).map_err(|error| failure(path, &error))?;
+        Artifact::open_with_bytes(path, key.as_ref()).map_err(|error| error.with_path(path))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     if cli.run.gdb {
@@ -282,7 +291,7 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     }
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
-    let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
+    let reads = cli.machine.iter().chain(&cli.artifact).chain(&cli.config).cloned().collect();
     let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let supervised = cli.supervised;
     let wiring = check_wiring(&cli.wiring, &artifact.program, &cli.run.control)?;
@@ -304,15 +313,7 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
 
 /// Reads an artifact; with a key it must be signed.
 fn open(path: &Path, key: Option<&PublicKey>) -> Result<Artifact, String> {
-    Artifact::open(path, key).map_err(|error| failure(path, &error))
-}
-
-/// Why an artifact can't be used.
-fn failure(path: &Path, error: &ArtifactError) -> String {
-    match error {
-        ArtifactError::Read { .. } => error.to_string(),
-        _ => format!("{}: {error}", path.display()),
-    }
+    Artifact::open(path, key).map_err(|error| error.with_path(path))
 }
 
 /// Writes to standard output. That its reader has closed it (`plcrt … | head`) is not an error.

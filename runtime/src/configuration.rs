@@ -133,6 +133,14 @@ pub struct Configuration {
     pub wiring: Vec<Entry>,
 }
 
+impl Configuration {
+    /// The line of the key that stands for an option, such as `--log`; the first line if there is none.
+    pub fn line_of(&self, option: &str) -> usize {
+        let is_named = |word: &&Word| word.text.split('=').next() == Some(option);
+        self.options.iter().find(is_named).map_or(1, |word| word.line)
+    }
+}
+
 /// The mistakes of the configuration file at a path, as a message for people.
 #[derive(Debug)]
 pub struct Mistakes<'a>(

@@ -165,7 +165,9 @@ impl SafeLines {
 
 /// The error of an entry whose value the output's lines can't carry.
 pub(crate) fn does_not_fit(name: &str, value: &str) -> NameError {
-    let reason = format!("can't be made `{value}`: its lines can't carry that value");
+    let reason = format!(
+        "can't be made `{value}`: `off`, `hold` or a value that its lines can carry is expected"
+    );
     NameError::Unfit { name: name.into(), reason }
 }
 

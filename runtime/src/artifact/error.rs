@@ -1,6 +1,6 @@
 //! Why an artifact is refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use plcc_abi::ABI_VERSION;
 use thiserror::Error;
@@ -95,6 +95,17 @@ pub enum ArtifactError {
         /// What does not fit.
         what: String,
     },
+}
+
+impl ArtifactError {
+    /// The error as a message for people that begins with the artifact's path.
+    pub fn with_path(&self, path: &Path) -> String {
+        match self {
+            // It has the path.
+            Self::Read { .. } => self.to_string(),
+            _ => format!("{}: {self}", path.display()),
+        }
+    }
 }
 
 /// Something that does not fit.

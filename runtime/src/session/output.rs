@@ -14,6 +14,9 @@ use crate::retain;
 
 use super::SessionError;
 
+/// What [`RunArgs::reads`] holds, for messages.
+const READ_FILES: &str = "the machine file, the artifact or the configuration";
+
 /// A file that grows during the run, or standard output for `-`.
 #[derive(Debug)]
 pub(super) struct Output {
@@ -157,12 +160,28 @@ pub(super) fn check_retained(path: &Path) -> Result<(), SessionError> {
     retain::can_be_written(path).map_err(|error| not_written(path, &error))
 }
 
+/// An output that would overwrite what is read, or another output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathConflict {
+    /// The option that names the output, such as `--log`.
+    pub option: &'static str,
+    /// What it would overwrite, for people.
+    pub message: String,
+}
+
 /// Checks that no output is a file that is read, and that no two outputs are the same file or both
 /// standard output.
 ///
 /// # Errors
 /// The first two that are the same.
 pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), SessionError> {
+    let conflict = path_conflicts(program, args).into_iter().next();
+    conflict.map_or(Ok(()), |conflict| Err(SessionError(conflict.message)))
+}
+
+/// The outputs of a run that are files which are read, or the same file as an output before them, or to which
+/// standard output goes as well as to one before them.
+pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
     let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let beside = args.retain.as_deref().map(retain::files_beside);
     let outputs = [
@@ -191,28 +210,33 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
             .map(|path| ("--image's copy of a dead control", with_ending(path, ".dead"))),
     ];
     let outputs = outputs.into_iter().chain(further).flatten().chain(beside.into_iter().flatten());
-    let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));
+    let read = args.reads.iter().map(|path| (READ_FILES, path.clone()));
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
     let source = source.map(|file| ("the program", file));
+    let read = read.chain(option("--key", &args.key));
     let read = option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read);
     // Each path is looked up once: that takes system calls, and the first tick waits for it.
     let mut seen: Vec<(&str, Target)> =
         read.map(|(name, path)| (name, Target::of(&path))).collect();
+    let mut conflicts = vec![];
     for (name, path) in outputs {
         let target = Target::of(&path);
         if let Some((other, _)) = seen.iter().find(|(_, other)| target.excludes(other)) {
-            return Err(SessionError(if is_stdout(&path) {
+            let message = if is_stdout(&path) {
                 format!(
                     "{name} and {other} can't both go to standard output: give one of them a file"
                 )
             } else {
                 format!("{name} would overwrite {other}: both are {}", path.display())
-            }));
+            };
+            // Of a file that stands beside an output it is the option that names the output.
+            let option = name.split_once('\'').map_or(name, |(option, _)| option);
+            conflicts.push(PathConflict { option, message });
         }
         seen.push((name, target));
     }
-    Ok(())
+    conflicts
 }
 
 /// What a path of the command line means.

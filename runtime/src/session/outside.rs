@@ -90,7 +90,8 @@ fn load(
     record: Option<&RecordedPrograms>,
 ) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let (artifact, bytes) = Artifact::open_with_bytes(path, key).map_err(|error| named(&error))?;
+    let opened = Artifact::open_with_bytes(path, key);
+    let (artifact, bytes) = opened.map_err(|error| error.with_path(path))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     if gdb {

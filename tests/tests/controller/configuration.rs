@@ -66,3 +66,24 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     assert!(String::from_utf8(output.stderr).unwrap().contains("other.toml:1: "));
     assert_eq!(plcrt(&shop, "--check-config none.toml").status.code(), Some(2));
 }
+
+#[test]
+fn outputs_that_would_overwrite_what_is_read_or_each_other_are_mistakes() {
+    let shop = Shop::new("overwrite", Dialect::Pmi, PMI);
+    let text = "artifact = \"p.plcx\"\nlog = \"c.toml\"\nimage = \"p.plcx\"\nretain = \"kept\"\n\
+                record = \"kept.bak\"\n";
+    fs::write(shop.path("c.toml"), text).unwrap();
+    for option in ["--check-config", "--config"] {
+        let output = plcrt(&shop, &format!("{option} c.toml"));
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{option}: {message}");
+        assert!(message.contains("--log would overwrite"), "{option}: {message}");
+        if option == "--check-config" {
+            for (line, name) in [(2, "--log"), (3, "--image"), (4, "--retain's copy")] {
+                let mistake = format!("c.toml:{line}: {name} would overwrite");
+                assert!(message.contains(&mistake), "{mistake}: {message}");
+            }
+        }
+    }
+    assert_eq!(shop.read("c.toml"), text, "the configuration is as it was");
+}
