@@ -520,6 +520,29 @@ fn pmi_programs_are_exchanged_and_taken_back() {
     assert_eq!(events.lines().count(), 1, "a fault that stays is told once: {events}");
 }
 
+/// Neither a change that was accepted nor a rollback makes a force on an input one on an output.
+#[test]
+fn a_force_does_not_pass_to_another_input_or_output() {
+    let shop = Shop::new("swap-forced");
+    let artifact = shop.build("one", Dialect::Pmi, "$OUTPUT\nLAMP = 1/0\n$END\nLAMP = F\n");
+    let other = shop.build("other", Dialect::Pmi, "$INPUT\nLAMP = 1/0\n$END\n");
+    let control = shop.start(&artifact, &["--allow", "force,swap"]);
+    let swap = json!({"request": "swap", "path": other, "accept": ["LAMP"]});
+    control.assign("force", "LAMP", 0);
+    assert_eq!(control.refused(&swap), "refused");
+    control.ask(&json!({"request": "unforce", "all": true}));
+    control.ask(&swap);
+    control.assign("force", "LAMP", 1);
+    let rollback = json!({"request": "rollback"});
+    assert_eq!(control.refused(&rollback), "refused");
+    control.ask(&json!({"request": "unforce", "all": true}));
+    control.ask(&rollback);
+    control.tick();
+    assert_eq!(control.get("PORT1.0"), 0, "the program drives the line");
+    let (status, text) = control.end();
+    assert_eq!(status, Some(130), "{text}");
+}
+
 /// The image file of the new program shows the outputs as they are, also if no tick of it has run.
 #[test]
 fn outputs_stay_safe_when_a_stopped_program_is_exchanged() {
