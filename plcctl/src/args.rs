@@ -92,8 +92,8 @@ pub(crate) enum Command {
     Swap {
         /// The artifact of the new version
         artifact: PathBuf,
-        /// Accepts a change that is refused otherwise, by its name; `all` accepts every one
-        #[arg(long, value_name = "NAME")]
+        /// Accepts changes that are refused otherwise, by their names; `all` accepts every one
+        #[arg(long, value_name = "NAME,NAME…", value_delimiter = ',')]
         accept: Vec<String>,
         /// Only shows what would change
         #[arg(long)]
@@ -170,6 +170,13 @@ mod tests {
         for text in ["", "A", "=1", "A=", " = "] {
             assert!(assignment(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn several_changes_are_accepted_at_once() {
+        let words = ["plcctl", "s", "swap", "x.plcx", "--accept", "LAMP,N", "--accept", "HORN"];
+        let swap = Cli::try_parse_from(words).unwrap().command.unwrap();
+        assert_eq!(swap.request().unwrap()["accept"], json!(["LAMP", "N", "HORN"]));
     }
 
     #[test]
