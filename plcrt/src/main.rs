@@ -289,12 +289,12 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     if cli.run.gdb {
         artifact.show_to_gdb(&mut engine).map_err(|error| named(&error))?;
     }
-    let machine =
-        cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
+    let program = artifact.into_program();
+    let machine = cli.machine.as_deref().map(|path| machine(path, &program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).chain(&cli.config).cloned().collect();
     let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let supervised = cli.supervised;
-    let wiring = check_wiring(&cli.wiring, &artifact.program, &cli.run.control)?;
+    let wiring = check_wiring(&cli.wiring, &program, &cli.run.control)?;
     if !wiring.mistakes.is_empty() {
         let mistakes: Vec<Mistake> = wiring.mistakes.into_iter().map(Mistake::from).collect();
         let path = cli.config.as_deref().unwrap_or(Path::new(""));
@@ -308,7 +308,7 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     let started = Some(started);
     let run =
         RunArgs { reads, supervised, started, program: recorded, input_rules, ..cli.run.clone() };
-    Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
+    Ok(session::run(&program, &mut engine, &run, machine.as_ref()))
 }
 
 /// Reads an artifact; with a key it must be signed.

@@ -75,6 +75,14 @@ pub struct Artifact {
     pub sources: Vec<u8>,
 }
 
+impl Artifact {
+    /// The program alone. The code and all that is for people is given back: an engine that was made of the code has
+    /// a copy of what it needs.
+    pub fn into_program(self) -> Program {
+        self.program
+    }
+}
+
 /// What an artifact holds for people beside the program. Nothing that runs depends on it, and it is not checked.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Attached<'a> {
