@@ -35,6 +35,9 @@ const MAX_CLIENTS: usize = 16;
 const ACCEPT_RATE: f64 = 50.0;
 /// Connections that are accepted at once after a rest.
 const ACCEPT_BURST: f64 = MAX_CLIENTS as f64;
+/// How many connections wait to be accepted at most; further clients wait in `connect`. With the queue that the
+/// system gives otherwise, of 4096, clients that leave again at once could keep others waiting for more than a minute.
+const WAITING_CLIENTS: i32 = 64;
 /// How long the thread sleeps at most when nothing waits for an answer.
 const IDLE: Duration = Duration::from_millis(100);
 /// How often it looks for answers. The thread that runs the ticks can't wake it, since that would be
@@ -78,7 +81,10 @@ fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
     let beside = PathBuf::from(beside);
     let _ = fs::remove_file(&beside);
     let listener = UnixListener::bind(&beside).map_err(failed)?;
-    let result = fs::set_permissions(&beside, fs::Permissions::from_mode(mode))
+    // The standard library listens with a long queue already; this makes it shorter.
+    let result = net::listen(&listener, WAITING_CLIENTS)
+        .map_err(io::Error::from)
+        .and_then(|()| fs::set_permissions(&beside, fs::Permissions::from_mode(mode)))
         .and_then(|()| listener.set_nonblocking(true))
         .and_then(|()| fs::rename(&beside, path));
     result.map_err(|error| {
@@ -345,7 +351,8 @@ mod tests {
         let (requests, _scan_end) = tests::requests();
         let admitted = Admitted::new(&[], &[]);
         let mut thread = SocketThread::new(listener, admitted, requests, now);
-        for _ in 0..100 {
+        // No more than wait to be accepted, since nobody accepts any meanwhile.
+        for _ in 0..WAITING_CLIENTS {
             drop(UnixStream::connect(&path).unwrap());
         }
         // How many are accepted when the clock stands still at `now`: it goes on until nothing more is ready.
@@ -363,6 +370,24 @@ mod tests {
         assert_eq!(accepted_at(now), 0);
         assert_eq!(accepted_at(now + Duration::from_millis(200)), (ACCEPT_RATE / 5.0) as u64);
         assert_eq!(accepted_at(now + Duration::from_secs(60)), ACCEPT_BURST as u64);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn few_connections_wait_to_be_accepted() {
+        let folder = std::env::temp_dir().join(format!("plcc-queue-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("socket");
+        let _listener = open(&path, 0o600).unwrap();
+        let connect = || {
+            let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+            let socket = net::socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+            net::connect(&socket, &SocketAddrUnix::new(&path)?)
+        };
+        // Linux takes one more than the length of the queue.
+        let waiting = (0..1000).take_while(|_| connect().is_ok()).count();
+        assert!(waiting <= WAITING_CLIENTS as usize + 1, "{waiting}");
+        assert_eq!(connect(), Err(Errno::AGAIN));
         fs::remove_dir_all(&folder).unwrap();
     }
 
