@@ -59,6 +59,7 @@ mod gdb;
 pub mod image_file;
 pub mod journal;
 pub mod native;
+mod native_error;
 pub mod nct;
 pub mod panic_barrier;
 mod patient_writer;

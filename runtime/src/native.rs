@@ -8,6 +8,7 @@
 
 use std::ffi::{c_int, c_void};
 use std::io;
+use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,29 +17,14 @@ use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
     Code, CodeLine, CodeMemory, Deadline, Engine, Host, HostFn, Outcome, Program, RawOutcome,
-    ResumeLabels, ResumePoint, Scan, ScanContext, SourceLine, Trap, TrapCode, TrapSite,
+    ResumeLabels, ResumePoint, Scan, ScanContext, SourceLine, Task, Trap, TrapCode, TrapSite,
 };
-use thiserror::Error;
 use wasmtime_internal_jit_icache_coherence as icache;
 
 #[cfg(feature = "args")]
 use crate::gdb::ShownCode;
+pub use crate::native_error::NativeError;
 use crate::perf;
-
-/// Why code can't be run.
-#[derive(Debug, Error)]
-pub enum NativeError {
-    /// The operating system gives no executable memory.
-    #[error("the operating system gives no executable memory: {0}")]
-    Map(#[from] io::Error),
-    /// The program and the code were not made together, or the memory does not hold the code.
-    #[error("the code does not fit the program: {0}")]
-    Misfit(&'static str),
-    /// The code is for another architecture, or for a processor with features that this one lacks.
-    /// Holds the architecture and those features.
-    #[error("the code is for {0}, not for this machine")]
-    Machine(String),
-}
 
 /// Compiled code in executable memory.
 pub struct NativeEngine {
@@ -50,6 +36,8 @@ pub struct NativeEngine {
     memory: Box<dyn CodeMemory>,
     /// For each label the function to call with it.
     entries: Vec<ChunkFn>,
+    /// For each task where its scans begin that were not suspended.
+    starts: Vec<Start>,
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
     trap_sites: Arc<Vec<TrapSite>>,
@@ -59,9 +47,17 @@ pub struct NativeEngine {
     lines: Arc<Vec<CodeLine>>,
     /// Where the code begins and ends in memory.
     extent: (usize, usize),
+    /// The size of the image for which the code was made; [`usize::MAX`], which no image has, when a host
+    /// function has panicked, after which no further scan is executed.
     image_size: usize,
-    /// A host function has panicked. No further scan is executed.
-    host_panicked: bool,
+}
+
+/// Where a scan begins or goes on.
+#[derive(Clone, Copy)]
+struct Start {
+    /// The function to call with the label.
+    entry: ChunkFn,
+    label: u32,
 }
 
 /// A copy of some code in pages of its own, which can be executed and not written.
@@ -151,9 +147,6 @@ impl NativeEngine {
         if code.image_size != program.image_size {
             return Err(NativeError::Misfit("their process images differ in size"));
         }
-        if !program.tasks.iter().all(|task| (task.entry as usize) < code.labels.len()) {
-            return Err(NativeError::Misfit("a task starts at no label"));
-        }
         let mut points = program.tasks.iter().flat_map(|task| &task.resume_points);
         if !points.all(|&label| (label as usize) < code.labels.len()) {
             return Err(NativeError::Misfit("a task goes on at no label"));
@@ -170,7 +163,12 @@ impl NativeEngine {
                 std::mem::transmute::<*const u8, ChunkFn>(bytes.as_ptr().add(offset as usize))
             }
         };
-        let entries = code.labels.iter().map(entry).collect();
+        let entries: Vec<ChunkFn> = code.labels.iter().map(entry).collect();
+        let start = |task: &Task| {
+            Some(Start { entry: *entries.get(task.entry as usize)?, label: task.entry })
+        };
+        let starts = program.tasks.iter().map(start).collect::<Option<_>>();
+        let starts = starts.ok_or(NativeError::Misfit("a task starts at no label"))?;
         let begin = bytes.as_ptr() as usize;
         let extent = (begin, begin + bytes.len());
         let tasks = program.tasks.iter().map(ResumeLabels::new).collect();
@@ -182,18 +180,16 @@ impl NativeEngine {
             shown: None,
             memory,
             entries,
+            starts,
             tasks,
             trap_sites: Arc::clone(&code.trap_sites),
             label_lines: Arc::clone(&code.label_lines),
             lines: Arc::clone(&code.lines),
             extent,
             image_size: code.image_size as usize,
-            host_panicked: false,
         })
     }
-}
 
-impl NativeEngine {
     /// Tells gdb of the code, so that it stops at lines of the source and prints variables. `debug` is what
     /// the compiler makes for that, [`Artifact::debug`](crate::Artifact::debug). From then on the code stays in
     /// memory until the process ends.
@@ -225,7 +221,7 @@ impl NativeEngine {
     /// Whether a host function has panicked, after which every scan is refused with
     /// [`TrapCode::HostPanic`].
     pub fn host_panicked(&self) -> bool {
-        self.host_panicked
+        self.image_size == usize::MAX
     }
 
     /// The source line of the call from which code returns to an address; `None` if the address is not in
@@ -257,9 +253,8 @@ impl NativeEngine {
     }
 }
 
-/// What [`host_call`] needs during one call of the engine; the context points to it.
+/// What [`host_call`] needs during one call of the engine, besides the context, which points to it.
 struct HostCallState<'a> {
-    image: *mut u8,
     image_len: usize,
     host: &'a mut dyn Host,
     /// Where the code begins and ends in memory.
@@ -269,7 +264,8 @@ struct HostCallState<'a> {
     /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be
     /// left there: it runs on to the end of its chunk with 0 as every result, and what it stores until
     /// then is undone with this copy. (Code that jumps back leaves its chunk when the scan is late.)
-    left: Option<Box<Left>>,
+    /// [`NativeEngine::next`] takes it out.
+    left: ManuallyDrop<Option<Box<Left>>>,
 }
 
 /// Why a scan ended in a host function, and the image as it was then.
@@ -288,26 +284,21 @@ struct Search {
     found: usize,
 }
 
-/// The frames of a thread's stack as the platform's unwinder sees them (Itanium C++ ABI, Exception Handling).
-/// The standard library links it for panics.
-#[repr(C)]
-struct UnwindContext {
-    _opaque: [u8; 0],
-}
-
+// The platform's unwinder, which the standard library links for panics (Itanium C++ ABI, Exception Handling).
+// It passes a frame of a thread's stack as a pointer.
 unsafe extern "C" {
     fn _Unwind_Backtrace(
-        look: unsafe extern "C" fn(*mut UnwindContext, *mut c_void) -> c_int,
+        look: unsafe extern "C" fn(*mut c_void, *mut c_void) -> c_int,
         data: *mut c_void,
     ) -> c_int;
-    fn _Unwind_GetIP(context: *mut UnwindContext) -> usize;
+    fn _Unwind_GetIP(frame: *mut c_void) -> usize;
 }
 
 /// Looks at one frame: ends the search if it belongs to the code.
 ///
 /// # Safety
 /// Only `_Unwind_Backtrace` calls it, with a frame and the [`Search`] that it was given.
-unsafe extern "C" fn look(frame: *mut UnwindContext, search: *mut c_void) -> c_int {
+unsafe extern "C" fn look(frame: *mut c_void, search: *mut c_void) -> c_int {
     /// Go on with the next frame.
     const NO_REASON: c_int = 0;
     /// Go no further.
@@ -339,23 +330,87 @@ impl HostCallState<'_> {
     }
 }
 
+impl NativeEngine {
+    /// Where a task's scan begins, or goes on that was suspended.
+    #[inline]
+    fn start(&self, task: usize, from: Option<ResumePoint>) -> Option<Start> {
+        let Some(point) = from else { return self.starts.get(task).copied() };
+        let label = self.tasks.get(task)?.label(Some(point))?;
+        Some(Start { entry: *self.entries.get(label as usize)?, label })
+    }
+
+    /// What a scan of a task gives that can't begin.
+    #[cold]
+    fn refused(&self, task: usize) -> Outcome {
+        match task < self.starts.len() {
+            true if self.host_panicked() => Outcome::trap(TrapCode::HostPanic),
+            true => Outcome::trap(TrapCode::BadLabel),
+            // A task that does not exist has nothing to execute.
+            false => Outcome::End,
+        }
+    }
+
+    /// Says where a scan goes on whose last function has returned `raw`, or how it has ended; for what seldom
+    /// comes, so that [`Engine::call`] does not keep what this needs in registers.
+    ///
+    /// # Safety
+    /// The context is the one with which that function was called, and the image and the state of the scan
+    /// that it points to may still be used as compiled code and [`host_call`] use them.
+    #[inline(never)]
+    unsafe fn next(
+        &mut self,
+        task: usize,
+        raw: RawOutcome,
+        scan: &ScanContext,
+    ) -> Result<Start, Outcome> {
+        // SAFETY: the caller says so; no compiled code runs as long as the reference lives.
+        let call = unsafe { &mut *scan.host_data.cast::<HostCallState<'_>>() };
+        if let Some(left) = call.left.take() {
+            if left.code == TrapCode::HostPanic {
+                self.image_size = usize::MAX;
+            }
+            // SAFETY: pointer and length are those of the `&mut [u8]` that `Engine::call` borrows.
+            let image = unsafe { std::slice::from_raw_parts_mut(scan.image, call.image_len) };
+            // Both have the length of the image that the call was given.
+            image.copy_from_slice(&left.image);
+            let line = left.return_address.and_then(|address| self.line_of_call(address));
+            return Err(Outcome::Trap(Trap { statement: line, ..Trap::new(left.code) }));
+        }
+        let (kind, label) = (raw.kind(), raw.payload());
+        Err(match kind {
+            // Where chunks go round for ever, the scan is ended here.
+            RawOutcome::GOTO if call.is_over(scan) => {
+                Outcome::Trap(Trap::late(self.label_lines.get(label as usize).copied().flatten()))
+            }
+            RawOutcome::GOTO => match self.entries.get(label as usize) {
+                Some(&entry) => return Ok(Start { entry, label }),
+                None => Outcome::trap(TrapCode::BadLabel),
+            },
+            RawOutcome::END => Outcome::End,
+            RawOutcome::SUSPEND => {
+                let point = self.tasks.get(task).and_then(|labels| labels.point(label));
+                point.map_or(Outcome::trap(TrapCode::BadLabel), Outcome::Suspended)
+            }
+            _ => Outcome::Trap(raw.to_trap(&self.trap_sites)),
+        })
+    }
+}
+
 impl Engine for NativeEngine {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        // A task that does not exist has nothing to execute.
-        let Some(labels) = self.tasks.get(task) else { return Outcome::End };
-        if self.host_panicked {
-            return Outcome::trap(TrapCode::HostPanic);
-        }
-        if scan.image.len() < self.image_size {
-            return Outcome::trap(TrapCode::BadLabel);
-        }
-        let Some(mut label) = labels.label(from) else { return Outcome::trap(TrapCode::BadLabel) };
-        let image = scan.image.as_mut_ptr();
-        let image_len = scan.image.len();
         let deadline = Deadline::new(scan.host.time_limit());
+        let Some(Start { mut entry, mut label }) = self.start(task, from) else {
+            return self.refused(task);
+        };
+        let image_len = scan.image.len();
+        if image_len < self.image_size {
+            return self.refused(task);
+        }
+        let image = scan.image.as_mut_ptr();
         let (epoch, limit) = (deadline.epoch(), AtomicU64::new(deadline.limit()));
         let (host, code) = (&mut *scan.host, self.extent);
-        let mut call = HostCallState { image, image_len, host, code, deadline, left: None };
+        let left = ManuallyDrop::new(None);
+        let mut call = HostCallState { image_len, host, code, deadline, left };
         let host_data = std::ptr::from_mut(&mut call);
         let context =
             ScanContext { image, host: host_call, host_data: host_data.cast(), epoch, limit };
@@ -364,36 +419,30 @@ impl Engine for NativeEngine {
             shown.set_context(&raw const context);
         }
         loop {
-            let Some(entry) = self.entries.get(label as usize) else {
-                return Outcome::trap(TrapCode::BadLabel);
-            };
             // SAFETY: the code was made for images of `image_size`, and this one is as long
             // (checked above); context, host function and data belong together and live until it
             // returns. Nothing else touches the image meanwhile.
             let raw = RawOutcome(unsafe { entry(&raw const context, label) });
             // SAFETY: the pointer is that of `call`, which outlives it; no compiled code runs now, and
             // the reference ends before any does again.
-            let call = unsafe { &mut *host_data };
-            if let Some(left) = call.left.take() {
-                self.host_panicked = left.code == TrapCode::HostPanic;
-                // Both have the length of the image that this call was given.
-                scan.image.copy_from_slice(&left.image);
-                let line = left.return_address.and_then(|address| self.line_of_call(address));
-                return Outcome::Trap(Trap { statement: line, ..Trap::new(left.code) });
+            let call = unsafe { &*host_data };
+            if call.left.is_none() {
+                if raw == RawOutcome::new(RawOutcome::END, 0) {
+                    return Outcome::End;
+                }
+                if raw.kind() == RawOutcome::GOTO
+                    && let Some(&next) = self.entries.get(raw.payload() as usize)
+                    && !call.deadline.is_late()
+                {
+                    (entry, label) = (next, raw.payload());
+                    continue;
+                }
             }
-            match raw.kind() {
-                // Where chunks go round for ever, the scan is ended here.
-                RawOutcome::GOTO if call.is_over(&context) => {
-                    let line = self.label_lines.get(raw.payload() as usize).copied().flatten();
-                    return Outcome::Trap(Trap::late(line));
-                }
-                RawOutcome::GOTO => label = raw.payload(),
-                RawOutcome::END => return Outcome::End,
-                RawOutcome::SUSPEND => {
-                    let point = labels.point(raw.payload());
-                    return point.map_or(Outcome::trap(TrapCode::BadLabel), Outcome::Suspended);
-                }
-                _ => return Outcome::Trap(raw.to_trap(&self.trap_sites)),
+            // SAFETY: the context is the one of the call above; nothing else uses the image or `call`
+            // until the function returns.
+            match unsafe { self.next(task, raw, &context) } {
+                Ok(next) => Start { entry, label } = next,
+                Err(outcome) => return outcome,
             }
         }
     }
@@ -424,7 +473,7 @@ unsafe extern "C" fn host_call(
     }
     // SAFETY: pointer and length come from the `&mut [u8]` that `Engine::call` borrows for the
     // whole call and does not use meanwhile; compiled code is waiting for this function.
-    let image = unsafe { std::slice::from_raw_parts_mut(call.image, call.image_len) };
+    let image = unsafe { std::slice::from_raw_parts_mut((*context).image, call.image_len) };
     // SAFETY: as above; nothing writes to the context but this function, to the atomic number in it.
     let context = unsafe { &*context };
     // The host is not called again after a panic, so nobody sees what it left half done.
@@ -437,14 +486,14 @@ unsafe extern "C" fn host_call(
         Ok((_, true)) => {
             let return_address = NativeEngine::return_address(call.code);
             let (code, image) = (TrapCode::Watchdog, image.to_vec());
-            call.left = Some(Box::new(Left { code, image, return_address }));
+            *call.left = Some(Box::new(Left { code, image, return_address }));
             0
         }
         Err(payload) => {
             // A payload may panic when it is dropped, which would leave this function.
             std::mem::forget(payload);
             let (code, image) = (TrapCode::HostPanic, image.to_vec());
-            call.left = Some(Box::new(Left { code, image, return_address: None }));
+            *call.left = Some(Box::new(Left { code, image, return_address: None }));
             0
         }
     }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use plcc_abi::Program;
-use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
+use plcc_abi::image::{read_u16, read_u32, write_u16, write_u32, write_u64};
 use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context, layout::region};
 
 use super::state::{Modules, SavedInputs};
@@ -100,15 +100,44 @@ pub(super) struct Image {
     input_images_equal: bool,
 }
 
-/// Copies the registers of a module from or to the process image. Both have the length of the region
-/// `context`.
-fn copy_registers(from: &[u8], to: &mut [u8]) {
-    // In two halves, since the compiler makes a call of memcpy of more than 128 bytes.
-    const HALF: usize = context::SIZE as usize / 2;
-    let (from, to) = (from.as_chunks::<HALF>().0, to.as_chunks_mut::<HALF>().0);
-    if let ([low, high, ..], [to_low, to_high, ..]) = (from, to) {
-        *to_low = *low;
-        *to_high = *high;
+/// The parts of the region `context`: OP and DEPTH, FUEL, ON_EMPTY with what is free behind it, and
+/// the return addresses, of which the first one stands alone, so that the others are whole vectors. What one
+/// part holds is stored at once: a processor waits where it loads several bytes at once that were stored
+/// separately shortly before.
+#[derive(Clone, Copy)]
+struct Registers {
+    op: u16,
+    depth: u16,
+    first_site: u32,
+    other_sites: [u8; OTHER_SITES],
+}
+
+/// The length in bytes of all return addresses but the first.
+const OTHER_SITES: usize = (context::SIZE - context::SITES - 4) as usize;
+
+impl Registers {
+    /// Reads the region; `None` if it is too short.
+    #[inline]
+    fn read(region: &[u8]) -> Option<Self> {
+        let other_sites = *region.get(context::SITES as usize + 4..)?.first_chunk()?;
+        Some(Self {
+            op: read_u16(region, context::OP),
+            depth: read_u16(region, context::DEPTH),
+            first_site: read_u32(region, context::SITES),
+            other_sites,
+        })
+    }
+
+    /// Writes the region, with `fuel` and what happens when it is used up.
+    #[inline]
+    fn write(&self, region: &mut [u8], fuel: u32, stops: bool) {
+        let Some(sites) = region.get_mut(context::SITES as usize + 4..) else { return };
+        let Some(sites) = sites.first_chunk_mut() else { return };
+        *sites = self.other_sites;
+        write_u32(region, context::SITES, self.first_site);
+        write_u32(region, context::ON_EMPTY, u32::from(stops));
+        let begin = u64::from(self.op) | u64::from(self.depth) << 16 | u64::from(fuel) << 32;
+        write_u64(region, context::OP, begin);
     }
 }
 
@@ -157,14 +186,18 @@ impl Image {
 
     /// Has the process image hold the input images of :000 (`level0`), or those of :001. The others are kept
     /// in `modules`.
+    #[inline]
     pub(super) fn show(&mut self, modules: &mut Modules, level0: bool) {
-        if modules.level0_inputs == level0 {
-            return;
+        if modules.level0_inputs != level0 {
+            modules.level0_inputs = level0;
+            if !self.input_images_equal {
+                self.swap_input_images(modules);
+            }
         }
-        modules.level0_inputs = level0;
-        if self.input_images_equal {
-            return;
-        }
+    }
+
+    /// Exchanges the input images in the process image for those in `modules`.
+    fn swap_input_images(&mut self, modules: &mut Modules) {
         let Places { input, previous, .. } = &self.places;
         let inside = input.iter().chain(previous);
         let SavedInputs { input, previous } = &mut modules.saved_inputs;
@@ -221,37 +254,37 @@ impl Image {
 
     /// Puts a module's registers and input images in. `fuel` is the number of safepoints that its next call
     /// may pass; `stops` says whether it is stopped or suspended when they are used up.
+    #[inline]
     pub(super) fn enter(&mut self, modules: &mut Modules, module: Module, fuel: u32, stops: bool) {
         self.show(modules, module == 0);
-        let context = self.places.context;
         if let Some(saved) = modules.registers.get(module)
-            && let Some(place) = self.bytes.get_mut(context as usize..)
+            && let Some(place) = self.bytes.get_mut(self.places.context as usize..)
+            && let Some(registers) = Registers::read(saved)
         {
-            copy_registers(saved, place);
+            registers.write(place, fuel, stops);
         }
-        write_u32(&mut self.bytes, context + context::FUEL, fuel);
-        write_u8(&mut self.bytes, context + context::ON_EMPTY, u8::from(stops));
     }
 
     /// Takes a module's registers out.
+    #[inline]
     pub(super) fn leave(&self, modules: &mut Modules, module: Module) {
         if let Some(saved) = modules.registers.get_mut(module)
             && let Some(place) = self.bytes.get(self.places.context as usize..)
+            && let Some(registers) = Registers::read(place)
         {
-            copy_registers(place, saved);
-            // They are given anew with each call, and depend on the clock.
-            write_u32(saved, context::FUEL, 0);
-            write_u8(saved, context::ON_EMPTY, 0);
+            // How much fuel is left depends on the clock, and it is given anew with each call.
+            registers.write(saved, 0, false);
         }
     }
 
-    /// Lowers each of the `count` words from `offset` on by `times`, but to no less than 0.
-    pub(super) fn count_down(&mut self, offset: u32, count: u16, times: u64) {
+    /// Lowers each word of the `BYTES` bytes from `offset` on by `times`, but to no less than 0.
+    #[inline]
+    pub(super) fn count_down<const BYTES: usize>(&mut self, offset: u32, times: u64) {
         let times = u16::try_from(times).unwrap_or(u16::MAX);
-        let start = offset as usize;
-        let words = self.bytes.get_mut(start..start + usize::from(count) * 2);
+        let words = self.bytes.get_mut(offset as usize..);
+        let Some(words) = words.and_then(|bytes| bytes.first_chunk_mut::<BYTES>()) else { return };
         // Without a branch, so that the compiler makes vector instructions of it.
-        for word in words.unwrap_or_default().as_chunks_mut::<2>().0 {
+        for word in words.as_chunks_mut::<2>().0 {
             *word = u16::from_le_bytes(*word).saturating_sub(times).to_le_bytes();
         }
     }

@@ -33,10 +33,10 @@ impl NctExecutive {
     }
 
     /// The time limits of a module, if it has any.
-    fn time(&self, share: &Share) -> Option<ModuleTime<'_>> {
+    fn time<'a>(&'a self, share: &'a Share) -> Option<ModuleTime<'a>> {
         let watchdog = self.watchdog.as_ref();
         let used_before = &self.used_before;
-        self.is_limited(share).then_some(ModuleTime { share: *share, watchdog, used_before })
+        self.is_limited(share).then_some(ModuleTime { share, watchdog, used_before })
     }
 
     /// The time now, where a watchdog limits scans.
@@ -63,7 +63,7 @@ impl NctExecutive {
         let watchdog = self.watchdog.as_ref();
         let limited = self.is_limited(share);
         let used_before = &self.used_before;
-        let time = limited.then_some(ModuleTime { share: *share, watchdog, used_before });
+        let time = limited.then_some(ModuleTime { share, watchdog, used_before });
         let State { modules, memory, resume, .. } = &mut self.state;
         self.image.enter(modules, module, fuel, stops);
         let mut host = NctHost { flags: &self.tables.flags, memory, time };

@@ -153,15 +153,19 @@ impl NctExecutive {
         let end = self.state.tick.saturating_add(slices).max(from);
         let (t, h, m) = (self.image.places.t, self.image.places.h, self.image.places.m);
         if end > from {
-            self.image.count_down(t, nct::T_COUNT, end - from);
+            self.image.count_down::<{ nct::T_COUNT as usize * 2 }>(t, end - from);
+        }
+        // Mostly one slice has passed, with which no second ends.
+        if end - from == 1 && !from.is_multiple_of(SECOND) {
+            return;
         }
         let seconds = (end - 1) / SECOND - (from - 1) / SECOND;
         if seconds > 0 {
-            self.image.count_down(h, nct::H_COUNT, seconds);
+            self.image.count_down::<{ nct::H_COUNT as usize * 2 }>(h, seconds);
         }
         let minutes = (end - 1) / MINUTE - (from - 1) / MINUTE;
         if minutes > 0 {
-            self.image.count_down(m, nct::M_COUNT, minutes);
+            self.image.count_down::<{ nct::M_COUNT as usize * 2 }>(m, minutes);
         }
     }
 

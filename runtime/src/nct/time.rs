@@ -76,7 +76,7 @@ pub(super) struct Share {
 /// The time of a module while it runs.
 #[derive(Debug)]
 pub(super) struct ModuleTime<'a> {
-    pub(super) share: Share,
+    pub(super) share: &'a Share,
     pub(super) watchdog: Option<&'a Watchdog>,
     pub(super) used_before: &'a UsedBefore,
 }
@@ -134,9 +134,13 @@ impl ModuleTime<'_> {
 mod tests {
     use super::*;
 
-    fn time(used_before: &UsedBefore, share: Duration, is_suspended: bool) -> ModuleTime<'_> {
+    /// A share of real time that begins now.
+    fn share(time: Duration, is_suspended: bool) -> Share {
         let began = Instant::now();
-        let share = Share { time: Some((began, share)), began: Some(began), is_suspended };
+        Share { time: Some((began, time)), began: Some(began), is_suspended }
+    }
+
+    fn time<'a>(used_before: &'a UsedBefore, share: &'a Share) -> ModuleTime<'a> {
         ModuleTime { share, watchdog: None, used_before }
     }
 
@@ -144,10 +148,12 @@ mod tests {
     fn a_share_is_used_up_by_processor_time() {
         let used_before = UsedBefore::default();
         used_before.begin(true);
-        let hour = time(&used_before, Duration::from_secs(3600), false);
+        let hour = share(Duration::from_secs(3600), false);
+        let hour = time(&used_before, &hour);
         assert!(!hour.is_used_up() && !hour.is_over());
         let millisecond = Duration::from_millis(1);
-        let short = time(&used_before, millisecond, false);
+        let short = share(millisecond, false);
+        let short = time(&used_before, &short);
         // Waiting uses no processor time, or hardly any.
         std::thread::sleep(millisecond * 2);
         let start = processor_time();
@@ -156,7 +162,7 @@ mod tests {
         assert!(short.is_over());
         assert!(processor_time() - start <= Duration::from_secs(1));
         assert!(
-            !time(&used_before, Duration::ZERO, true).is_over(),
+            !time(&used_before, &share(Duration::ZERO, true)).is_over(),
             "it is suspended, not stopped"
         );
     }
@@ -169,7 +175,7 @@ mod tests {
         let began = Instant::now().checked_sub(second * 2).unwrap();
         let time = Some((began, second));
         let share = Share { time, began: Some(began), is_suspended: false };
-        let late = ModuleTime { share, watchdog: None, used_before: &used_before };
+        let late = time(&used_before, &share);
         assert!(late.left_of_share().is_some_and(|left| left > second / 2));
     }
 }
