@@ -34,7 +34,7 @@
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!
-//! The files `fold_…` hold the rules of `fold`, `speculation_plan` and `speculate_statement` what
+//! The files `fold_…` hold the rules of `fold`, `speculation_plan`, `speculate_statement` and `speculate_row` what
 //! `speculate` checks.
 //! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
 //! `value_range` (bits and bounds of integers), `float_range` (bounds of doubles) and `image_bytes` (accesses as byte addresses) are
@@ -63,6 +63,7 @@ mod narrow;
 mod packed_bits;
 mod rows;
 mod speculate;
+mod speculate_row;
 mod speculate_statement;
 mod speculate_variables;
 mod speculation_plan;

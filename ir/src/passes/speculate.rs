@@ -26,7 +26,8 @@
 //! whole copy. The second is as it was, in a cold block.
 //!
 //! If a statement needs several checks, one cold block serves all of them
-//! ([`speculate_statement`](super::speculate_statement)). Otherwise
+//! ([`speculate_statement`](super::speculate_statement)), from which control goes on in the cold block of
+//! the next such statement ([`speculate_row`](super::speculate_row)). Otherwise
 //! either the doubles that a statement loads are checked, at most
 //! [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the operands of a single host
 //! function, whichever takes fewer checks. Of loads it must be known that
@@ -38,6 +39,7 @@ use plcc_abi::IntegerForm;
 use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::integers::PassedRanges;
+use super::speculate_row::Row;
 use super::speculation_plan::{Check, Mark, Plan, called_integer_form};
 use super::value_range::ValueRanges;
 use crate::{
@@ -65,7 +67,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let (integers, floats) = analyse(func, &graph, finite_regions);
     let uses = Uses::new(func);
     let marks = vec![Mark::default(); func.value_count()];
-    let mut this = Speculate { func, integers, floats, uses, marks, changed: false };
+    let mut this = Speculate { func, integers, floats, uses, marks, changed: false, row: None };
     for &block in &graph.order {
         let data = this.func.block(block);
         if !data.cold && !data.optimize_for_size {
@@ -164,6 +166,8 @@ pub(super) struct Speculate<'a> {
     pub(super) uses: Uses,
     pub(super) marks: Vec<Mark>,
     pub(super) changed: bool,
+    /// The row of statements that ends at the current place, if there is one.
+    pub(super) row: Option<Row>,
 }
 
 impl Speculate<'_> {

@@ -26,6 +26,7 @@ use std::collections::HashMap;
 
 use super::float_range::FloatRange;
 use super::speculate::{Rest, Speculate, replace_all};
+use super::speculate_row::{KnownInteger, Row};
 use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, SourceLoc, Terminator, Type, Value, ValueDef,
@@ -43,13 +44,15 @@ const MAX_COPIED_FROM_EFFECT: usize = 2;
 const MAX_STEPS: u32 = 5;
 
 /// The checks that a statement needs.
-struct Checks<'a> {
+pub(super) struct Checks<'a> {
     /// The statement's instructions before the first that has an effect.
     insts: &'a [Inst],
     /// The loads that read the same as an earlier load, each with that one.
     same: Vec<(Value, Value)>,
+    /// The loads of variables of which it is known that they hold integers, each with what is known.
+    known: Vec<(Value, KnownInteger)>,
     /// The values that are checked, each with the kind of check.
-    values: Vec<(Value, Check)>,
+    pub(super) values: Vec<(Value, Check)>,
     /// How many of the statement's instructions are copied, from the first on.
     end: usize,
 }
@@ -72,6 +75,12 @@ impl Checks<'_> {
         self.same.iter().find(|(again, _)| *again == value).map_or(value, |&(_, first)| first)
     }
 
+    /// What is known of the variable that a load reads.
+    fn known(&self, value: Value) -> Option<KnownInteger> {
+        let value = self.first_load(value);
+        self.known.iter().find(|(load, _)| *load == value).map(|&(_, known)| known)
+    }
+
     /// The check of a value, if it has one.
     fn check(&self, value: Value) -> Option<Check> {
         let value = self.first_load(value);
@@ -80,7 +89,7 @@ impl Checks<'_> {
 }
 
 impl Speculate<'_> {
-    /// Speculates on a statement that needs at least two checks. `insts` are the instructions of the statement, `end`
+    /// Speculates on a statement that needs at least two checks, or that goes on a row of such statements. `insts` are the instructions of the statement, `end`
     /// is the place after them among those of the block; `is_last` says that no instruction stands there. Gives
     /// how many of the instructions were copied; `None` if nothing was done.
     pub(super) fn whole_statement(
@@ -90,7 +99,8 @@ impl Speculate<'_> {
         is_last: bool,
         rest: &mut Rest,
     ) -> Option<usize> {
-        let checks = self.find_checks(insts)?;
+        let row = self.row_before(insts, is_last, rest);
+        let checks = self.find_checks(insts, row.as_ref())?;
         let (copied, following) = insts.split_at_checked(checks.end)?;
         let passed = self.used_later(copied, end - following.len());
         let ends_block = is_last
@@ -100,6 +110,9 @@ impl Speculate<'_> {
         let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
         let cold = self.new_block(true);
         let specialised = self.copy_with_checks(copied, &checks, cold, rest)?;
+        if let Some(row) = &row {
+            self.link(row, cold);
+        }
         let mut insts = vec![];
         let general = self.copy(copied, &mut insts);
         let join = (!ends_block).then(|| self.new_block(false));
@@ -117,6 +130,9 @@ impl Speculate<'_> {
                 terminator
             }
         };
+        if let Some(join) = join.filter(|_| following.is_empty() && passed.is_empty()) {
+            self.add_to_row(row, &checks, copied, &specialised, [cold, join]);
+        }
         let (specialised, general) = (terminator_for(&specialised), terminator_for(&general));
         let data = &mut self.func.blocks[cold.index()];
         (data.insts, data.terminator) = (insts, general);
@@ -135,9 +151,9 @@ impl Speculate<'_> {
         Some(checks.end)
     }
 
-    /// The checks that a statement needs. `None` if it needs fewer than two or more than [`MAX_CHECKS`], or is too
-    /// long.
-    fn find_checks<'a>(&self, insts: &'a [Inst]) -> Option<Checks<'a>> {
+    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`], or fewer than two and
+    /// goes on no row, or is too long.
+    fn find_checks<'a>(&self, insts: &'a [Inst], row: Option<&Row>) -> Option<Checks<'a>> {
         if insts.len() > MAX_STATEMENT {
             return None;
         }
@@ -149,7 +165,8 @@ impl Speculate<'_> {
         }
         let end = if rest.len() <= MAX_COPIED_FROM_EFFECT { insts.len() } else { effect };
         let same = self.repeated_loads(before);
-        let mut checks = Checks { insts: before, same, values: vec![], end };
+        let known = row.map_or(vec![], |row| self.known_loads(before, &row.known));
+        let mut checks = Checks { insts: before, same, known, values: vec![], end };
         for &inst in before {
             let data = self.func.inst(inst);
             if self.gains(data) {
@@ -159,7 +176,19 @@ impl Speculate<'_> {
                 return None;
             }
         }
-        (checks.values.len() > 1).then_some(checks)
+        (checks.values.len() > 1 || row.is_some()).then_some(checks)
+    }
+
+    /// The loads among some instructions of variables that are known to hold integers.
+    fn known_loads(&self, insts: &[Inst], known: &[KnownInteger]) -> Vec<(Value, KnownInteger)> {
+        let find = |&inst: &Inst| match *self.func.inst(inst) {
+            InstData::Load { ty: Type::F64, at } => {
+                let found = known.iter().find(|variable| variable.at == at)?;
+                Some((self.func.result(inst)?, *found))
+            }
+            _ => None,
+        };
+        insts.iter().filter_map(find).collect()
     }
 
     /// The loads among some instructions that read the same as an earlier one of them, each with that one. None of
@@ -197,6 +226,10 @@ impl Speculate<'_> {
         for operand in operands {
             let mut loads = vec![];
             self.unchecked_loads(operand, checks, MAX_STEPS, &mut loads);
+            let range = self.range_after_checks(operand, checks, MAX_STEPS);
+            if loads.is_empty() && is_short(range) {
+                continue;
+            }
             // It is the same number of checks whether the operand is checked or the only variable that
             // it depends on; then all that follows from the variable is known, too.
             if let [load] = loads.as_slice()
@@ -204,7 +237,8 @@ impl Speculate<'_> {
                 && is_own(*load, checks)
             {
                 checks.values.push((*load, Check::Narrow));
-                if self.range_after_checks(operand, checks, MAX_STEPS).integers().is_some() {
+                let range = self.range_after_checks(operand, checks, MAX_STEPS);
+                if is_short(range) || self.is_variable(*load) && range.integers().is_some() {
                     continue;
                 }
                 checks.values.pop();
@@ -215,9 +249,22 @@ impl Speculate<'_> {
         }
     }
 
+    /// Whether a value was loaded from a fixed place.
+    fn is_variable(&self, value: Value) -> bool {
+        matches!(self.func.def_inst(value), Some(InstData::Load { at, .. }) if at.index.is_none())
+    }
+
     /// The range of a double where the checks have succeeded. Its definition is followed back through
     /// at most `steps` instructions.
-    fn range_after_checks(&self, value: Value, checks: &Checks<'_>, steps: u32) -> FloatRange {
+    pub(super) fn range_after_checks(
+        &self,
+        value: Value,
+        checks: &Checks<'_>,
+        steps: u32,
+    ) -> FloatRange {
+        if let Some(known) = checks.known(value) {
+            return known.range;
+        }
         match checks.check(value) {
             Some(Check::Narrow) => return FloatRange::INT32,
             Some(Check::Wide | Check::Rounded) => return FloatRange::int(-(1 << 50), 1 << 50),
@@ -281,6 +328,12 @@ impl Speculate<'_> {
         for &inst in insts {
             if let Some(again) = self.func.result(inst).filter(|&v| checks.first_load(v) != v) {
                 repeated.push(again);
+                continue;
+            }
+            if let Some(load) = self.func.result(inst)
+                && let Some(known) = checks.known(load)
+            {
+                copies.push((load, known.double));
                 continue;
             }
             let mut data = *self.func.inst(inst);
@@ -365,8 +418,15 @@ impl Speculate<'_> {
     }
 }
 
+/// Whether all numbers of a range are integers of little more than 32 bits, such as the sum of one of 32 bits and a
+/// constant. They are divided without a division.
+fn is_short(range: FloatRange) -> bool {
+    const MOST: u64 = (1 << 31) + (1 << 20);
+    range.integers().is_some_and(|(low, high)| low.unsigned_abs().max(high.unsigned_abs()) <= MOST)
+}
+
 /// Whether all numbers of a range are integers of 32 bits.
-fn is_int32(range: FloatRange) -> bool {
+pub(super) fn is_int32(range: FloatRange) -> bool {
     range
         .integers()
         .is_some_and(|(low, high)| i32::try_from(low).is_ok() && i32::try_from(high).is_ok())

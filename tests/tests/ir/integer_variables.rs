@@ -1,20 +1,21 @@
-//! The pass `speculate-variables`: random PMAC programs that use their variables as integers, in which
-//! some variables hold other numbers now and then. The results stay the same, and most of these programs are
-//! changed by the pass.
+//! The passes `speculate-variables` and `speculate`: random PMAC programs that use their variables as integers, in
+//! which some variables hold other numbers now and then. The results stay the same, and most of these programs
+//! are changed by the passes.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
 
 use plcc_abi::image::write_f64;
 use plcc_abi::pmac::{Layout, pure_functions};
-use plcc_abi::{Engine, Host, HostFn, Scan};
+use plcc_abi::{Engine, Host, HostFn, Program, Scan};
 use plcc_codegen::{Target, compile};
 use plcc_diag::SourceMap;
-use plcc_frontend::common::{Controller, MemoryLoader, Options};
+use plcc_frontend::common::{Controller, Lowered, MemoryLoader, Options};
 use plcc_frontend::pmac;
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{Pass, PassSet, optimize};
 use plcc_ir::text::print;
+use plcc_ir::{Module, Terminator};
 use plcc_random::Rng;
 use plcc_runtime::native::NativeEngine;
 
@@ -120,6 +121,98 @@ fn number(rng: &mut Rng, only_integers: bool) -> f64 {
     }
 }
 
+/// Statements that all need integrality checks, so that they are rows for the pass `speculate`.
+fn program_of_rows(rng: &mut Rng) -> String {
+    let mut text = "OPEN PLC 1 CLEAR\n".to_owned();
+    for _ in 0..15 + rng.below(25) {
+        let (element, other, variable) = (element(rng), element(rng), variable(rng));
+        let number = 1 + rng.below(1000);
+        let _ = match rng.below(12) {
+            0..4 => writeln!(text, "{element}=({other}+{variable})%{number}"),
+            4..6 => writeln!(text, "{element}={other}"),
+            6..9 => writeln!(text, "{variable}=({element}+{other})&{number}"),
+            9 => writeln!(text, "{variable}=({element}*0.5+{variable})%{number}"),
+            10 => writeln!(text, "{variable}={element}"),
+            _ => writeln!(text, "IF ({element}>{number})\n{variable}={other}%7\nENDIF"),
+        };
+    }
+    text + "CLOSE\n"
+}
+
+/// Whether cold code goes on in other cold code, as that of a row does.
+fn has_row(module: &Module) -> bool {
+    module.funcs().any(|(_, func)| {
+        func.blocks().any(|(_, data)| match &data.terminator {
+            Some(Terminator::Jump(to)) => data.cold && func.block(to.block).cold,
+            _ => false,
+        })
+    })
+}
+
+#[test]
+fn rows_of_statements_whose_checks_fail_store_the_same() {
+    let mut with_rows = 0;
+    let programs = 50;
+    for seed in 0..programs {
+        let mut rng = Rng::new(1000 + seed);
+        let text = program_of_rows(&mut rng);
+        let lowered = lower(&text);
+        let passes = PassSet::ALL.without(Pass::SpeculateVariables);
+        let rows = made(&lowered, passes);
+        with_rows += usize::from(has_row(&rows));
+        let code = compile(&rows, &Target::host().unwrap()).unwrap();
+        let few = PassSet::NONE.with(Pass::Speculate).with(Pass::Integers).with(Pass::Dce);
+        let mut engines: [Box<dyn Engine>; 4] = [
+            Box::new(Interpreter::new(lowered.module.clone())),
+            Box::new(Interpreter::new(rows)),
+            Box::new(Interpreter::new(made(&lowered, few))),
+            Box::new(NativeEngine::new(&code, &lowered.program).unwrap()),
+        ];
+        compare(&mut engines, &lowered.program, &mut rng, &format!("seed {seed}\n{text}"));
+    }
+    // If few were, errors of the pass would hardly be found.
+    assert!(3 * with_rows > programs as usize * 2, "{with_rows} of {programs}");
+}
+
+/// The program of a text, before any pass.
+fn lower(text: &str) -> Lowered {
+    let mut sources = SourceMap::new();
+    let file = sources.add("generated.pmc", text.as_bytes());
+    let (checked, _) =
+        pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
+    checked.unwrap_or_else(|| panic!("{text}")).lower().unwrap()
+}
+
+/// Its module after some passes.
+fn made(lowered: &Lowered, passes: PassSet) -> Module {
+    let mut module = lowered.module.clone();
+    optimize(&mut module, passes);
+    module
+}
+
+/// Runs engines of a program from random images; all must leave the same ones.
+fn compare(engines: &mut [Box<dyn Engine>; 4], program: &Program, rng: &mut Rng, what: &str) {
+    let layout = Layout::new(Controller::Pmac);
+    for round in 0..12 {
+        let mut start = vec![0; program.image_size as usize];
+        for p in 0..ARRAY + 32 {
+            write_f64(&mut start, layout.p_offset(p as u32), number(rng, round % 2 == 0));
+        }
+        let images = engines.each_mut().map(|engine| {
+            let mut image = start.clone();
+            // Three scans, so that what was stored is checked.
+            for _ in 0..3 {
+                engine.call(0, None, &mut Scan { image: &mut image, host: &mut Pure });
+            }
+            image
+        });
+        for image in &images {
+            let differs = image.iter().zip(&images[0]).position(|(a, b)| a != b);
+            assert_eq!(differs, None, "round {round}, {what}");
+        }
+    }
+}
+
 #[test]
 fn variables_that_are_checked_once_hold_the_same_values() {
     let mut changed = 0;
@@ -127,48 +220,20 @@ fn variables_that_are_checked_once_hold_the_same_values() {
     for seed in 0..programs {
         let mut rng = Rng::new(seed);
         let text = program(&mut rng);
-        let mut sources = SourceMap::new();
-        let file = sources.add("generated.pmc", text.as_bytes());
-        let (checked, _) =
-            pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
-        let lowered = checked.unwrap_or_else(|| panic!("{text}")).lower().unwrap();
-        let made = |passes: PassSet| {
-            let mut module = lowered.module.clone();
-            optimize(&mut module, passes);
-            module
-        };
-        let all = made(PassSet::ALL);
-        let without = made(PassSet::ALL.without(Pass::SpeculateVariables));
+        let lowered = lower(&text);
+        let all = made(&lowered, PassSet::ALL);
+        let without = made(&lowered, PassSet::ALL.without(Pass::SpeculateVariables));
         changed += usize::from(print(&all) != print(&without));
         let code = compile(&all, &Target::host().unwrap()).unwrap();
         let some = Pass::ALL.into_iter().filter(|_| rng.chance(50));
-        let some = made(some.fold(PassSet::NONE, PassSet::with).with(Pass::SpeculateVariables));
+        let some = some.fold(PassSet::NONE, PassSet::with).with(Pass::SpeculateVariables);
         let mut engines: [Box<dyn Engine>; 4] = [
             Box::new(Interpreter::new(lowered.module.clone())),
             Box::new(Interpreter::new(all)),
-            Box::new(Interpreter::new(some)),
+            Box::new(Interpreter::new(made(&lowered, some))),
             Box::new(NativeEngine::new(&code, &lowered.program).unwrap()),
         ];
-        let layout = Layout::new(Controller::Pmac);
-        for round in 0..12 {
-            let mut start = vec![0; lowered.program.image_size as usize];
-            for p in 0..ARRAY + 32 {
-                let at = layout.p_offset(p as u32);
-                write_f64(&mut start, at, number(&mut rng, round % 2 == 0));
-            }
-            let images = engines.each_mut().map(|engine| {
-                let mut image = start.clone();
-                // Three scans, so that what was stored is checked.
-                for _ in 0..3 {
-                    engine.call(0, None, &mut Scan { image: &mut image, host: &mut Pure });
-                }
-                image
-            });
-            for image in &images {
-                let differs = image.iter().zip(&images[0]).position(|(a, b)| a != b);
-                assert_eq!(differs, None, "seed {seed}, round {round}\n{text}");
-            }
-        }
+        compare(&mut engines, &lowered.program, &mut rng, &format!("seed {seed}\n{text}"));
     }
     // If few were, errors of the pass would hardly be found.
     assert!(3 * changed > programs as usize, "{changed} of {programs}");

@@ -1,0 +1,196 @@
+//! Rows of statements for the pass [`speculate`](super::speculate): where an integrality check fails, control
+//! goes on in the general code of the statement, and from there in the general code of those that follow.
+//! It does not come back to the specialised code before the row ends.
+//!
+//! ```text
+//!     statement 1, specialised ──────┐ a check fails
+//!     │                              ▼
+//!     │                     statement 1, general (cold)
+//!     ▼                              │
+//!     statement 2, specialised ────┐ │
+//!     │                            ▼ ▼
+//!     │                     statement 2, general (cold)
+//!     ▼                              │
+//!     what follows the row ◄─────────┘
+//! ```
+//!
+//! So the specialised code of a statement is reached only if all checks of the row before it have succeeded, and
+//! what they have found is known there: a variable that was checked or that got an integer holds an integer
+//! until something else is stored in it, and is not checked again ([`KnownInteger`]).
+//!
+//! A row is made of statements that stand one behind the other in a block, of which
+//! [`speculate_statement`](super::speculate_statement) has written each as a whole twice.
+
+use plcc_abi::IntegerForm;
+
+use super::float_range::FloatRange;
+use super::speculate::{Rest, Speculate};
+use super::speculate_statement::{Checks, is_int32};
+use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
+use crate::{
+    Address, BinaryOp, Block, BlockCall, ConvertOp, Inst, InstData, Terminator, Type, Value,
+};
+
+/// No more variables than this are kept in mind, so that the time is linear.
+const MAX_KNOWN: usize = 64;
+
+/// The bounds of an index are found through so many instructions.
+const MAX_STEPS: u32 = 6;
+
+/// The bytes of a double.
+const SIZE: u64 = 8;
+
+/// A variable that holds an integer of 32 bits.
+#[derive(Clone, Copy)]
+pub(super) struct KnownInteger {
+    pub(super) at: Address,
+    /// The double that it holds.
+    pub(super) double: Value,
+    pub(super) range: FloatRange,
+}
+
+/// A row of statements that goes on.
+pub(super) struct Row {
+    /// The general code of its last statement, which jumps to `join`.
+    cold: Block,
+    /// The empty block, without parameters, that gets what follows the row.
+    join: Block,
+    /// What is known in the specialised code behind the last statement.
+    pub(super) known: Vec<KnownInteger>,
+}
+
+impl Speculate<'_> {
+    /// The row that a statement may go on, if there is one. `is_last` says that the statement's block ends with it.
+    pub(super) fn row_before(&mut self, insts: &[Inst], is_last: bool, rest: &Rest) -> Option<Row> {
+        let row = self.row.take()?;
+        if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_STATEMENT {
+            return None;
+        }
+        // Nothing that is computed on the way through specialised code can be used in the general code.
+        let mut is_closed = true;
+        let mut see = |value: Value| {
+            is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
+        };
+        insts.iter().for_each(|&inst| self.func.inst(inst).for_each_arg(&mut see));
+        if let Some(terminator) = rest.terminator.as_ref().filter(|_| is_last) {
+            terminator.for_each_arg(&mut see);
+        }
+        is_closed.then_some(row)
+    }
+
+    /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block behind
+    /// it; `copies` are the values of its specialised code.
+    pub(super) fn add_to_row(
+        &mut self,
+        row: Option<Row>,
+        checks: &Checks<'_>,
+        copied: &[Inst],
+        copies: &[(Value, Value)],
+        [cold, join]: [Block; 2],
+    ) {
+        let known = self.known_behind(row.map_or(vec![], |row| row.known), checks, copied, copies);
+        self.row = Some(Row { cold, join, known });
+    }
+
+    /// Lets the general code of a row go on with that of its next statement.
+    pub(super) fn link(&mut self, row: &Row, cold: Block) {
+        if let Some(data) = self.func.blocks.get_mut(row.cold.index()) {
+            data.terminator = Some(Terminator::Jump(BlockCall::plain(cold)));
+        }
+    }
+
+    /// What is known behind the specialised code of a statement.
+    fn known_behind(
+        &self,
+        mut known: Vec<KnownInteger>,
+        checks: &Checks<'_>,
+        copied: &[Inst],
+        copies: &[(Value, Value)],
+    ) -> Vec<KnownInteger> {
+        let copy = |value: Value| {
+            copies.iter().rev().find(|(old, _)| *old == value).map_or(value, |&(_, copy)| copy)
+        };
+        for &(value, check) in &checks.values {
+            if let Some(&InstData::Load { ty: Type::F64, at }) = self.func.def_inst(value)
+                && check == Check::Narrow
+                && at.index.is_none()
+                && !at.volatile
+            {
+                known.push(KnownInteger { at, double: copy(value), range: FloatRange::INT32 });
+            }
+        }
+        for &inst in copied {
+            match *self.func.inst(inst) {
+                InstData::Store { at, value } if !at.volatile => {
+                    let bytes = self.written_bytes(&at, value, checks);
+                    known.retain(|variable| {
+                        let start = u64::from(variable.at.offset);
+                        let overlaps = start < bytes.end && bytes.start < start + SIZE;
+                        variable.at.region != at.region || !overlaps
+                    });
+                    let range = self.range_after_checks(value, checks, MAX_STEPS);
+                    if at.index.is_none() && self.func.ty(value) == Type::F64 && is_int32(range) {
+                        // Later passes do not know the bounds of a remainder any more, so that a sum with
+                        // it is taken as one of 33 bits, which is checked rather than divided as it is.
+                        known.push(KnownInteger {
+                            at,
+                            double: copy(value),
+                            range: FloatRange::INT32,
+                        });
+                    }
+                }
+                ref data if data.has_effect() => known.clear(),
+                _ => {}
+            }
+        }
+        let surplus = known.len().saturating_sub(MAX_KNOWN);
+        known.drain(..surplus);
+        known
+    }
+
+    /// The bytes of its region that a store may write, as offsets.
+    fn written_bytes(
+        &self,
+        at: &Address,
+        value: Value,
+        checks: &Checks<'_>,
+    ) -> std::ops::Range<u64> {
+        let ty = self.func.ty(value);
+        if let Some(index) = at.index
+            && let Some((low, high)) = self.index_bounds(index.value, checks, MAX_STEPS)
+            && low >= 0
+            && high < i64::from(index.count)
+        {
+            let of = |number: i64| u64::from(at.offset) + number as u64 * u64::from(index.scale);
+            return of(low)..of(high) + u64::from(ty.bytes());
+        }
+        at.extent(ty)
+    }
+
+    /// The bounds of an index behind the checks; `None` if nothing is known. It is followed back through at
+    /// most `steps` instructions.
+    fn index_bounds(&self, value: Value, checks: &Checks<'_>, steps: u32) -> Option<(i64, i64)> {
+        let next = |value| self.index_bounds(value, checks, steps.checked_sub(1)?);
+        let data = self.func.def_inst(value)?;
+        match *data {
+            InstData::Iconst { ty: _, value } => Some((value, value)),
+            InstData::HostCall { args, .. }
+                if called_integer_form(data) == Some(IntegerForm::Bits) =>
+            {
+                self.range_after_checks(*args.as_slice().first()?, checks, MAX_STEPS).integers()
+            }
+            InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {
+                let within = |&(low, high): &(i64, i64)| {
+                    i32::try_from(low).is_ok() && i32::try_from(high).is_ok()
+                };
+                next(arg).filter(within)
+            }
+            // An AND with all lower bits changes no number that has no others.
+            InstData::Binary { op: BinaryOp::And, args: [x, by] } => {
+                let most = self.func.constant(by).filter(|by| *by >= 0 && by & (by + 1) == 0)?;
+                next(x).filter(|&(low, high)| low >= 0 && high <= most)
+            }
+            _ => None,
+        }
+    }
+}
