@@ -173,8 +173,7 @@ mod tests {
         used_before.begin(false);
         let second = Duration::from_secs(1);
         let began = Instant::now().checked_sub(second * 2).unwrap();
-        let time = Some((began, second));
-        let share = Share { time, began: Some(began), is_suspended: false };
+        let share = Share { time: Some((began, second)), began: Some(began), is_suspended: false };
         let late = time(&used_before, &share);
         assert!(late.left_of_share().is_some_and(|left| left > second / 2));
     }
