@@ -2,7 +2,8 @@
 """The machine of the example: a carriage with two limit switches, behind remote I/O that speaks Modbus TCP.
 
 machine.py PORT. Coils 0 and 1 move the carriage to the left and to the right; discrete inputs 0 to 2 are the
-left limit switch, the right one, and the closed guard. The carriage begins in the middle.
+left limit switch, the right one, and the closed guard. The carriage begins in the middle. Coil 2 is a spindle and discrete
+input 3 says that it is at speed, for those who have no LinuxCNC (start --without-hal).
 """
 import socketserver
 import struct
@@ -12,14 +13,16 @@ import time
 
 coils = [False] * 3
 position = 50.0
+speed = 0.0
 
 
 def move():
-    """Moves the carriage, 100 steps a second, and stops it where the way ends."""
-    global position
+    """Moves the carriage, 100 steps a second, and stops it where the way ends. The spindle needs a second for its speed."""
+    global position, speed
     while True:
         time.sleep(0.01)
         position = min(max(position + coils[1] - coils[0], 0), 100)
+        speed = min(max(speed + (1 if coils[2] else -1), 0), 100)
 
 
 class RemoteIo(socketserver.BaseRequestHandler):
@@ -38,8 +41,8 @@ class RemoteIo(socketserver.BaseRequestHandler):
 
     def answer(self, request):
         function, start, count = struct.unpack(">BHH", request[:5])
-        if function == 2 and start + count <= 3:
-            switches = [position > 0, position < 100, True][start:start + count]
+        if function == 2 and start + count <= 4:
+            switches = [position > 0, position < 100, True, speed == 100][start:start + count]
             return bytes([2, 1, sum(on << bit for bit, on in enumerate(switches))])
         if function == 15 and start + count <= 3:
             for bit in range(count):

@@ -51,8 +51,12 @@ use settings::Settings;
 )]
 struct Cli {
     /// The configuration of the control
-    #[arg(value_name = "FILE.toml", required_unless_present_any = ["completions", "man"])]
+    #[arg(value_name = "FILE.toml", required_unless_present_any = ["drivers", "completions", "man"])]
     config: Option<PathBuf>,
+
+    /// Prints the names of the drivers that this plcio was built with, and connects nothing
+    #[arg(long, exclusive = true)]
+    drivers: bool,
 
     /// Prints completions for a shell, and connects nothing
     #[arg(long, value_name = "SHELL", exclusive = true)]
@@ -76,14 +80,16 @@ opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for O
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
-OPC UA and MQTT are there only if plcio was built with them (features opcua and mqtt). \
+OPC UA and MQTT are there only if plcio was built with them (features opcua and mqtt); plcio --drivers names \
+all that are there. \
 plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";
 
-/// Prints completions or the manual page.
+/// Prints the names of the drivers, completions or the manual page.
 fn page(cli: &Cli) -> Result<(), String> {
     let mut page = Vec::new();
     match cli.completions {
+        None if cli.drivers => page = settings::drivers().into_bytes(),
         Some(shell) => clap_complete::generate(shell, &mut Cli::command(), "plcio", &mut page),
         None => {
             // The synopsis is that of --help: clap_mangen's own names options without their values.

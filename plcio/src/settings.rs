@@ -66,6 +66,14 @@ const FEATURES: [(Driver, &str, bool); 2] = [
     (Driver::Mqtt, "mqtt", cfg!(feature = "mqtt")),
 ];
 
+/// The names of the drivers that this `plcio` was built with, each in a line of its own.
+pub(crate) fn drivers() -> String {
+    let is_missing = |driver| FEATURES.iter().any(|(other, _, built)| *other == driver && !built);
+    let drivers = Driver::ALL.iter().filter(|&&(_, driver)| !is_missing(driver));
+    let names = drivers.filter(|(_, driver)| *driver != Driver::Other);
+    names.map(|(name, _)| format!("{name}\n")).collect()
+}
+
 /// That a feature is missing with which `plcio` would have to be built.
 fn built_without(feature: &str) -> String {
     format!(
