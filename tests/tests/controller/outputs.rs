@@ -43,6 +43,18 @@ fn file(pipe: impl Into<OwnedFd>) -> Stdio {
     Stdio::from(pipe.into())
 }
 
+/// Runs `plcrt` with these arguments to its end: its exit status, and what it has written to standard error.
+fn run(shop: &Shop, args: &str) -> (Option<i32>, String) {
+    let (mut errors, to) = pipe().unwrap();
+    let mut command = shop.command(args);
+    let mut child = command.stderr(file(to)).spawn().unwrap();
+    // The command holds an end of the pipe, which would never be closed.
+    drop(command);
+    let mut message = String::new();
+    errors.read_to_string(&mut message).unwrap();
+    (wait(&mut child).code(), message)
+}
+
 #[test]
 fn a_pipe_that_nobody_reads_delays_nothing() {
     let shop = shop("unread");
@@ -95,13 +107,8 @@ fn a_full_disk_is_told_and_changes_nothing() {
     let shop = shop("full");
     for output in ["trace", "events", "log"] {
         let args = format!("{TICKS} --watch N,LIST --{output} /dev/full --dump d.json");
-        let (mut told, to) = pipe().unwrap();
-        let mut command = shop.command(&args);
-        let mut child = command.stderr(file(to)).spawn().unwrap();
-        drop(command);
-        let mut message = String::new();
-        told.read_to_string(&mut message).unwrap();
-        assert_eq!(wait(&mut child).code(), Some(0), "{message}");
+        let (status, message) = run(&shop, &args);
+        assert_eq!(status, Some(0), "{message}");
         assert_all_ticks(&shop);
         let expected =
             format!("the {output} can't be written, the attempt is repeated: the disk is full");
@@ -152,13 +159,8 @@ fn outputs_that_links_make_one_file_are_refused() {
     symlink("new", shop.path("other")).unwrap();
     for (events, dump) in [("new", "folder/new"), ("new", "other"), ("folder/other", "new")] {
         let args = format!("--ticks 1 --events {events} --dump {dump}");
-        let (mut told, to) = pipe().unwrap();
-        let mut command = shop.command(&args);
-        let mut child = command.stderr(file(to)).spawn().unwrap();
-        drop(command);
-        let mut message = String::new();
-        told.read_to_string(&mut message).unwrap();
-        assert_eq!(wait(&mut child).code(), Some(2), "{args}: {message}");
+        let (status, message) = run(&shop, &args);
+        assert_eq!(status, Some(2), "{args}: {message}");
         assert!(message.contains("--dump would overwrite --events"), "{args}: {message}");
         assert!(!shop.path("new").exists(), "{args}");
     }
@@ -174,13 +176,8 @@ fn outputs_with_the_names_of_files_that_stand_beside_others_are_refused() {
         ("--record r --dump r.1", "--record's older part"),
         ("--image i --dump i.dead", "--image's copy of a dead control"),
     ] {
-        let (mut told, to) = pipe().unwrap();
-        let mut command = shop.command(&format!("--ticks 1 {args}"));
-        let mut child = command.stderr(file(to)).spawn().unwrap();
-        drop(command);
-        let mut message = String::new();
-        told.read_to_string(&mut message).unwrap();
-        assert_eq!(wait(&mut child).code(), Some(2), "{args}: {message}");
+        let (status, message) = run(&shop, &format!("--ticks 1 {args}"));
+        assert_eq!(status, Some(2), "{args}: {message}");
         assert!(message.contains(&format!("{what} would overwrite")), "{args}: {message}");
     }
 }
