@@ -71,7 +71,7 @@ impl Hub {
     ) -> Result<Self, String> {
         let mut claimed = vec![];
         for point in points {
-            let input = match point.gives {
+            let input = match point.is_input {
                 true => Some(writer.claim(&point.symbol.name).map_err(|why| why.to_string())?),
                 false => None,
             };
@@ -126,9 +126,9 @@ impl Hub {
         }
     }
 
-    /// Takes a value that a point outside gives; the control gets it with [`publish`](Self::publish). Gives whether
-    /// the variable can have the value.
-    pub(crate) fn give(&mut self, index: usize, outside: f64) -> bool {
+    /// Sets the variable of an input point to a value of the point outside, converted as the entry says. The control
+    /// gets it with [`publish`](Self::publish). Returns whether the variable can have the value.
+    pub(crate) fn set_input(&mut self, index: usize, outside: f64) -> bool {
         let Some((point, Some(input))) = self.points.get(index) else { return false };
         let Some(inside) = point.inside(outside) else { return false };
         self.writer.set(*input, inside).is_ok()
@@ -165,9 +165,9 @@ impl Hub {
         self.refresh();
     }
 
-    /// The value that the point outside gets of its variable: of an output the value of its physical lines. `None`
-    /// before the first tick.
-    pub(crate) fn take(&self, index: usize) -> Option<f64> {
+    /// The value that the point outside has to have for the present value of its variable, converted as the entry
+    /// says; of an output it is the value of its physical lines. `None` before the first tick.
+    pub(crate) fn value_outside(&self, index: usize) -> Option<f64> {
         let (point, _) = self.points.get(index)?;
         let value = self.tick.as_ref()?.output(&point.symbol)?;
         Some(point.outside(value))

@@ -109,7 +109,7 @@ pub fn input_rules(checked: &Checked) -> Vec<(String, Rule)> {
     let inputs = checked
         .points
         .iter()
-        .filter(|point| point.gives && point.symbol.direction == Direction::Input);
+        .filter(|point| point.is_input && point.symbol.direction == Direction::Input);
     inputs.map(|point| (point.symbol.name.clone(), point.rule())).collect()
 }
 

@@ -19,8 +19,9 @@ pub struct Point {
     pub symbol: Symbol,
     /// The point, for drivers of Modbus.
     pub address: Option<Address>,
-    /// Whether the point outside gives the variable its value; else it takes the value.
-    pub gives: bool,
+    /// Whether values go from the point outside to the variable (`direction = "in"`), rather than from the
+    /// variable to the point.
+    pub is_input: bool,
 }
 
 impl Point {
@@ -119,13 +120,13 @@ pub fn points(
                 },
                 None => None,
             };
-            let gives = entry.gives.unwrap_or(symbol.direction == Direction::Input);
-            let point = Point { entry: entry.clone(), symbol: symbol.clone(), address, gives };
+            let is_input = entry.is_input.unwrap_or(symbol.direction == Direction::Input);
+            let point = Point { entry: entry.clone(), symbol: symbol.clone(), address, is_input };
             if let Some(message) = unfit(&point) {
                 wrong(format!("`{name}` {message}"));
                 continue;
             }
-            if gives {
+            if is_input {
                 if let Some(line) = given.insert(symbol.outside(), entry.line) {
                     wrong(format!("`{name}` is given by the entry of line {line} already"));
                 }
@@ -140,7 +141,7 @@ pub fn points(
         }
     }
     let taken: Vec<Place> =
-        checked.points.iter().filter(|point| !point.gives).map(|p| p.symbol.outside()).collect();
+        checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
     let is_taken = |name: &String| {
         by_name.get(name.as_str()).is_none_or(|symbol| taken.contains(&symbol.outside()))
     };
@@ -173,12 +174,12 @@ fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
 }
 
 /// Why a point can't be, if it can't; the reason follows the variable's name.
-fn unfit(Point { entry, symbol, address, gives }: &Point) -> Option<String> {
+fn unfit(Point { entry, symbol, address, is_input }: &Point) -> Option<String> {
     let place = symbol.outside();
     if symbol.elements != 1 {
         return Some("is an array, which can't be wired".into());
     }
-    if *gives && symbol.slot.is_none() {
+    if *is_input && symbol.slot.is_none() {
         let what = symbol.direction.name();
         return Some(format!("is {what}, and can't be given from outside"));
     }
@@ -191,10 +192,10 @@ fn unfit(Point { entry, symbol, address, gives }: &Point) -> Option<String> {
             return Some(format!("is {is}, which needs {needs}"));
         }
         let client = matches!(entry.driver, Driver::ModbusTcp | Driver::ModbusRtu);
-        if client && !gives && matches!(address.table, Table::Discrete | Table::Input) {
+        if client && !is_input && matches!(address.table, Table::Discrete | Table::Input) {
             return Some("goes outside, but its table can only be read".into());
         }
-        if !client && *gives && matches!(address.table, Table::Discrete | Table::Input) {
+        if !client && *is_input && matches!(address.table, Table::Discrete | Table::Input) {
             return Some("is given from outside, but its table can't be written".into());
         }
     }
@@ -273,7 +274,7 @@ mod tests {
         let numbers: Vec<_> = checked
             .points
             .iter()
-            .map(|p| (p.symbol.name.as_str(), p.address.as_ref().unwrap().number, p.gives))
+            .map(|p| (p.symbol.name.as_str(), p.address.as_ref().unwrap().number, p.is_input))
             .collect();
         let expected = [
             ("LS1", 8, true),

@@ -98,9 +98,10 @@ pub struct Entry {
     pub timeout_ms: u64,
     /// What the variable is, for people; empty where the entry does not say it.
     pub description: String,
-    /// Whether the point outside gives the variable its value (`direction = "in"`) rather than takes it (`"out"`);
+    /// `true` if values go from the point outside to the variable (`direction = "in"`), `false` if they go from the
+    /// variable to the point (`"out"`),
     /// `None` if the entry does not say it.
-    pub gives: Option<bool>,
+    pub is_input: Option<bool>,
 }
 
 const KEYS: [&str; 10] = [
@@ -183,7 +184,7 @@ fn entry(
         safe: Safe::Off,
         timeout_ms: DEFAULT_TIMEOUT_MS,
         description: String::new(),
-        gives: None,
+        is_input: None,
     };
     for (key, value) in table {
         let (key, line) = (key.get_ref().as_ref(), line_of(key.span().start));
@@ -206,12 +207,12 @@ fn entry(
                 .map(|time| entry.timeout_ms = time as u64)
                 .ok_or("a number of milliseconds"),
             "direction" => {
-                entry.gives = match value.as_str() {
+                entry.is_input = match value.as_str() {
                     Some("in") => Some(true),
                     Some("out") => Some(false),
                     _ => None,
                 };
-                entry.gives.map(|_| ()).ok_or("\"in\" or \"out\"")
+                entry.is_input.map(|_| ()).ok_or("\"in\" or \"out\"")
             }
             "safe" => {
                 safe(value).map(|safe| entry.safe = safe).ok_or("\"off\", \"hold\" or a number")

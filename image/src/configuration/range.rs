@@ -2,7 +2,7 @@
 //! digit is a bit from 0 to 7, so that they are 24 points.
 
 /// The most names that a range may have.
-const MOST: u64 = 4096;
+const MAX_NAMES: u64 = 4096;
 
 /// The names of a range, or the one name. `ends_in_bit` says that the last digit of a number is a bit from 0 to 7.
 ///
@@ -27,8 +27,8 @@ pub(super) fn names(text: &str, ends_in_bit: bool) -> Result<Vec<String>, String
     if from > to {
         return Err(format!("the range `{text}` goes backwards"));
     }
-    if to - from >= MOST {
-        return Err(format!("the range `{text}` has more than {MOST} names"));
+    if to - from >= MAX_NAMES {
+        return Err(format!("the range `{text}` has more than {MAX_NAMES} names"));
     }
     // If the first number begins with 0, all have as many digits as it.
     let padded = first.as_bytes().get(letters.len()) == Some(&b'0') && width > 1;

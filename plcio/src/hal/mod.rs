@@ -43,7 +43,7 @@ struct Pin {
     index: usize,
     name: String,
     kind: Kind,
-    gives: bool,
+    is_input: bool,
     /// The safe value, of an output.
     safe: String,
 }
@@ -52,7 +52,7 @@ impl Pin {
     /// Whether another session has the same pin. Its place in that session, and the value that is safe there,
     /// may be others.
     fn is_same(&self, other: &Self) -> bool {
-        (&self.name, self.kind, self.gives) == (&other.name, other.kind, other.gives)
+        (&self.name, self.kind, self.is_input) == (&other.name, other.kind, other.is_input)
     }
 }
 
@@ -150,7 +150,7 @@ impl Hal {
                 let point = hub.point(index)?;
                 let (kind, name) = (Kind::of(point), hal_pin_name(&point.symbol.name));
                 let safe = hub.safe_value(index).unwrap_or(0.0);
-                Some(Pin { index, name, kind, gives: point.gives, safe: kind.text(safe) })
+                Some(Pin { index, name, kind, is_input: point.is_input, safe: kind.text(safe) })
             };
             points.into_iter().filter_map(pin).collect()
         };
@@ -182,7 +182,7 @@ impl Hal {
             "pins": pins.iter().map(|pin| json!({
                 "name": pin.name,
                 "type": pin.kind.name(),
-                "input": pin.gives,
+                "input": pin.is_input,
                 "safe": pin.safe,
             })).collect::<Vec<_>>(),
             "period": settings.poll.as_secs_f64(),
@@ -235,19 +235,20 @@ impl Hal {
         }
         let pins = present;
         let mut hub = shared.hub();
-        let inputs = pins.iter().filter(|pin| pin.gives);
+        let inputs = pins.iter().filter(|pin| pin.is_input);
         for (pin, word) in inputs.zip(line.split_whitespace()) {
             let value = word.parse().map_err(|_| format!("`{word}` is no value"))?;
             // A value that the variable can't have is no new value; the input becomes late.
-            hub.give(pin.index, value);
+            hub.set_input(pin.index, value);
         }
         hub.publish();
         let mut answer = String::from(match hub.control_state() {
             ControlState::Running => "1",
             _ => "0",
         });
-        for pin in pins.iter().filter(|pin| !pin.gives) {
-            let value = hub.take(pin.index).map_or_else(|| pin.safe.clone(), |v| pin.kind.text(v));
+        for pin in pins.iter().filter(|pin| !pin.is_input) {
+            let value =
+                hub.value_outside(pin.index).map_or_else(|| pin.safe.clone(), |v| pin.kind.text(v));
             answer.push(' ');
             answer.push_str(&value);
         }

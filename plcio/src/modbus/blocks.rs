@@ -20,9 +20,9 @@ pub(super) struct Block {
 }
 
 /// The most registers that a request may write, by the Modbus specification; it may read 125.
-const MOST_REGISTERS: u16 = 123;
+const MAX_REGISTERS: u16 = 123;
 /// The most bits that a request may write, by the Modbus specification; it may read 2000.
-const MOST_BITS: u16 = 1968;
+const MAX_BITS: u16 = 1968;
 
 /// Makes blocks of points. A point between two others that no entry names divides blocks, since a device may
 /// not have it.
@@ -32,7 +32,7 @@ pub(super) fn blocks(mut members: Vec<Member>) -> Vec<Block> {
     for member in members {
         let Address { unit, table, number, format, .. } = member.address;
         let most =
-            if matches!(table, Table::Coil | Table::Discrete) { MOST_BITS } else { MOST_REGISTERS };
+            if matches!(table, Table::Coil | Table::Discrete) { MAX_BITS } else { MAX_REGISTERS };
         let end = u32::from(number) + u32::from(format.registers());
         if let Some(last) = blocks.last_mut()
             && (last.unit, last.table) == (unit, table)

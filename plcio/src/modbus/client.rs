@@ -41,7 +41,7 @@ pub(crate) fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
             found.push((medium.clone(), vec![], vec![]));
         }
         if let Some((_, reads, writes)) = found.iter_mut().find(|(known, ..)| *known == medium) {
-            let members = if point.gives { reads } else { writes };
+            let members = if point.is_input { reads } else { writes };
             members.push(Member { index, address });
         }
     }
@@ -240,7 +240,7 @@ async fn read(context: &mut Context, shared: &Shared, block: &Block) -> Result<(
     for member in &block.members {
         if let Some(value) = block.value(member, &registers) {
             // A value that the variable can't have is no new value; the input becomes late.
-            hub.give(member.index, value);
+            hub.set_input(member.index, value);
         }
     }
     Ok(())
@@ -252,7 +252,7 @@ async fn write(context: &mut Context, shared: &Shared, block: &Block) -> Result<
         let hub = shared.hub();
         for member in &block.members {
             // Before the first tick nothing is written.
-            let Some(value) = hub.take(member.index) else { return Ok(()) };
+            let Some(value) = hub.value_outside(member.index) else { return Ok(()) };
             if !block.put(member, value, &mut registers) {
                 let name = hub.point(member.index).map_or("", |point| point.symbol.name.as_str());
                 let why = format!("{name} is {value}, which its registers can't hold");

@@ -137,7 +137,7 @@ impl Answers {
                 self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
             let mut word = 0;
             for &(index, format, part) in members {
-                let value = hub.take(index).ok_or(ExceptionCode::ServerDeviceBusy)?;
+                let value = hub.value_outside(index).ok_or(ExceptionCode::ServerDeviceBusy)?;
                 let mut registers = [0; 2];
                 if !encode(format, value, &mut registers) {
                     return Err(ExceptionCode::ServerDeviceFailure);
@@ -158,7 +158,7 @@ impl Answers {
                 self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
             for &(index, format, part) in members {
                 let point = hub.point(index).ok_or(ExceptionCode::IllegalDataAddress)?;
-                if !point.gives {
+                if !point.is_input {
                     return Err(ExceptionCode::IllegalDataAddress);
                 }
                 // The second register of a value is written with the first one.
@@ -175,7 +175,7 @@ impl Answers {
             }
         }
         for (index, value) in given {
-            hub.give(index, value);
+            hub.set_input(index, value);
         }
         hub.publish();
         Ok(())

@@ -32,7 +32,7 @@ use crate::session::Shared;
 /// About how long the broker may send nothing before the connection counts as lost.
 const KEEP_ALIVE: Duration = Duration::from_secs(5);
 /// The longest message.
-const MOST_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 16 << 20;
 /// How many messages wait at most to be sent, or to be handled.
 const QUEUE: usize = 64;
 /// The pauses before a connection is made again.
@@ -53,7 +53,7 @@ struct Published {
     index: usize,
     name: String,
     datatype: DataType,
-    gives: bool,
+    is_input: bool,
     /// The value and the quality that were sent last.
     sent: Option<(f64, u32)>,
 }
@@ -71,8 +71,8 @@ impl Published {
             },
             Some(_) => DataType::Int32,
         };
-        let (name, gives) = (point.symbol.name.clone(), point.gives);
-        Self { index, name, datatype, gives, sent: None }
+        let (name, is_input) = (point.symbol.name.clone(), point.is_input);
+        Self { index, name, datatype, is_input, sent: None }
     }
 
     fn metric(&self, value: f64, quality: u32) -> Metric {
@@ -247,7 +247,7 @@ impl Publisher {
         let hub = self.shared.hub();
         let state = hub.control_state();
         let quality = if state.is_alive() { QUALITY.0 } else { QUALITY.1 };
-        let value = |point: &Published| Some((hub.take(point.index)?, quality));
+        let value = |point: &Published| Some((hub.value_outside(point.index)?, quality));
         (self.points.iter().map(value).collect(), state.name())
     }
 
@@ -339,13 +339,13 @@ impl Publisher {
                 wants_birth |= metric.value == Some(Value::Boolean(true));
                 continue;
             }
-            let point = self.points.iter().find(|point| point.name == name && point.gives);
+            let point = self.points.iter().find(|point| point.name == name && point.is_input);
             let Some(point) = point else {
                 self.refuse(&name, "nobody may write it");
                 continue;
             };
             let number = metric.value.as_ref().and_then(|value| point.datatype.number(value));
-            let fits = number.is_some_and(|n| self.shared.hub().give(point.index, n));
+            let fits = number.is_some_and(|n| self.shared.hub().set_input(point.index, n));
             if fits {
                 given = true;
                 self.refused.remove(&name);

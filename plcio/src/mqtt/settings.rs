@@ -64,7 +64,7 @@ impl Settings {
         let client = format!("plcio-{}-{}", self.group, self.node);
         let mut options = MqttOptions::new(client, host, port);
         options.set_keep_alive(super::KEEP_ALIVE).set_clean_session(true);
-        options.set_max_packet_size(super::MOST_BYTES, super::MOST_BYTES);
+        options.set_max_packet_size(super::MAX_BYTES, super::MAX_BYTES);
         if let Some(user) = &self.user {
             let password = match &self.password {
                 Some(path) => self::password(path),

@@ -138,7 +138,7 @@ impl Node {
     }
 
     fn insert(&self, space: &mut AddressSpace, namespace: u16, folder: &NodeId) {
-        let is_given = self.point.as_ref().is_some_and(|point| point.gives);
+        let is_given = self.point.as_ref().is_some_and(|point| point.is_input);
         let access = match is_given {
             true => AccessLevel::CURRENT_READ | AccessLevel::CURRENT_WRITE,
             false => AccessLevel::CURRENT_READ,
@@ -233,10 +233,10 @@ impl Nodes {
             for symbol in hub.symbols() {
                 // Where several entries name a variable, the one counts by which it is written.
                 let mut own = wired.iter().filter(|(_, point)| point.symbol.name == symbol.name);
-                let given = own.clone().find(|(_, point)| point.gives).or_else(|| own.next());
+                let given = own.clone().find(|(_, point)| point.is_input).or_else(|| own.next());
                 let node = Node::new(namespace, symbol.clone(), given.map(|&(_, p)| p.clone()));
                 if let Some(&(index, point)) = given
-                    && point.gives
+                    && point.is_input
                 {
                     let (shared, kind) = (shared.clone(), node.kind);
                     manager.inner().add_write_callback(node.id.clone(), move |value, range| {
@@ -327,7 +327,7 @@ fn write(
         return StatusCode::BadTypeMismatch;
     };
     let mut hub = shared.hub();
-    if !hub.give(index, number) {
+    if !hub.set_input(index, number) {
         return StatusCode::BadOutOfRange;
     }
     hub.publish();
