@@ -8,12 +8,15 @@
 //! | `session.rs` | the work for one image file, from its beginning to its end |
 //! | `hub.rs` | the values of all points, between the drivers and the image file |
 //! | `events.rs` | the log |
+//! | `gpio/` | lines of Linux's GPIO character device (feature `gpio`) |
 //! | `hal/` | the component of LinuxCNC's hardware abstraction layer |
 //! | `modbus/` | Modbus: clients, which ask devices, and the server, which others ask |
 //! | `mqtt/` | the publisher for MQTT with Sparkplug B (feature `mqtt`) |
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
 
 mod events;
+#[cfg(feature = "gpio")]
+mod gpio;
 mod hal;
 mod hub;
 mod modbus;
@@ -80,7 +83,7 @@ opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for O
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
-OPC UA and MQTT are there only if plcio was built with them (features opcua and mqtt); plcio --drivers names \
+OPC UA, MQTT and GPIO are there only if plcio was built with them (features opcua, mqtt and gpio); plcio --drivers names \
 all that are there. \
 plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";

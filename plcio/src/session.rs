@@ -121,6 +121,14 @@ impl Session {
                 // `Settings` refuses what this `plcio` was built without.
                 #[cfg(not(feature = "mqtt"))]
                 Driver::Mqtt => {}
+                #[cfg(feature = "gpio")]
+                Driver::Gpio => {
+                    for chip in crate::gpio::chips(&shared, &points) {
+                        tasks.spawn(chip.run(shared.clone(), ended.clone()));
+                    }
+                }
+                #[cfg(not(feature = "gpio"))]
+                Driver::Gpio => {}
                 Driver::Hal => {
                     if let Some(hal) = hal.clone() {
                         tasks.spawn(hal.run(shared.clone(), points, ended.clone()));

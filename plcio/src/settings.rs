@@ -61,9 +61,10 @@ const KEYS: [&str; 18] = [
 ];
 
 /// The features of `plcio` that drivers need, with which it was built or not.
-const FEATURES: [(Driver, &str, bool); 2] = [
+const FEATURES: [(Driver, &str, bool); 3] = [
     (Driver::OpcUa, "opcua", cfg!(feature = "opcua")),
     (Driver::Mqtt, "mqtt", cfg!(feature = "mqtt")),
+    (Driver::Gpio, "gpio", cfg!(feature = "gpio")),
 ];
 
 /// The names of the drivers that this `plcio` was built with, each in a line of its own.

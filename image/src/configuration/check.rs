@@ -4,11 +4,39 @@ use std::collections::HashMap;
 
 use plcc_abi::closest;
 
-use super::address::{Address, Table};
+use super::gpio_line::{Circuit, GpioLine};
+use super::modbus_address::{ModbusAddress, Table};
 use super::range::names;
 use super::{Driver, Entry, Mistake};
 use crate::latch::{Rule, Safe};
 use crate::symbol::{Direction, Number, Place, Symbol};
+
+/// Where a point lies outside, for drivers whose points have addresses.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Address {
+    /// A coil or a register of a Modbus device.
+    Modbus(ModbusAddress),
+    /// A line of a GPIO chip.
+    Gpio(GpioLine),
+}
+
+impl Address {
+    /// The address number `index` (from 0) of a range that begins here; `None` beyond the last one.
+    fn nth(&self, index: usize) -> Option<Self> {
+        match self {
+            Self::Modbus(address) => address.nth(index).map(Self::Modbus),
+            Self::Gpio(line) => line.nth(index).map(Self::Gpio),
+        }
+    }
+
+    /// The same address without what does not belong to the place.
+    fn place(&self) -> Self {
+        match self {
+            Self::Modbus(_) => self.clone(),
+            Self::Gpio(line) => Self::Gpio(GpioLine { circuit: Circuit::Plain, ..line.clone() }),
+        }
+    }
+}
 
 /// A variable and its point outside.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +45,7 @@ pub struct Point {
     pub entry: Entry,
     /// The variable.
     pub symbol: Symbol,
-    /// The point, for drivers of Modbus.
+    /// The point, for drivers whose points have addresses.
     pub address: Option<Address>,
     /// Whether values go from the point outside to the variable (`direction = "in"`), rather than from the
     /// variable to the point.
@@ -112,9 +140,7 @@ pub fn points(
                 Some(first) => match first.nth(index) {
                     Some(address) => Some(address),
                     None => {
-                        wrong(format!(
-                            "the address of `{name}` is beyond the last number of its table"
-                        ));
+                        wrong(format!("the address of `{name}` is beyond the last number"));
                         break;
                     }
                 },
@@ -130,8 +156,8 @@ pub fn points(
                 if let Some(line) = given.insert(symbol.outside(), entry.line) {
                     wrong(format!("`{name}` is given by the entry of line {line} already"));
                 }
-            } else if let Some(address) = point.address.clone()
-                && let Some(line) = driven.insert(address, entry.line)
+            } else if let Some(address) = &point.address
+                && let Some(line) = driven.insert(address.place(), entry.line)
             {
                 wrong(format!(
                     "the point of `{name}` is driven by the entry of line {line} already"
@@ -140,6 +166,7 @@ pub fn points(
             checked.points.push(point);
         }
     }
+    read_and_driven(&mut checked, &driven);
     let taken: Vec<Place> =
         checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
     let is_taken = |name: &String| {
@@ -159,12 +186,29 @@ pub fn points(
     checked
 }
 
+/// Finds lines of GPIO chips that one entry reads and another drives: a line has one direction.
+fn read_and_driven(checked: &mut Checked, driven: &HashMap<Address, usize>) {
+    for point in checked.points.iter().filter(|point| point.is_input) {
+        if let Some(address @ Address::Gpio(_)) = &point.address
+            && let Some(line) = driven.get(&address.place())
+        {
+            let name = &point.symbol.name;
+            let message = format!("the line of `{name}` is driven by the entry of line {line}");
+            checked.mistakes.push(Mistake { line: point.entry.line, message });
+        }
+    }
+}
+
 fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
-    let parse = |tcp, serial| Address::parse(&entry.address, tcp, serial).map(Some);
+    let parse = |tcp, serial| {
+        let address = ModbusAddress::parse(&entry.address, tcp, serial);
+        address.map(|address| Some(Address::Modbus(address)))
+    };
     match entry.driver {
         Driver::ModbusTcp => parse(true, false),
         Driver::ModbusRtu => parse(false, true),
         Driver::ModbusServer => parse(false, false),
+        Driver::Gpio => GpioLine::parse(&entry.address).map(|line| Some(Address::Gpio(line))),
         Driver::OpcUa | Driver::Mqtt | Driver::Hal if !entry.address.is_empty() => Err(format!(
             "`address`: points of the driver {} have the names of their variables, and no address",
             entry.driver.name()
@@ -183,7 +227,20 @@ fn unfit(Point { entry, symbol, address, is_input }: &Point) -> Option<String> {
         let what = symbol.direction.name();
         return Some(format!("is {what}, and can't be given from outside"));
     }
-    if let Some(address) = address {
+    if let Some(Address::Gpio(line)) = address {
+        if !place.is_bit() {
+            return Some("is a number, which a line of a GPIO chip can't be".into());
+        }
+        if *is_input && !line.circuit.is_for_inputs() {
+            return Some(
+                "is given from outside, but open-drain and open-source are for outputs".into(),
+            );
+        }
+        if !is_input && !line.circuit.is_for_outputs() {
+            return Some("goes outside, but pull-up and pull-down are for inputs".into());
+        }
+    }
+    if let Some(Address::Modbus(address)) = address {
         if address.format.is_bit() != place.is_bit() {
             let (is, needs) = match place.is_bit() {
                 true => ("a bit", "a coil, a discrete input or a bit of a register"),
@@ -214,7 +271,7 @@ fn unfit(Point { entry, symbol, address, is_input }: &Point) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
     use toml::de::DeTable;
 
@@ -274,7 +331,10 @@ mod tests {
         let numbers: Vec<_> = checked
             .points
             .iter()
-            .map(|p| (p.symbol.name.as_str(), p.address.as_ref().unwrap().number, p.is_input))
+            .map(|point| {
+                let Some(Address::Modbus(address)) = &point.address else { panic!("{point:?}") };
+                (point.symbol.name.as_str(), address.number, point.is_input)
+            })
             .collect();
         let expected = [
             ("LS1", 8, true),
@@ -311,6 +371,11 @@ mod tests {
             io("name = \"LS3\"\ndriver = \"other\""),
             io("name = \"LS3..LS4\"\ndriver = \"other\""),
             io("name = \"LS4\"\ndriver = \"opcua\"\naddress = \"x\""),
+            io("name = \"LS1\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1:pull-up\""),
+            io("name = \"PUMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1:open-drain\""),
+            io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1\""),
+            io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/2:pull-up\""),
+            io("name = \"COUNT\"\ndriver = \"gpio\"\naddress = \"gpiochip0/3\"\nsafe = 16"),
             io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
         ]
         .concat();
@@ -326,9 +391,13 @@ mod tests {
             (34, "is driven by the entry of line 30 already"),
             (41, "`LS3` is given by the entry of line 38 already"),
             (44, "have the names of their variables, and no address"),
-            (50, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
-            (51, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
-            (52, "`safe`: \"off\", \"hold\" or a number is expected"),
+            (48, "the line of `LS1` is driven by the entry of line 52"),
+            (56, "the point of `LAMP` is driven by the entry of line 52 already"),
+            (60, "pull-up and pull-down are for inputs"),
+            (64, "is a number, which a line of a GPIO chip can't be"),
+            (71, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+            (72, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+            (73, "`safe`: \"off\", \"hold\" or a number is expected"),
         ];
         assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
         for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {

@@ -13,15 +13,17 @@
 //! [`entries`] reads them, [`points`] resolves ranges and compares everything with the table of symbols of
 //! the program. Both find all mistakes, each with its line.
 
-mod address;
 mod check;
+mod gpio_line;
+mod modbus_address;
 mod range;
 
 use plcc_abi::{closest, printable};
 use toml::de::{DeArray, DeTable, DeValue};
 
-pub use address::{Address, Format, Medium, Table};
-pub use check::{Checked, Point, points};
+pub use check::{Address, Checked, Point, points};
+pub use gpio_line::{Circuit, GpioLine};
+pub use modbus_address::{Format, Medium, ModbusAddress, Table};
 
 use crate::latch::Safe;
 use crate::symbol::Number;
@@ -53,19 +55,22 @@ pub enum Driver {
     Mqtt,
     /// A pin of LinuxCNC's hardware abstraction layer.
     Hal,
+    /// Lines of Linux's GPIO character device.
+    Gpio,
     /// Another program that uses the image file itself, such as a component of LinuxCNC.
     Other,
 }
 
 impl Driver {
     /// All drivers by their names.
-    pub const ALL: [(&str, Self); 7] = [
+    pub const ALL: [(&str, Self); 8] = [
         ("modbus-tcp", Self::ModbusTcp),
         ("modbus-rtu", Self::ModbusRtu),
         ("modbus-server", Self::ModbusServer),
         ("opcua", Self::OpcUa),
         ("mqtt", Self::Mqtt),
         ("hal", Self::Hal),
+        ("gpio", Self::Gpio),
         ("other", Self::Other),
     ];
 

@@ -70,7 +70,7 @@ impl Format {
 
 /// A point of a Modbus device.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Address {
+pub struct ModbusAddress {
     /// How the device is reached.
     pub medium: Medium,
     /// The number of the unit there.
@@ -83,7 +83,7 @@ pub struct Address {
     pub format: Format,
 }
 
-impl Address {
+impl ModbusAddress {
     /// Reads an address: of the driver `modbus-tcp` if `tcp` is true, of `modbus-rtu` if `serial` is, else of
     /// `modbus-server`.
     ///
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn addresses_name_a_device_and_a_point() {
-        let tcp = |text| Address::parse(text, true, false);
+        let tcp = |text| ModbusAddress::parse(text, true, false);
         let point = tcp("io.local:1502/3/holding/100:f32-swapped").unwrap();
         assert_eq!(point.medium, Medium::Tcp("io.local".into(), 1502));
         assert_eq!((point.unit, point.table, point.number), (3, Table::Holding, 100));
@@ -217,9 +217,9 @@ mod tests {
         let bit = tcp("h/1/holding/5:bit14").unwrap().nth(3).unwrap();
         assert_eq!((bit.number, bit.format), (6, Format::BitOf(1)));
         assert_eq!(tcp("h/1/input/65535").unwrap().nth(1), None);
-        let serial = Address::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
+        let serial = ModbusAddress::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
         assert_eq!(serial.medium, Medium::Serial("/dev/ttyS0".into(), 9600, 'N'));
-        assert_eq!(Address::parse("input/4:i16", false, false).unwrap().format, Format::I16);
+        assert_eq!(ModbusAddress::parse("input/4:i16", false, false).unwrap().format, Format::I16);
         for text in [
             "",
             "h",
@@ -235,6 +235,6 @@ mod tests {
         ] {
             assert!(tcp(text).is_err(), "{text}");
         }
-        assert!(Address::parse("/dev/ttyS0@x/1/coil/0", false, true).is_err());
+        assert!(ModbusAddress::parse("/dev/ttyS0@x/1/coil/0", false, true).is_err());
     }
 }

@@ -1,12 +1,12 @@
 //! Points that lie together in a table, so that they are read or written by one request.
 
-use plcc_image::configuration::{Address, Format, Table};
+use plcc_image::configuration::{Format, ModbusAddress, Table};
 
 /// A point in a block: its index in the hub, and its address.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Member {
     pub(super) index: usize,
-    pub(super) address: Address,
+    pub(super) address: ModbusAddress,
 }
 
 /// Neighbouring points of one table of one unit.
@@ -30,7 +30,7 @@ pub(super) fn blocks(mut members: Vec<Member>) -> Vec<Block> {
     members.sort_by_key(|Member { address, .. }| (address.unit, address.table, address.number));
     let mut blocks: Vec<Block> = vec![];
     for member in members {
-        let Address { unit, table, number, format, .. } = member.address;
+        let ModbusAddress { unit, table, number, format, .. } = member.address;
         let most =
             if matches!(table, Table::Coil | Table::Discrete) { MAX_BITS } else { MAX_REGISTERS };
         let end = u32::from(number) + u32::from(format.registers());
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     fn member(index: usize, text: &str) -> Member {
-        Member { index, address: Address::parse(text, true, false).unwrap() }
+        Member { index, address: ModbusAddress::parse(text, true, false).unwrap() }
     }
 
     #[test]

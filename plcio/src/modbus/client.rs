@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use plcc_image::configuration::{Medium, Table};
+use plcc_image::configuration::{Address, Medium, Table};
 use serde_json::Value;
 use tokio::net::TcpStream;
 use tokio::sync::watch::Receiver;
@@ -35,7 +35,7 @@ pub(crate) fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
     let hub = shared.hub();
     for &index in points {
         let Some(point) = hub.point(index) else { continue };
-        let Some(address) = point.address.clone() else { continue };
+        let Some(Address::Modbus(address)) = point.address.clone() else { continue };
         let medium = address.medium.clone();
         if !found.iter().any(|(known, ..)| *known == medium) {
             found.push((medium.clone(), vec![], vec![]));

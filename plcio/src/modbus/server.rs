@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use plcc_image::configuration::{Format, Table};
+use plcc_image::configuration::{Address, Format, Table};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch::Receiver;
 use tokio_modbus::server::Service;
@@ -55,9 +55,8 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     {
         let hub = shared.hub();
         for index in points {
-            let Some(at) = hub.point(index).and_then(|point| point.address.clone()) else {
-                continue;
-            };
+            let address = hub.point(index).and_then(|point| point.address.clone());
+            let Some(Address::Modbus(at)) = address else { continue };
             for register in 0..at.format.registers() {
                 let place =
                     places.entry((at.table, at.number.saturating_add(register))).or_default();

@@ -1,0 +1,113 @@
+//! Addresses of lines of Linux's GPIO character device: `CHIP/LINE[:CIRCUIT]`, such as `gpiochip0/17:pull-up`.
+
+/// What is switched on at a line besides its direction. A chip that can't do it refuses the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Circuit {
+    /// Nothing: an input without a resistor of the chip, an output that drives both levels.
+    Plain,
+    /// An input with the chip's resistor to the supply.
+    PullUp,
+    /// An input with the chip's resistor to ground.
+    PullDown,
+    /// An output that drives the low level only.
+    OpenDrain,
+    /// An output that drives the high level only.
+    OpenSource,
+}
+
+impl Circuit {
+    /// The names in a configuration.
+    const NAMES: [(&str, Self); 4] = [
+        ("pull-up", Self::PullUp),
+        ("pull-down", Self::PullDown),
+        ("open-drain", Self::OpenDrain),
+        ("open-source", Self::OpenSource),
+    ];
+
+    /// Whether an input can have it.
+    pub fn is_for_inputs(self) -> bool {
+        matches!(self, Self::Plain | Self::PullUp | Self::PullDown)
+    }
+
+    /// Whether an output can have it.
+    pub fn is_for_outputs(self) -> bool {
+        matches!(self, Self::Plain | Self::OpenDrain | Self::OpenSource)
+    }
+}
+
+/// A line of a chip.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct GpioLine {
+    /// The name of the chip in `/dev`, such as `gpiochip0`.
+    pub chip: String,
+    /// The number of the line, from 0, which is called its offset by libgpiod.
+    pub line: u32,
+    /// What is switched on at it.
+    pub circuit: Circuit,
+}
+
+impl GpioLine {
+    /// Reads `CHIP/LINE[:CIRCUIT]`, where CHIP is a name in `/dev`, with or without `/dev/` before it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("`{text}` is no address: CHIP/LINE is expected, as in gpiochip0/17");
+        let (chip, rest) = text.rsplit_once('/').ok_or_else(expected)?;
+        let chip = chip.strip_prefix("/dev/").unwrap_or(chip);
+        let (line, circuit) = match rest.split_once(':') {
+            Some((line, circuit)) => (line, Some(circuit)),
+            None => (rest, None),
+        };
+        let is_number = !line.is_empty() && line.bytes().all(|byte| byte.is_ascii_digit());
+        if chip.is_empty() || chip.contains('/') || !is_number {
+            return Err(expected());
+        }
+        let line = line.parse().map_err(|_| format!("`{line}` is no number of a line"))?;
+        let known = |name| Circuit::NAMES.iter().find(|(known, _)| *known == name);
+        let circuit = match circuit {
+            None => Circuit::Plain,
+            Some(name) => known(name).map(|&(_, circuit)| circuit).ok_or_else(|| {
+                let names = Circuit::NAMES.map(|(name, _)| name).join(", ");
+                format!("`{name}` is none of {names}, which may follow a line")
+            })?,
+        };
+        Ok(Self { chip: chip.into(), line, circuit })
+    }
+
+    /// The line number `index` (from 0) of a range that begins here; `None` beyond the last number.
+    pub fn nth(&self, index: usize) -> Option<Self> {
+        let line = self.line.checked_add(u32::try_from(index).ok()?)?;
+        Some(Self { line, ..self.clone() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn an_address_names_a_chip_and_a_line() {
+        let line = GpioLine::parse("/dev/gpiochip0/17:pull-up").unwrap();
+        assert_eq!(line, GpioLine { chip: "gpiochip0".into(), line: 17, circuit: Circuit::PullUp });
+        assert_eq!(line.nth(3).map(|next| (next.line, next.circuit)), Some((20, Circuit::PullUp)));
+        assert_eq!(GpioLine::parse("panel-io/0").unwrap().chip, "panel-io");
+        assert_eq!(GpioLine::parse("c/4294967295").unwrap().nth(1), None);
+        for text in [
+            "",
+            "gpiochip0",
+            "gpiochip0/",
+            "/17",
+            "gpiochip0/-1",
+            "gpiochip0/+1",
+            "a/b/1",
+            "gpiochip0/4294967296",
+            "gpiochip0/1:pullup",
+        ] {
+            assert!(GpioLine::parse(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Lines of Linux's GPIO character device: inputs are read and outputs are written in every poll.
+//!
+//! A line belongs to `plcio` while it is connected; no other program can use it. A call of the kernel may take long, for
+//! example where the chip is behind a USB or I2C bus, so calls are made on threads of their own. A chip that
+//! is pulled out counts as lost, and is opened again after pauses that grow from 0.1 s to 5 s; its inputs become late meanwhile.
+
+mod lines;
+
+use std::time::Duration;
+
+use plcc_image::configuration::Address;
+use serde_json::Value;
+use tokio::sync::watch::Receiver;
+use tokio::time::{Instant, sleep_until, timeout};
+
+use crate::session::Shared;
+use lines::{ChipLines, Output, Requested};
+
+/// The shortest and the longest pause before a chip is opened again.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
+
+/// A chip with the lines that the configuration names.
+pub(crate) struct Chip {
+    /// Its name in `/dev`.
+    name: String,
+    lines: ChipLines,
+}
+
+/// The chips of some points.
+pub(crate) fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
+    let hub = shared.hub();
+    let mut chips: Vec<Chip> = vec![];
+    for &index in points {
+        let Some(point) = hub.point(index) else { continue };
+        let Some(Address::Gpio(line)) = &point.address else { continue };
+        let at = chips.iter().position(|chip| chip.name == line.chip).unwrap_or_else(|| {
+            chips.push(Chip { name: line.chip.clone(), lines: ChipLines::default() });
+            chips.len() - 1
+        });
+        if let Some(chip) = chips.get_mut(at) {
+            let (line, circuit) = (line.line, line.circuit);
+            match point.is_input {
+                true => chip.lines.inputs.push((index, line, circuit)),
+                false => chip.lines.outputs.push((index, line, circuit)),
+            }
+        }
+    }
+    chips
+}
+
+/// Does work that may wait on a thread of its own, for at most as long as a device has for its answer. If it takes longer,
+/// that is an event, and the work is waited for, or the end of the session.
+///
+/// # Errors
+/// Why the work failed; nothing where the session ended.
+async fn on_a_thread<T: Send + 'static>(
+    (shared, chip, is_lost): (&Shared, &str, &mut Option<String>),
+    ended: &mut Receiver<bool>,
+    work: impl FnOnce() -> Result<T, String> + Send + 'static,
+) -> Result<T, Option<String>> {
+    let mut task = tokio::task::spawn_blocking(work);
+    let done = match timeout(shared.settings.answer, &mut task).await {
+        Ok(done) => done,
+        Err(_) => {
+            report_lost(shared, chip, is_lost, "the chip does not answer");
+            // The session waits for two seconds at its end.
+            let is_over =
+                async { while !*ended.borrow_and_update() && ended.changed().await.is_ok() {} };
+            tokio::select! {
+                done = &mut task => done,
+                () = is_over => return Err(None),
+            }
+        }
+    };
+    done.map_err(|error| Some(error.to_string()))?.map_err(Some)
+}
+
+/// Writes the event `lost`, once for each reason in a row.
+fn report_lost(shared: &Shared, chip: &str, reported: &mut Option<String>, why: &str) {
+    if reported.as_deref() != Some(why) {
+        shared.events.write("lost", &[("device", Value::from(chip)), ("why", why.into())]);
+        *reported = Some(why.to_owned());
+    }
+}
+
+impl Chip {
+    /// Exchanges values with the chip until the session ends; then writes the outputs once more.
+    pub(crate) async fn run(self, shared: Shared, mut ended: Receiver<bool>) {
+        let mut pause = PAUSES.0;
+        // Why the chip was lost, while it is.
+        let mut lost: Option<String> = None;
+        loop {
+            let Err(Some(why)) = self.exchange(&shared, &mut ended, &mut lost, &mut pause).await
+            else {
+                return;
+            };
+            report_lost(&shared, &self.name, &mut lost, &why);
+            tokio::select! {
+                () = tokio::time::sleep(pause) => {}
+                _ = ended.changed() => return,
+            }
+            pause = (pause * 2).min(PAUSES.1);
+        }
+    }
+
+    /// The values that the output lines have to have. Before the first tick they are safe.
+    fn outputs(&self, shared: &Shared) -> Vec<Output> {
+        let hub = shared.hub();
+        let output = |&(index, line, circuit)| {
+            let value = hub.value_outside(index).or_else(|| hub.safe_value(index));
+            Output { line, circuit, value: value.is_some_and(|value| value != 0.0) }
+        };
+        self.lines.outputs.iter().map(output).collect()
+    }
+
+    /// Opens the chip, and exchanges values until the session ends.
+    ///
+    /// # Errors
+    /// Why the chip was lost.
+    async fn exchange(
+        &self,
+        shared: &Shared,
+        ended: &mut Receiver<bool>,
+        lost: &mut Option<String>,
+        pause: &mut Duration,
+    ) -> Result<(), Option<String>> {
+        let (name, inputs, outputs) =
+            (self.name.clone(), self.lines.inputs.clone(), self.outputs(shared));
+        let open = move || Requested::open(&name, &inputs, &outputs);
+        let mut requested = on_a_thread((shared, &self.name, lost), ended, open).await?;
+        let mut is_connected = false;
+        let mut next = Instant::now();
+        loop {
+            let is_last = *ended.borrow();
+            let outputs = self.outputs(shared);
+            let work = move || {
+                requested.write(&outputs)?;
+                let values = requested.read()?;
+                Ok((requested, values))
+            };
+            let values;
+            (requested, values) = on_a_thread((shared, &self.name, lost), ended, work).await?;
+            if is_last {
+                return Ok(());
+            }
+            // A chip that was slow is connected again when it has answered.
+            if !std::mem::replace(&mut is_connected, true) || lost.take().is_some() {
+                shared.events.write("connected", &[("device", Value::from(self.name.as_str()))]);
+                (*lost, *pause) = (None, PAUSES.0);
+            }
+            {
+                let mut hub = shared.hub();
+                for (&(index, ..), value) in self.lines.inputs.iter().zip(values) {
+                    hub.set_input(index, f64::from(value));
+                }
+                hub.publish();
+            }
+            next = (next + shared.settings.poll).max(Instant::now());
+            tokio::select! {
+                () = sleep_until(next) => {}
+                _ = ended.changed() => {}
+            }
+        }
+    }
+}
