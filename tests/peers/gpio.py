@@ -1,6 +1,5 @@
 """plcio's lines of Linux's GPIO character device, with a chip that is a library between plcio and the kernel (fake_gpio.c)."""
 
-import json
 import os
 import pathlib
 import signal
@@ -61,11 +60,6 @@ class Wired(Plant):
         path = self.state / "outputs"
         return path.read_text()[5:7] if path.exists() else ""
 
-    def changes(self, change):
-        """How often inputs became late, or recovered, by the control's own log."""
-        lines = [json.loads(line) for line in (self.folder / "log.jsonl").read_text().splitlines()]
-        return len([line for line in lines if line["kind"] == "inputs" and line["change"] == change])
-
     def follows(self):
         """The pump runs while the door is closed."""
         self.door(1)
@@ -76,11 +70,11 @@ class Wired(Plant):
     def recovers_from(self, conduct, why):
         """A chip that fails is an event, its input becomes safe, and both recover by themselves."""
         lost, connected = len(self.events("lost")), len(self.events("connected"))
-        late = self.changes("late")
+        late = self.input_changes("late")
         self.conduct(conduct)
         wait_until(f"{conduct} is noticed", lambda: len(self.events("lost")) > lost)
         assert any(why in event["why"] for event in self.events("lost")[lost:]), self.events("lost")
-        wait_until("the input is late", lambda: self.changes("late") > late)
+        wait_until("the input is late", lambda: self.input_changes("late") > late)
         self.conduct("")
         wait_until("it is connected again", lambda: len(self.events("connected")) > connected)
         self.follows()

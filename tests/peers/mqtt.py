@@ -35,6 +35,10 @@ driver = "mqtt"
 direction = "in"
 description = "the speed of the pump"
 [[io]]
+name = "DRAIN"
+driver = "mqtt"
+timeout_ms = 300
+[[io]]
 name = "PUMP"
 driver = "mqtt"
 [[io]]
@@ -69,7 +73,7 @@ class Broker:
         password = work / "password"
         password.touch(0o600)
         password.write_text("secret\n")
-        subprocess.run(["mosquitto_passwd", "-b", "-c", str(work / "passwd"), "lathe", "secret"], check=True)
+        self.set_password("secret")
         (work / "mosquitto.conf").write_text(
             f"per_listener_settings true\nuser root\nlistener {self.port}\ncertfile {work}/broker.pem\n"
             f"keyfile {work}/broker.key\npassword_file {work}/passwd\nallow_anonymous false\n"
@@ -77,6 +81,10 @@ class Broker:
         )
         self.process = None
         self.start()
+
+    def set_password(self, password):
+        words = ["mosquitto_passwd", "-b", "-c", str(self.work / "passwd"), "lathe", password]
+        subprocess.run(words, check=True)
 
     def start(self):
         program = "/usr/sbin/mosquitto"
@@ -161,6 +169,7 @@ def main():
                 "DOOR": DataType.BOOLEAN,
                 "LEVEL": DataType.DOUBLE,
                 "SPEED": DataType.INT32,
+                "DRAIN": DataType.BOOLEAN,
                 "PUMP": DataType.BOOLEAN,
                 "COPY": DataType.UINT16,
             }, types
@@ -178,6 +187,9 @@ def main():
             assert (death.name, death.value) == ("bdSeq", first), (death, first)
             plant.start_driver()
             host.next("NBIRTH")
+            the_broker_hangs(host, plant, broker)
+            the_broker_refuses(host, plant, broker)
+            a_host_floods(host, plant)
             # plcio ends: it says so itself.
             plant.stop(plant.driver)
             host.next("NDEATH")
@@ -226,6 +238,53 @@ def the_broker_goes_and_comes(host, plant, broker):
     wait_until("the host is connected again", lambda: host.subscribed > listened)
     host.command(write("Node Control/Rebirth", DataType.BOOLEAN, True))
     return metrics(host.next("NBIRTH"))["bdSeq"].value
+
+
+def the_broker_hangs(host, plant, broker):
+    """A broker that says nothing counts as lost, and inputs that nobody gives become safe; both come back."""
+    before, lost, late = len(plant.events("connected")), len(plant.events("lost")), plant.input_changes("late")
+    host.command(write("DRAIN", DataType.BOOLEAN, True))
+    wait_until("nobody gives the input any more", lambda: plant.input_changes("late") > late)
+    broker.process.send_signal(signal.SIGSTOP)
+    wait_until("it is noticed", lambda: len(plant.events("lost")) > lost)
+    broker.process.send_signal(signal.SIGCONT)
+    wait_until("plcio is connected again", lambda: len(plant.events("connected")) > before)
+    recovered = plant.input_changes("recovered")
+
+    def is_given():
+        host.command(write("DRAIN", DataType.BOOLEAN, True))
+        return plant.input_changes("recovered") > recovered
+
+    wait_until("commands come again", is_given)
+
+
+def the_broker_refuses(host, plant, broker):
+    """A broker that refuses the password is asked again, until it takes it."""
+    before, listened, lost = len(plant.events("connected")), host.subscribed, len(plant.events("lost"))
+    broker.stop()
+    broker.set_password("another")
+    broker.start()
+
+    def is_refused():
+        return any("refused" in event["why"] and "NotAuthorized" in event["why"] for event in plant.events("lost")[lost:])
+
+    wait_until("the broker refuses it", is_refused)
+    broker.stop()
+    broker.set_password("secret")
+    broker.start()
+    wait_until("plcio is connected again", lambda: len(plant.events("connected")) > before)
+    wait_until("the host is connected again", lambda: host.subscribed > listened)
+
+
+def a_host_floods(host, plant):
+    """Commands that nobody may give, in a flood: the events are few, and good commands still come through."""
+    host.client.max_inflight_messages_set(1000)
+    for number in range(20000):
+        payload = NCmd(timestamp=1, metrics=[write(f"NONE{number % 500}", DataType.INT32, number)])
+        host.client.publish("spBv1.0/shop/NCMD/lathe", payload.encode(), qos=0)
+    host.command(write("SPEED", DataType.INT32, 1234))
+    host.metric("SPEED", 1234)
+    assert len(plant.events("refused")) <= 100, len(plant.events("refused"))
 
 
 main()

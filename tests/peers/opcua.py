@@ -33,6 +33,10 @@ name = "DOOR"
 driver = "opcua"
 timeout_ms = 0
 [[io]]
+name = "DRAIN"
+driver = "opcua"
+timeout_ms = 300
+[[io]]
 name = "LEVEL"
 driver = "opcua"
 timeout_ms = 0
@@ -133,7 +137,7 @@ async def everything_can_be_browsed_and_read(client):
             found.setdefault((await folder.read_browse_name()).Name, []).append(
                 (await child.read_browse_name()).Name
             )
-    assert sorted(found["Inputs"]) == ["DOOR", "LEVEL"], found
+    assert sorted(found["Inputs"]) == ["DOOR", "DRAIN", "LEVEL"], found
     assert sorted(found["Outputs"]) == ["COPY", "PUMP"], found
     assert {"SPEED", "LIST"} <= set(found["Variables"]), found
     door, level, speed, listed = [
@@ -219,6 +223,85 @@ async def the_next_control_is_served(plant, port, certificate):
     await eventually("the next control is served", again)
 
 
+def raw_connection(port, *parts):
+    """A connection that sends bytes, and nothing after that."""
+    connection = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    for part in parts:
+        try:
+            connection.sendall(part)
+        except OSError:
+            break  # The server has closed it already.
+    return connection
+
+
+async def clients_that_misbehave_harm_nobody(plant, port, certificate):
+    panel = await connect(plant, port, certificate)
+    drain, speed = await node(panel, "DRAIN"), await node(panel, "SPEED")
+
+    async def is_served(value):
+        await speed.write_value(ua.Variant(value, ua.VariantType.Int16))
+        assert await speed.read_value() == value
+
+    # Who sends garbage, a message that is too long or half of one, and then hangs.
+    endless = b"HELF" + (0x7FFFFFFF).to_bytes(4, "little")
+    open_secure_channel = b"OPNF" + (64).to_bytes(4, "little") + bytes(20)
+    silent = [raw_connection(port, *parts) for parts in ([], [b"\xff" * 65536], [endless], [b"HEL"], [open_secure_channel])]
+    # Who makes many connections and says nothing.
+    silent += [raw_connection(port) for _ in range(200)]
+    await is_served(1)
+    another = await connect(plant, port, certificate)
+    await another.disconnect()
+    # Who subscribes and then reads nothing.
+    deaf = await connect(plant, port, certificate)
+    subscription = await deaf.create_subscription(100, Values())
+    await subscription.subscribe_data_change([await node(deaf, "SPEED"), await node(deaf, "LIST")])
+    deaf.uaclient.protocol.transport.pause_reading()
+    for value in range(100):
+        await is_served(value)
+    # Who leaves without a word: an input that was given is late, until somebody gives it again.
+    late, recovered = plant.input_changes("late"), plant.input_changes("recovered")
+    leaving = await connect(plant, port, certificate)
+    await (await node(leaving, "DRAIN")).write_value(ua.Variant(True))
+    leaving.uaclient.protocol.transport.abort()
+
+    async def is_late():
+        return plant.input_changes("late") > late
+
+    await eventually("the input is late", is_late)
+
+    async def is_given():
+        await drain.write_value(ua.Variant(True))
+        return plant.input_changes("recovered") > recovered
+
+    await eventually("the input is given again", is_given)
+    # Who takes all sessions, and leaves without a word. The panel keeps its own, and sessions become free again.
+    many = []
+    while not await refused(connect_too(many, plant, port, certificate), ua.StatusCodes.BadTooManySessions):
+        assert len(many) <= 16, "more sessions than are served at once"
+    await is_served(2)
+    for client in [*many, deaf]:
+        client.uaclient.protocol.transport.abort()
+    for connection in silent:
+        connection.close()
+
+    async def gets_in():
+        try:
+            client = await connect(plant, port, certificate)
+        except ua.UaStatusCodeError as error:
+            assert error.code == ua.StatusCodes.BadTooManySessions, error
+            return False
+        await client.disconnect()
+        return True
+
+    await eventually("sessions are free again", gets_in)
+    await is_served(3)
+    await panel.disconnect()
+
+
+async def connect_too(many, *arguments):
+    many.append(await connect(*arguments))
+
+
 async def told(plant, kind, count):
     return len(plant.events(kind)) >= count
 
@@ -269,6 +352,7 @@ async def main():
         await everything_can_be_browsed_and_read(client)
         await writes_reach_the_program_and_subscriptions_see_it(client)
         await client.disconnect()
+        await clients_that_misbehave_harm_nobody(plant, port, certificate)
         await the_next_control_is_served(plant, port, certificate)
     await everybody_may_read_where_that_is_permitted(certificate)
     print("OPC UA: everything as it should be")

@@ -14,6 +14,7 @@ import time
 PROGRAM = """$INPUT
 DOOR = 0/0
 LEVEL = 1/0-3/B
+DRAIN = 0/1
 $OUTPUT
 PUMP = 2/0
 COPY = 3/0-3/B
@@ -80,6 +81,12 @@ class Plant:
         lines = path.read_text().splitlines() if path.exists() else []
         found = [json.loads(line) for line in lines]
         return [event for event in found if kind is None or event["kind"] == kind]
+
+    def input_changes(self, change):
+        """How often inputs became `late` or `recovered`, by the control's own log."""
+        path = self.folder / "log.jsonl"
+        found = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+        return len([entry for entry in found if entry["kind"] == "inputs" and entry["change"] == change])
 
     def __enter__(self):
         return self
