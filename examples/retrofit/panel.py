@@ -54,6 +54,8 @@ class OpcUaPanel:
     """Every variable of the program is a node, whose identifier is its name."""
 
     def __init__(self, port, folder):
+        import logging
+
         from asyncua import ua
         from asyncua.sync import Client
         from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
@@ -62,6 +64,8 @@ class OpcUaPanel:
         if not server.exists():
             raise ConnectionError("the server has no certificate yet")
         self.ua = ua
+        # What goes wrong is an exception; the first time the server does not know the panel.
+        logging.getLogger("asyncua").setLevel(logging.CRITICAL)
         client = Client(f"opc.tcp://127.0.0.1:{port}/", timeout=30)
         try:
             client.application_uri = "urn:example:panel"
@@ -75,6 +79,7 @@ class OpcUaPanel:
             space = next(index for index, uri in enumerate(spaces) if uri.endswith(":plcc:image"))
         except BaseException:
             client.tloop.stop()
+            trust(folder)
             raise
         self.client = client
 
@@ -92,20 +97,26 @@ class OpcUaPanel:
         return sum(on << bit for bit, on in enumerate(lamps)), stops
 
 
+def trust(folder):
+    """Lets the server trust the panel. It puts a certificate that it does not know among those that it has rejected, from
+    where somebody moves it who knows whose it is."""
+    own = (folder / "panel.der").read_bytes()
+    for rejected in (folder / "opcua/rejected").glob("*.der"):
+        if rejected.read_bytes() == own:
+            rejected.rename(folder / "opcua/trusted" / rejected.name)
+
+
 def make_certificate(folder):
-    """A key and a certificate of the panel, which the server is to trust, and a password that nobody else knows."""
+    """A key and a certificate of the panel, and a password that nobody else knows."""
     import asyncio
 
     from asyncua.crypto.cert_gen import setup_self_signed_certificate
     from cryptography.x509.oid import ExtendedKeyUsageOID
 
-    trusted = folder / "opcua/trusted"
-    trusted.mkdir(parents=True)
     asyncio.run(setup_self_signed_certificate(
         folder / "panel.pem", folder / "panel.der", "urn:example:panel", "localhost",
         [ExtendedKeyUsageOID.CLIENT_AUTH], {"countryName": "XX", "commonName": "panel"},
     ))
-    (trusted / "panel.der").write_bytes((folder / "panel.der").read_bytes())
     users = folder / "users"
     users.touch(0o600)
     users.write_text(f"panel:{secrets.token_urlsafe()}\n")
