@@ -88,7 +88,9 @@ class Example(Plant):
     def start_driver(self):
         subprocess.run([REALTIME, "start"], check=True)
         path = f"{pathlib.Path(os.environ['PLCIO']).parent}:{os.environ['PATH']}"
-        subprocess.run(["halcmd", "-f", "lathe.hal"], cwd=self.folder, check=True, env=os.environ | {"PATH": path})
+        with open(self.folder / "driver.err", "ab") as errors:
+            words = ["halcmd", "-f", "lathe.hal"]
+            subprocess.run(words, cwd=self.folder, check=True, env=os.environ | {"PATH": path}, stderr=errors)
 
     def __exit__(self, *how):
         leave(super().__exit__, how)
@@ -168,12 +170,18 @@ def main():
         # HAL unloads it, as any other component: plcio ends.
         halcmd("unload", "lathe")
         wait_until("plcio has ended", lambda: not pathlib.Path(f"/proc/{driver}").exists())
-    with Example():
+    with Example() as plant:
         wait_until("the spindle turns", lambda: get("lathe.spinon") == "TRUE" and get("lathe.running") == "TRUE")
         for value in ("TRUE", "FALSE", "TRUE"):
             wait_until("the drive follows the button", lambda: get("lathe.left") == value)
         halcmd("sets", "guard", "0")
         wait_until("the spindle stands", lambda: get("lathe.spinon") == "FALSE")
+        # The component is killed: the program's inputs become safe. HAL keeps the pins of who was killed.
+        driver = process([os.environ["PLCIO"], "controller.toml"])
+        late = plant.input_changes("late")
+        os.kill(children(driver)[0], signal.SIGKILL)
+        wait_until("it is noticed", lambda: "lost: device hal" in (plant.folder / "driver.err").read_text())
+        wait_until("the inputs are late", lambda: plant.input_changes("late") > late)
     print("HAL: everything as it should be")
 
 
