@@ -16,7 +16,8 @@
 //! configuration is read as words of a command line, which stand before those that the user wrote:
 //! where both name an option, the user's comes last and counts.
 
-use std::collections::HashSet;
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet, hash_map};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -224,6 +225,12 @@ pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec
             Kind::Wiring | Kind::Plcio => continue,
             Kind::Safe => match value.get_ref() {
                 DeValue::Table(outputs) => {
+                    let names = outputs.keys();
+                    let names = names.map(|name| (line_of(name.span().start), name.get_ref()));
+                    for (line, first, name) in repeated(names.collect()) {
+                        let name = printable(name);
+                        wrong(line, format!("`{name}` has a value in line {first} already"));
+                    }
                     for (output, value) in outputs {
                         let line = line_of(output.span().start);
                         let output = output.get_ref();
@@ -280,6 +287,23 @@ pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec
     configuration.options.sort_by_key(|word| word.line);
     mistakes.sort();
     (configuration, mistakes)
+}
+
+/// The names that stand twice, in whatever case their letters are: the line of the later one, that of the first, and
+/// the name.
+fn repeated<'a>(mut names: Vec<(usize, &'a Cow<'_, str>)>) -> Vec<(usize, usize, &'a str)> {
+    names.sort_unstable();
+    let mut first_lines = HashMap::new();
+    let mut found = vec![];
+    for (line, name) in names {
+        match first_lines.entry(name.to_ascii_uppercase()) {
+            hash_map::Entry::Vacant(free) => {
+                free.insert(line);
+            }
+            hash_map::Entry::Occupied(first) => found.push((line, *first.get(), name.as_ref())),
+        }
+    }
+    found
 }
 
 /// Why the program does not take an option, if it does not. An option that needs another one, as
@@ -379,6 +403,13 @@ mod tests {
         }
         let alone = mistakes("artifact = \"a\"\nallow = [\"stop\"]\n");
         assert_eq!(alone, [(2, "`allow` needs the key `socket`".to_owned())]);
+    }
+
+    #[test]
+    fn a_safe_value_that_stands_twice_is_a_mistake() {
+        let text = "artifact = \"p.plcx\"\n[safe]\nPUMP = 1\nFAN = 0\nPump = \"off\"\n";
+        assert_eq!(mistakes(text), [(5, "`Pump` has a value in line 3 already".into())]);
+        assert_eq!(mistakes("artifact = \"p.plcx\"\nsafe = { A = 1, a = 0 }\n").len(), 1);
     }
 
     #[test]
