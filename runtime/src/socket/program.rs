@@ -9,6 +9,7 @@ use serde_json::{Value as Json, json};
 
 use super::commands::Item;
 use super::protocol::{Assignment, Failure, MAX_NAMES};
+use crate::swap::{Change, Comparison};
 use crate::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
 
 /// A force in effect.
@@ -188,6 +189,29 @@ impl Served {
         }
         let items = ended.iter().map(|f| Item { key: f.key, setting: None, value: Value::Int(0) });
         Ok((ended.iter().map(|force| force.name.clone()).collect(), items.collect()))
+    }
+
+    /// Checks that no force passes to another input or output of the same name when the program is replaced: what
+    /// held an input would switch a physical output then. `comparison` is that with the new program.
+    ///
+    /// # Errors
+    /// Which one would.
+    pub(super) fn check_forces(&self, comparison: &Comparison) -> Result<(), String> {
+        for force in &self.forces {
+            // The elements of an array have one row.
+            let variable = force.name.split('[').next().unwrap_or_default();
+            let mut rows = comparison.rows.iter().filter(|row| row.name == variable);
+            if let Some(row) = rows.find(|row| row.change == Change::Changed) {
+                let (old, new) = (row.old.as_deref(), row.new.as_deref());
+                return Err(format!(
+                    "{} is forced, and the new program has it as {} instead of {}; end its force",
+                    force.name,
+                    new.unwrap_or_default(),
+                    old.unwrap_or_default()
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Ends the forces of this executive and takes over those of another program.

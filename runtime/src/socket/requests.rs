@@ -16,7 +16,7 @@ use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::{EntryKind, Journal};
 use crate::record::RecorderProgram;
-use crate::swap::{Change, Comparison, Replacement, compare};
+use crate::swap::{Comparison, Replacement, compare};
 use crate::{Executive, Peer, Purpose, Value, Variable};
 
 /// An artifact that was read, checked and made ready to run.
@@ -353,7 +353,7 @@ impl Requests {
         mut executive: Box<dyn Executive + Send>,
         engine: Option<Box<dyn Engine + Send>>,
     ) -> Result<Handled, Failure> {
-        let allowed = self.check_forces(&exchange.comparison);
+        let allowed = self.served.check_forces(&exchange.comparison).map_err(refused);
         let prepared = allowed.and_then(|()| self.prepare(&mut exchange.next, executive.as_mut()));
         let publisher = match prepared {
             Ok(publisher) => publisher,
@@ -381,26 +381,6 @@ impl Requests {
         if exchange.rollback {
             self.previous = Some(Previous { served: exchange.next, executive, engine });
         }
-    }
-
-    /// A force must not pass to another input or output of the same name: what held an input would switch a
-    /// physical output then.
-    fn check_forces(&self, comparison: &Comparison) -> Result<(), Failure> {
-        for force in &self.served.forces {
-            // The elements of an array have one row.
-            let variable = force.name.split('[').next().unwrap_or_default();
-            let mut rows = comparison.rows.iter().filter(|row| row.name == variable);
-            if let Some(row) = rows.find(|row| row.change == Change::Changed) {
-                let (old, new) = (row.old.as_deref(), row.new.as_deref());
-                return Err(refused(format!(
-                    "{} is forced, and the new program has it as {} instead of {}; end its force",
-                    force.name,
-                    new.unwrap_or_default(),
-                    old.unwrap_or_default()
-                )));
-            }
-        }
-        Ok(())
     }
 
     /// Makes everything ready that does not depend on the state of the program that runs: forces, the
