@@ -62,6 +62,7 @@ def main():
     for name, kind, is_input, _ in pins:
         component.newpin(name, types[kind], hal.HAL_IN if is_input else hal.HAL_OUT)
     component.newpin("running", hal.HAL_BIT, hal.HAL_OUT)
+    component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
     inputs = [(name, kind) for name, kind, is_input, _ in pins if is_input]
     outputs = [(name, kind, safe) for name, kind, is_input, safe in pins if not is_input]
 
@@ -89,6 +90,8 @@ def main():
                 heard = time.monotonic()
                 alive, *words = line.split()
                 component["running"] = alive == "1"
+                if alive == "1":
+                    component["heartbeat"] = not component["heartbeat"]
                 for (name, kind, _), word in zip(outputs, words):
                     component[name] = number(kind, word)
             time.sleep(setup["period"])
