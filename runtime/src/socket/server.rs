@@ -227,14 +227,18 @@ impl SocketThread {
             (true, false) => IDLE,
         };
         let time = Timespec { tv_sec: 0, tv_nsec: i64::from(time.subsec_nanos()) };
-        // A signal may end the wait; nothing is ready then.
-        let _ = poll(&mut fds, Some(&time));
+        // A signal may end the wait; nothing is ready then. No other failure may keep this thread busy.
+        if poll(&mut fds, Some(&time)).is_err_and(|error| error != Errno::INTR) {
+            thread::sleep(ANSWER_WAIT);
+        }
         fds.iter().map(|fd| !fd.revents().is_empty()).collect()
     }
 
     fn accept(&mut self, now: Instant) {
-        let Ok((stream, _)) = self.listener.accept() else { return };
+        // Also when it fails: where the process may open no more files, the connection stays in the queue, and trying
+        // again at once would keep this thread busy.
         self.accept_tokens.take();
+        let Ok((stream, _)) = self.listener.accept() else { return };
         if stream.set_nonblocking(true).is_err() {
             return;
         }
@@ -336,6 +340,7 @@ impl SocketThread {
 
 #[cfg(test)]
 mod tests {
+    use std::os::fd::OwnedFd;
     use std::os::unix::net::UnixStream;
 
     use super::*;
@@ -371,6 +376,19 @@ mod tests {
         assert_eq!(accepted_at(now + Duration::from_millis(200)), (ACCEPT_RATE / 5.0) as u64);
         assert_eq!(accepted_at(now + Duration::from_secs(60)), ACCEPT_BURST as u64);
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn attempts_to_accept_that_fail_are_slowed_down_too() {
+        let now = Instant::now();
+        let (requests, _scan_end) = tests::requests();
+        // A socket that does not listen.
+        let listener = UnixListener::from(OwnedFd::from(UnixStream::pair().unwrap().0));
+        let mut thread = SocketThread::new(listener, Admitted::new(&[], &[]), requests, now);
+        for _ in 0..ACCEPT_BURST as usize {
+            thread.accept(now);
+        }
+        assert!(thread.connections.is_empty() && thread.accept_tokens.is_empty());
     }
 
     #[test]
