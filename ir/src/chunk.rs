@@ -149,6 +149,17 @@ impl ChunkBuilder {
         })
     }
 
+    /// Sets after how many instructions a new function begins, from here on.
+    pub fn set_limit(&mut self, limit: usize) {
+        self.limit = limit;
+    }
+
+    /// Says that a region holds only words of four bytes whose highest byte is 0
+    /// ([`Module::word_regions`]).
+    pub fn word_region(&mut self, region: RegionId) {
+        self.module.word_regions.push(region);
+    }
+
     /// Adds a task that starts at a place. Tasks are numbered in the order of these calls.
     pub fn task(&mut self, name: impl Into<String>, place: Place) {
         let entry = self.label(place).0;

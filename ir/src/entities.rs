@@ -54,13 +54,18 @@ entities! {
     Block "block";
     /// A function of a module.
     Func "fn";
-    /// A region of the process image.
+    /// A region of the process image, or the local bits.
     RegionId "region";
     /// A number that stands at a block, through which control can pass to the block from any
     /// function of the module.
     Label "L";
     /// A statement of the source: an index into [`Module::statements`](crate::Module::statements).
     SourceLoc "@";
+}
+
+impl RegionId {
+    /// The region of [local bits](crate::Module::local_bits), which is not one of the process image.
+    pub const LOCAL_BITS: Self = Self(u32::MAX);
 }
 
 impl SourceLoc {

@@ -25,7 +25,7 @@
 
 use plcc_abi::TrapCode;
 
-use crate::{Block, Inst, InstData, Label, SourceLoc, Type, Value};
+use crate::{Block, Inst, InstData, Label, RegionId, SourceLoc, Type, Value};
 
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -275,6 +275,16 @@ impl FuncData {
             }
         }
         counts
+    }
+
+    /// Whether it accesses [local bits](crate::Module::local_bits).
+    pub(crate) fn has_local_bits(&self) -> bool {
+        self.insts.iter().any(|data| match data {
+            InstData::Load { at, .. } | InstData::Store { at, .. } => {
+                at.region == RegionId::LOCAL_BITS
+            }
+            _ => false,
+        })
     }
 
     /// The number of instructions, those that stand in no block included.

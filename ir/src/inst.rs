@@ -59,6 +59,12 @@ words! {
         Not = "not",
         /// 0 minus the operand, wrapping around. Not for truth values.
         Neg = "neg",
+        /// Of an `i64` the eight lowest bits, each in a byte of its own that is 0 or 1; the lowest bit in
+        /// the lowest byte.
+        SpreadBits = "spread_bits",
+        /// Of an `i64` the lowest bit of each byte, as the eight lowest bits of the result, which has no
+        /// others; that of the lowest byte is the lowest bit.
+        GatherBits = "gather_bits",
         /// The double with its sign bit inverted, also if it is NaN.
         Fneg = "fneg",
         /// The double with its sign bit cleared, also if it is NaN.

@@ -9,7 +9,9 @@ use plcc_abi::{
     Deadline, Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image,
 };
 
-use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
+use crate::{
+    Address, Block, Func, FuncData, InstData, Module, RegionId, Terminator, Type, Value, eval,
+};
 
 /// An engine that interprets a module.
 pub struct Interpreter {
@@ -20,6 +22,8 @@ pub struct Interpreter {
     tasks: Vec<ResumeLabels>,
     /// The values of the function that is executed.
     values: Vec<i64>,
+    /// The local bits of the function that is executed.
+    local_bits: Vec<u8>,
     /// Until when the scan that is executed may run.
     deadline: Deadline,
     /// How many operations have been executed.
@@ -43,7 +47,9 @@ impl Interpreter {
         let module = module.into();
         let labels = module.label_targets();
         let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
-        Self { module, labels, tasks, values: vec![], deadline: Deadline::new(None), operations: 0 }
+        let local_bits = vec![0; module.local_bits.as_ref().map_or(0, |local| local.size as usize)];
+        let (values, deadline) = (vec![], Deadline::new(None));
+        Self { module, labels, tasks, values, local_bits, deadline, operations: 0 }
     }
 
     /// How many operations have been executed since the engine was made: instructions and ends of
@@ -69,6 +75,8 @@ impl Interpreter {
     ) -> Exit {
         self.values.clear();
         self.values.resize(func.value_count(), 0);
+        // They mean nothing yet, so that anything may be in them.
+        self.local_bits.fill(0x55);
         loop {
             let data = func.block(block);
             self.operations = self.operations.saturating_add(data.insts.len() as u64 + 1);
@@ -127,7 +135,7 @@ impl Interpreter {
     }
 
     /// Executes an instruction and gives its result, or 0 if it has none.
-    fn execute(&self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
+    fn execute(&mut self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
         match *data {
             InstData::Iconst { ty: _, value } => value,
             InstData::Fconst { bits } => bits as i64,
@@ -149,9 +157,16 @@ impl Interpreter {
                 }
             }
             InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
-            InstData::Load { ty, at } => read(scan.image, self.image_offset(at), ty),
+            InstData::Load { ty, at } => match at.region {
+                RegionId::LOCAL_BITS => read(&self.local_bits, at.offset, ty),
+                _ => read(scan.image, self.image_offset(at), ty),
+            },
             InstData::Store { at, value } => {
-                write(scan.image, self.image_offset(at), func.ty(value), self.get(value));
+                let (ty, number) = (func.ty(value), self.get(value));
+                match at.region {
+                    RegionId::LOCAL_BITS => write(&mut self.local_bits, at.offset, ty, number),
+                    _ => write(scan.image, self.image_offset(at), ty, number),
+                }
                 0
             }
             InstData::IsLate => i64::from(self.deadline.is_late()),

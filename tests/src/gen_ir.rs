@@ -10,7 +10,7 @@ use plcc_ir::{
 use plcc_random::Rng;
 
 /// The size of the image in bytes.
-const IMAGE: usize = 192;
+const IMAGE: usize = 208;
 
 /// The offset of the counter that bounds loops.
 const FUEL: u32 = 160;
@@ -19,6 +19,11 @@ const FUEL: u32 = 160;
 const FINITE: u32 = 168;
 /// How many of these there are.
 const FINITE_COUNT: u32 = 3;
+
+/// The offset of the words of 24 bits.
+const WORDS: u32 = 192;
+/// How many of these there are.
+const WORD_COUNT: u32 = 4;
 
 /// The bytes that hold truth values.
 const BITS: [std::ops::Range<usize>; 2] = [0..24, 144..160];
@@ -38,7 +43,10 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
             image[bits].iter_mut().for_each(|byte| *byte &= 1);
         }
         image[160..168].copy_from_slice(&20u64.to_le_bytes());
-        for double in image[FINITE as usize..].chunks_exact_mut(8) {
+        for word in image[WORDS as usize..].chunks_exact_mut(4) {
+            word[3] = 0;
+        }
+        for double in image[FINITE as usize..WORDS as usize].chunks_exact_mut(8) {
             let bits = rng.bits();
             // Most are integers, as in programs.
             let value = match rng.below(4) {
@@ -89,10 +97,12 @@ pub fn generate(seed: u64) -> Module {
         region("line_bits", 144, 16, true),
         region("fuel", FUEL, 8, false),
         region("finite", FINITE, FINITE_COUNT * 8, false),
+        region("words", WORDS, WORD_COUNT * 4, false),
     ];
     let limit = 20 + rng.below(200);
     let mut b = ChunkBuilder::new(IMAGE as u32, regions).with_limit(limit);
     b.finite_region(RegionId(5));
+    b.word_region(RegionId(6));
     let mut this = Gen { rng, b, pool: vec![], suspended: vec![] };
     this.program();
     this.b.resume_points(0, &this.suspended);
@@ -120,6 +130,9 @@ impl Host for Mixer {
             sum = image.iter().fold(sum, |sum, &byte| sum.rotate_left(3) ^ u64::from(byte));
             if let Some(byte) = image.get_mut(24 + (sum % 136) as usize) {
                 *byte = byte.wrapping_add(1) & 1;
+            }
+            if let Some(byte) = image.get_mut(WORDS as usize + 4 * (sum % 4) as usize) {
+                *byte ^= 1 << (sum >> 8 & 7);
             }
             self.0 = self.0.rotate_left(9) ^ sum;
         }
@@ -345,7 +358,11 @@ impl Gen {
 
     /// Puts bits and fields into a word, one after the other, and reads some of them.
     fn bits_of_word(&mut self) {
-        let at = Address::fixed(RegionId(1), 4 * self.rng.below(3) as u32);
+        let region = RegionId(if self.rng.chance(50) { 1 } else { 6 });
+        let at = Address::fixed(region, 4 * self.rng.below(3) as u32);
+        if region == RegionId(6) && self.rng.chance(10) {
+            self.whole_word(at);
+        }
         for _ in 0..1 + self.rng.below(5) {
             if self.rng.chance(20) {
                 self.diamond();
@@ -356,10 +373,14 @@ impl Gen {
                 let low = self.b.ins().binary_imm(BinaryOp::Lshr, word, shift);
                 let bit = self.b.ins().binary_imm(BinaryOp::And, low, 1);
                 let truth = self.b.ins().icmp_imm(IntCond::Ne, bit, 0);
-                self.pool.extend([(bit, Type::I32), (truth, Type::I1), (word, Type::I32)]);
+                self.pool.extend([(bit, Type::I32), (truth, Type::I1)]);
+                if region == RegionId(1) || self.rng.chance(10) {
+                    self.pool.push((word, Type::I32));
+                }
             }
-            let width = if self.rng.chance(70) { 1 } else { 1 + self.rng.below(4) };
-            let mask = ((1i64 << width) - 1) << shift;
+            let many = if region == RegionId(1) { 30 } else { 5 };
+            let width = if self.rng.chance(many) { 1 + self.rng.below(4) } else { 1 };
+            let mask = (((1i64 << width) - 1) << shift) & 0xFF_FFFF;
             let field = match self.rng.chance(60) {
                 true => {
                     let truth = self.value(Type::I1);
@@ -372,6 +393,31 @@ impl Gen {
             let rest = self.b.ins().binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
             let word = self.b.ins().binary(BinaryOp::Or, rest, field);
             self.b.ins().store(at, word);
+        }
+    }
+
+    /// Reads a word of 24 bits, or a part of it, or stores it as a whole.
+    fn whole_word(&mut self, at: Address) {
+        match self.rng.below(4) {
+            0 => {
+                let value = self.value(Type::I32);
+                let value = self.b.ins().binary_imm(BinaryOp::And, value, 0xFF_FFFF);
+                self.b.ins().store(at, value);
+            }
+            1 => {
+                let number = self.value(Type::I32);
+                let at = Address::indexed(at.region, 0, number, 4, WORD_COUNT);
+                let word = self.b.ins().load(Type::I32, at);
+                self.pool.push((word, Type::I32));
+            }
+            2 => {
+                let half = self.b.ins().load(Type::I16, at);
+                self.pool.push((half, Type::I16));
+            }
+            _ => {
+                let word = self.b.ins().load(Type::I32, at.volatile());
+                self.pool.push((word, Type::I32));
+            }
         }
     }
 
@@ -514,6 +560,9 @@ impl Gen {
                 let ops: &[UnaryOp] = match ty {
                     Type::F64 => &FLOAT_OPS,
                     Type::I1 => &[UnaryOp::Not],
+                    Type::I64 => {
+                        &[UnaryOp::Not, UnaryOp::Neg, UnaryOp::SpreadBits, UnaryOp::GatherBits]
+                    }
                     _ => &[UnaryOp::Not, UnaryOp::Neg],
                 };
                 let op = *self.rng.pick(ops);

@@ -11,14 +11,18 @@ use plcc_ir::{FuncData, InstData, Module};
 const REACH: u32 = 256;
 /// The largest number of bases, since each takes a register.
 const MAX_BASES: usize = 2;
+/// The largest number of bases in a function with local bits, which seldom accesses the image itself.
+const MAX_BASES_WITH_LOCAL_BITS: usize = 3;
 /// The number of accesses from which on a base is worth its register and the instructions that
 /// compute it.
 const MIN_ACCESSES: usize = 24;
 
-/// The offsets in the image that a function's base registers best hold, at most [`MAX_BASES`].
-/// Empty where no part of the image is accessed often enough.
-pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
+/// The offsets in the image, or of local bits behind it, that a function's base registers best hold.
+/// Empty where no part of the image is accessed often enough, and if there are no local bits, for which there is
+/// always one; others are for x86-64 alone.
+pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<u32> {
     let mut places = vec![];
+    let local_start = module.local_bits.as_ref().map_or(u32::MAX, |local| local.offset);
     for (_, block) in func.blocks() {
         for &inst in &block.insts {
             if let InstData::Load { at, .. } | InstData::Store { at, .. } = func.inst(inst)
@@ -32,8 +36,21 @@ pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
         }
     }
     places.sort_unstable();
+    let first_local = places.partition_point(|&place| place < local_start);
+    let has_local_bits = first_local < places.len();
     let mut found = vec![];
-    while found.len() < MAX_BASES
+    if has_local_bits {
+        let (first, end) =
+            longest_run(places.get(first_local..).unwrap_or_default()).unwrap_or((0, 1));
+        let start = places.drain(first_local + first..first_local + end).next();
+        found.extend(start.map(|start| start.saturating_add(REACH / 2)));
+    }
+    let most = match (is_x86, has_local_bits) {
+        (true, true) => MAX_BASES_WITH_LOCAL_BITS,
+        (true, false) => MAX_BASES,
+        (false, _) => 0,
+    };
+    while found.len() < most
         && let Some((first, end)) =
             longest_run(&places).filter(|(first, end)| end - first >= MIN_ACCESSES)
     {

@@ -3,7 +3,7 @@
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue};
 use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
-use plcc_ir::{Address, Type, Value};
+use plcc_ir::{Address, RegionId, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
@@ -18,12 +18,28 @@ impl Lowering<'_> {
         let offset = std::mem::offset_of!(ScanContext, image) as i32;
         let image = self.builder.ins().load(pointer, flags, self.context, offset);
         self.builder.def_var(self.image, image);
+        let local =
+            self.local_bits.slot.map(|slot| self.builder.ins().stack_addr(pointer, slot, 0));
         for &(place, base) in &self.bases {
             // By a subtraction: Cranelift would fold an addition back into every address.
-            let less = self.builder.ins().iconst(pointer, -place);
-            let value = self.builder.ins().isub(image, less);
+            let (start, from) = match local.filter(|_| place >= self.local_bits.offset) {
+                Some(local) => (local, self.local_bits.offset),
+                None => (image, 0),
+            };
+            let less = self.builder.ins().iconst(pointer, from - place);
+            let value = self.builder.ins().isub(start, less);
             self.builder.def_var(base, value);
         }
+    }
+
+    /// The base value and the offset from it for a local bit, whose offset behind the image is given.
+    fn local_address(&mut self, offset: i64) -> LowerResult<(ClifValue, i32)> {
+        let missing = || InvalidIr("the function has no local bits".into());
+        let start = self.local_bits.offset;
+        let base = self.bases.iter().find(|(place, _)| *place >= start);
+        let &(place, base) = base.ok_or_else(missing)?;
+        let distance = i32::try_from(offset - place).map_err(|_| missing())?;
+        Ok((self.builder.use_var(base), distance))
     }
 
     pub(super) fn load(&mut self, ty: Type, at: Address) -> LowerResult<ClifValue> {
@@ -43,7 +59,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The offset in the image of an address without its index. Code is safe to run only if each
+    /// The offset in the image of an address without its index; those of local bits come behind the image's. Code is safe to run only if each
     /// access stays in its region whatever the index is; so this checks it, though the verifier has
     /// done so before.
     pub(super) fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
@@ -54,7 +70,9 @@ impl Lowering<'_> {
             .map_or(0, |index| u64::from(index.count.saturating_sub(1)) * u64::from(index.scale));
         let end = u64::from(at.offset) + last + u64::from(ty.bytes());
         let region_end = u64::from(region.offset) + u64::from(region.size);
-        if end > u64::from(region.size) || region_end > u64::from(self.module.image_size) {
+        let is_in_image = region_end <= u64::from(self.module.image_size);
+        let is_local = at.region == RegionId::LOCAL_BITS && end <= u64::from(self.local_bits.size);
+        if end > u64::from(region.size) || !is_in_image && !is_local {
             return Err(InvalidIr(format!("it leaves its region `{}`", region.name)));
         }
         Ok(i64::from(region.offset) + i64::from(at.offset))
@@ -76,6 +94,9 @@ impl Lowering<'_> {
                     && let Some((base, offset)) = self.bases.iter().find_map(based)
                 {
                     return Ok((self.builder.use_var(base), offset));
+                }
+                if at.region == RegionId::LOCAL_BITS {
+                    return self.local_address(offset);
                 }
                 self.builder.use_var(self.image)
             }

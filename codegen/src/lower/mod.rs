@@ -10,6 +10,7 @@ mod base_registers;
 mod control;
 mod indices;
 mod integrality_check;
+mod local_bits;
 mod memory;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
 use target_lexicon::Architecture;
 
 use crate::InternalError;
+use local_bits::LocalBits;
 use truth_values::TruthValues;
 use vectors::Vectors;
 
@@ -65,7 +67,8 @@ pub(crate) fn function(
     let context_value = builder.block_params(start)[0];
     let label = builder.block_params(start)[1];
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
-    let places = if is_x86 { base_registers::bases(module, func) } else { vec![] };
+    let local_bits = LocalBits::new(module, func, &mut builder, is_x86);
+    let places = base_registers::bases(module, func, is_x86);
     let image = builder.declare_var(pointer);
     let bases = places.into_iter().map(|place| (i64::from(place), builder.declare_var(pointer)));
     let bases = bases.collect();
@@ -79,6 +82,7 @@ pub(crate) fn function(
         context: context_value,
         image,
         bases,
+        local_bits,
         ir_block: Block(0),
         indices: indices::Indices::new(func),
         cold: false,
@@ -153,6 +157,8 @@ struct Lowering<'a> {
     image: Variable,
     /// The base registers, each with the offset in the image that it points to.
     bases: Vec<(i64, Variable)>,
+    /// The function's local bits.
+    local_bits: LocalBits,
     /// The block that is being lowered.
     ir_block: Block,
     /// What is known of the indices of arrays.
@@ -266,6 +272,9 @@ impl Lowering<'_> {
         if self.vectors.leaves_out(inst) {
             return self.stored_row(inst);
         }
+        if self.local_bits.leaves_out(inst) || self.unpacked_word(inst)? {
+            return Ok(());
+        }
         if let Some(result) = self.func.result(inst)
             && match data {
                 InstData::Load { ty, at } => self.load_truth(result, ty, at, block)?,
@@ -282,7 +291,10 @@ impl Lowering<'_> {
             InstData::Unary { op, arg } => Some(self.unary(op, arg)?),
             InstData::Binary { op, args } => {
                 let uses = self.func.result(inst).map_or(0, |result| self.use_count(result));
-                Some(self.binary(op, args, uses)?)
+                match self.joined_groups(inst)? {
+                    Some(joined) => Some(joined),
+                    None => Some(self.binary(op, args, uses)?),
+                }
             }
             InstData::Icmp { cond, args } => Some(self.icmp(cond, args)?),
             InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)?),

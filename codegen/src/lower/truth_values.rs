@@ -194,14 +194,16 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the four bytes from an offset on can be loaded at once: they lie in the image, and none was
+    /// Whether the four bytes from an offset on can be loaded at once: they lie in the image or among the local bits, behind which more bytes follow, and none was
     /// stored recently.
     fn can_load_four_bytes(&self, offset: i64) -> bool {
         let truths = &self.truth_values;
         let recent = |byte| {
             truths.stored.get(&byte).is_some_and(|&then| truths.now - then < STORED_RECENTLY)
         };
-        offset + 4 <= i64::from(self.module.image_size) && !(offset..offset + 4).any(recent)
+        let is_whole =
+            offset + 4 <= i64::from(self.module.image_size) || offset >= self.local_bits.offset;
+        is_whole && !(offset..offset + 4).any(recent)
     }
 
     /// Takes a value off the loads that wait, if it is among them.

@@ -207,7 +207,9 @@ impl FloatRange {
                 }
                 Self::Real { low, high, nan: false, minus_zero }
             }
-            (UnaryOp::Not | UnaryOp::Neg, _) => Self::ANY,
+            (UnaryOp::Not | UnaryOp::Neg | UnaryOp::SpreadBits | UnaryOp::GatherBits, _) => {
+                Self::ANY
+            }
         }
     }
 

@@ -7,12 +7,14 @@
 
 use std::ops::Range;
 
-use crate::{Address, Module, Type};
+use crate::{Address, Module, RegionId, Type};
 
 /// Where the regions are in the image, and the marks.
 pub(super) struct ImageBytes {
     /// For each region the address of its first byte.
     bases: Vec<u64>,
+    /// The address of the first of the local bits, which lie behind the image.
+    local_base: u64,
     /// For each byte of the image its mark; those below the stamps of a pass mean nothing to it.
     marks: Vec<u32>,
     /// The largest stamp so far.
@@ -22,16 +24,22 @@ pub(super) struct ImageBytes {
 impl ImageBytes {
     /// The bytes of a module's image, without marks.
     pub(super) fn new(module: &Module) -> Self {
+        let local = module.local_bits.as_ref();
+        let end = local.map_or(module.image_size, |local| local.offset + local.size);
         Self {
             bases: module.regions.iter().map(|region| region.offset.into()).collect(),
-            marks: vec![0; module.image_size as usize],
+            local_base: local.map_or(0, |local| local.offset.into()),
+            marks: vec![0; end as usize],
             stamp: 0,
         }
     }
 
     /// The addresses in the image of the bytes that an access of a type may touch.
     pub(super) fn bytes(&self, at: &Address, ty: Type) -> Range<usize> {
-        let base = self.bases.get(at.region.index()).copied().unwrap_or(0);
+        let base = match at.region {
+            RegionId::LOCAL_BITS => self.local_base,
+            region => self.bases.get(region.index()).copied().unwrap_or(0),
+        };
         let Range { start, end } = at.extent(ty);
         (base + start) as usize..(base + end) as usize
     }

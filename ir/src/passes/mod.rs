@@ -2,6 +2,7 @@
 //!
 //! | pass | what it does |
 //! | --- | --- |
+//! | `byte-bits` | keeps bits of words as bytes while a long program's function is executed |
 //! | `integers` | computes with integers where doubles are known to be integers |
 //! | `speculate-variables` | checks once in a function that its variables hold integers |
 //! | `speculate` | computes with integers behind a check that doubles are integers |
@@ -23,7 +24,7 @@
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
 //! | `vectors` | no pass over IR: code generation computes rows of neighbouring variables at once |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
-//! | `by-length` | no pass: `packed-bits` is left out in long programs |
+//! | `by-length` | no pass: `packed-bits` is left out in long programs, `byte-bits` in short ones |
 //!
 //! # What every pass must keep
 //! - A module that the [verifier](crate::verify) accepts before a pass is accepted after it. Debug
@@ -41,6 +42,7 @@
 //! data structures that the passes share.
 
 mod branches;
+mod byte_bits;
 mod compact;
 mod cse;
 mod dce;
@@ -95,6 +97,8 @@ pub enum OptLevel {
 /// the end of the list, a technique that can be left out in the same way as a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
+    /// Bytes in the place of bits of words, within a function.
+    ByteBits,
     /// Makes integer arithmetic of doubles that are known to be integers.
     Integers,
     /// Makes a copy of a function for variables that hold integers, behind a check of each variable.
@@ -140,13 +144,15 @@ pub enum Pass {
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
-    /// [`PackedBits`](Self::PackedBits) is left out in long programs ([`thresholds::LONG_FROM`]).
+    /// [`PackedBits`](Self::PackedBits) is left out in long programs ([`thresholds::LONG_FROM`]), and
+    /// [`ByteBits`](Self::ByteBits) in others and where it does not pay.
     ByLength,
 }
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
+        Self::ByteBits,
         Self::Integers,
         Self::SpeculateVariables,
         Self::Speculate,
@@ -174,6 +180,7 @@ impl Pass {
     /// Its name, as in that table.
     pub fn name(self) -> &'static str {
         match self {
+            Self::ByteBits => "byte-bits",
             Self::Integers => "integers",
             Self::SpeculateVariables => "speculate-variables",
             Self::Speculate => "speculate",
@@ -216,6 +223,9 @@ impl Pass {
         options: PassOptions,
     ) -> bool {
         match self {
+            Self::ByteBits => {
+                return byte_bits::run(func, &module.word_regions, !options.by_length);
+            }
             Self::Integers => return integers::run(func, &module.finite_regions),
             Self::SpeculateVariables => {
                 return speculate_variables::run(func, &module.finite_regions);
@@ -252,6 +262,10 @@ struct PassOptions {
     combine_bits: bool,
     /// Whether `packed-bits` pays.
     collect_bits: bool,
+    /// Whether `byte-bits` may pay.
+    unpack_bits: bool,
+    /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
+    by_length: bool,
 }
 
 /// A set of passes: those that may run.
@@ -334,6 +348,9 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     }
     let times = each(module, passes, |stage| {
         stage.pass(Pass::Branches);
+        if stage.options.unpack_bits {
+            stage.pass(Pass::ByteBits);
+        }
         // The instructions on doubles that the two passes have replaced are dropped at once: otherwise
         // `fold` would take them for uses of their operands.
         let mut has_checks = false;
@@ -453,16 +470,28 @@ fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) ->
     let reload_bits = passes.contains(Pass::ReloadBits) && length > thresholds::RELOAD_BITS_FROM;
     let is_long = length >= thresholds::LONG_FROM;
     let by_length = passes.contains(Pass::ByLength);
+    if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
+        let size = byte_bits::LOCAL_BITS;
+        module.local_bits.get_or_insert_with(|| Module::local_bits_of(module.image_size, size));
+    }
     let mut bytes = ImageBytes::new(module);
     let mut dead = DeadBytes::new(module.label_count);
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
         let (bytes, dead, times) = (&mut bytes, &mut dead, &mut times);
-        let options =
-            PassOptions { reload_bits, combine_bits: false, collect_bits: !(by_length && is_long) };
+        let options = PassOptions {
+            reload_bits,
+            combine_bits: false,
+            collect_bits: !(by_length && is_long),
+            unpack_bits: is_long || !by_length,
+            by_length,
+        };
         let mut stage = Stage { module, func, passes, times, options, bytes, dead };
         order(&mut stage);
         module.funcs[index] = stage.func;
+    }
+    if !module.funcs.iter().any(FuncData::has_local_bits) {
+        module.local_bits = None;
     }
     times
 }

@@ -14,6 +14,7 @@ use chumsky::primitive::select;
 use plcc_abi::{HostFn, SourceLine, TrapCode, TrapSite};
 
 use super::lex::{Token, unescaped};
+use crate::module::LOCAL_BITS_NAME;
 use crate::{
     Address, Args, BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond, Label,
     RegionId, SourceFile, SourceLoc, Statement, Terminator, Type, UnaryOp, Value,
@@ -23,9 +24,12 @@ use crate::{
 pub(super) enum Item {
     /// `image`: the size in bytes.
     Image(u32),
-    /// `region`: a region, and whether `finite` stands after it, for
-    /// [`Module::finite_regions`](crate::Module::finite_regions).
-    Region(plcc_abi::Region, bool),
+    /// `region`: a region, whether `finite` stands after it, for
+    /// [`Module::finite_regions`](crate::Module::finite_regions), and whether `words24` does, for
+    /// [`Module::word_regions`](crate::Module::word_regions).
+    Region(plcc_abi::Region, bool, bool),
+    /// `local_bits`: the number of [local bits](crate::Module::local_bits).
+    LocalBits(u32),
     /// `task`: its name, the label where it starts, and those of its resume points.
     Task(String, Label, Vec<Label>),
     /// `fn`.
@@ -171,8 +175,10 @@ fn one_of_words<'t, T: Copy + 't>(
 /// The whole text.
 pub(super) fn module<'t>() -> impl Grammar<'t, Vec<Item>> {
     let image = keyword("image").ignore_then(number("a size in bytes")).map(Item::Image);
-    let items =
-        choice((image, region(), task(), trap_site(), statement())).then_ignore(end_of_line());
+    let local_bits =
+        keyword(LOCAL_BITS_NAME).ignore_then(number("how many there are")).map(Item::LocalBits);
+    let items = choice((image, region(), local_bits, task(), trap_site(), statement()))
+        .then_ignore(end_of_line());
     choice((items, function().map(Item::Func), file())).repeated().collect().then_ignore(end())
 }
 
@@ -182,10 +188,12 @@ fn region<'t>() -> impl Grammar<'t, Item> {
     let size = keyword("size").ignore_then(number("a size in bytes"));
     let bits = keyword("bits").or_not();
     let finite = keyword("finite").or_not();
-    keyword("region").ignore_then(name).then(offset).then(size).then(bits).then(finite).map(
-        |((((name, offset), size), bits), finite)| {
+    let words = keyword("words24").or_not();
+    let place = keyword("region").ignore_then(name).then(offset).then(size);
+    place.then(bits).then(finite).then(words).map(
+        |(((((name, offset), size), bits), finite), words)| {
             let region = plcc_abi::Region { name, offset, size, bits: bits.is_some() };
-            Item::Region(region, finite.is_some())
+            Item::Region(region, finite.is_some(), words.is_some())
         },
     )
 }

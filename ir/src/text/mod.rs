@@ -48,6 +48,9 @@
 //!   runs, `small` (after `cold` if both stand there) that it is to be optimised for size.
 //! - `finite` at the end of a region's line (`region p at 0 size 8 finite`) says that the region
 //!   holds only doubles that are finite and never -0.
+//! - `words24` there says that it holds words of four bytes whose highest byte is 0.
+//! - `local_bits 48` below the regions says that functions have so many
+//!   [local bits](crate::Module::local_bits); an access names them as a region, `local_bits:7`.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume

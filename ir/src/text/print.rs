@@ -4,6 +4,7 @@ use std::fmt::{self, Write};
 
 use plcc_abi::{SourceLine, TrapSite};
 
+use crate::module::LOCAL_BITS_NAME;
 use crate::{
     Address, Block, BlockCall, FuncData, InstData, Module, RegionId, SourceLoc, Terminator, Value,
 };
@@ -25,7 +26,12 @@ fn write_module(out: &mut String, module: &Module) -> fmt::Result {
         write!(out, "region {} at {} size {}", region.name, region.offset, region.size)?;
         let finite = module.finite_regions.contains(&RegionId(number));
         out.push_str(if region.bits { " bits" } else { "" });
-        out.push_str(if finite { " finite\n" } else { "\n" });
+        out.push_str(if finite { " finite" } else { "" });
+        let words = module.word_regions.contains(&RegionId(number));
+        out.push_str(if words { " words24\n" } else { "\n" });
+    }
+    if let Some(local) = &module.local_bits {
+        writeln!(out, "{LOCAL_BITS_NAME} {}", local.size)?;
     }
     for task in &module.tasks {
         write!(out, "task {} L{}", quoted(&task.name), task.entry)?;

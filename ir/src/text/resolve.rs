@@ -12,6 +12,7 @@ use super::ParseError;
 use super::grammar::{BlockText, Func, Item, Line, Param, number_in_name};
 use super::lex::{Token, Tokens};
 use crate::func::ValueData;
+use crate::module::LOCAL_BITS_NAME;
 use crate::{
     Block, BlockData, FuncData, Inst, InstData, Label, Module, RegionId, SourceLoc, Terminator,
     Type, Value, ValueDef,
@@ -28,11 +29,18 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
     for item in items {
         match item {
             Item::Image(size) => module.image_size = size,
-            Item::Region(region, finite) => {
+            Item::Region(region, finite, words) => {
+                let id = RegionId(module.regions.len() as u32);
                 if finite {
-                    module.finite_regions.push(RegionId(module.regions.len() as u32));
+                    module.finite_regions.push(id);
+                }
+                if words {
+                    module.word_regions.push(id);
                 }
                 module.regions.push(region);
+            }
+            Item::LocalBits(size) => {
+                module.local_bits = Some(Module::local_bits_of(module.image_size, size));
             }
             Item::Task(name, entry, points) => {
                 labels.push(entry);
@@ -224,6 +232,9 @@ impl FuncResolver<'_> {
             Some(Token::Word(word)) => *word,
             _ => "",
         };
+        if name == LOCAL_BITS_NAME && self.module.local_bits.is_some() {
+            return Ok(RegionId::LOCAL_BITS);
+        }
         match self.module.regions.iter().position(|region| region.name == name) {
             Some(index) => Ok(RegionId(index as u32)),
             None => {

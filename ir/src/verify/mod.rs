@@ -8,7 +8,7 @@
 //!
 //! # Rules
 //! The module:
-//! 1. Regions lie inside the process image and do not overlap.
+//! 1. Regions lie inside the process image and do not overlap. The local bits lie behind it.
 //! 2. A task's entry is a label of the module. Each label stands at exactly one block of one
 //!    function, and there are as many labels as [`Module::label_count`] says.
 //! 3. A statement names a source file of the module, if the module holds its source files.
@@ -27,7 +27,8 @@
 //!    use, it passes the definition first.
 //! 10. A load or store stays inside its region for every index. The index is an `i32`, and the
 //!     array has at least one element. Truth values are in regions of bits only, and nothing else
-//!     is stored in such a region.
+//!     is stored in such a region, but for groups of eight in the local bits, as an `i64`. The local
+//!     bits are accessed without an index and are not volatile.
 //! 11. A call of a host function has the arguments of its signature.
 //! 12. The condition of a branch is an `i1`. The number of a switch, that of an indirect label, and
 //!     those of a trap site and an index are `i32`s. Every label that a terminator names is a label

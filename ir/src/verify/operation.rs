@@ -7,8 +7,8 @@ use plcc_abi::HostType;
 
 use super::Errors;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, IntCond, Label, Module, SourceLoc,
-    Terminator, Type, UnaryOp, Value, ValueDef,
+    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, IntCond, Label, Module, RegionId,
+    SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Errors) {
@@ -74,6 +74,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
             let fits = match op {
                 UnaryOp::Not => ty(arg).is_int(),
                 UnaryOp::Neg => ty(arg).is_int() && ty(arg) != Type::I1,
+                UnaryOp::SpreadBits | UnaryOp::GatherBits => ty(arg) == Type::I64,
                 _ => ty(arg) == Type::F64,
             };
             when_broken(!fits, format_args!("{} takes no {}", op.name(), ty(arg)))
@@ -163,6 +164,9 @@ fn access_mistake(
             region.name
         ));
     }
+    if at.region == RegionId::LOCAL_BITS && (at.index.is_some() || at.volatile) {
+        return Some("accesses the local bits by an index, or as volatile".into());
+    }
     if let Some(index) = at.index {
         if func.ty(index.value) != Type::I32 {
             return Some(format!("its index is {}, not i32", func.ty(index.value)));
@@ -174,7 +178,8 @@ fn access_mistake(
     if ty == Type::I1 && !region.bits {
         return Some(format!("accesses an i1 in {}, which is not a region of bits", region.name));
     }
-    if store && region.bits && ty != Type::I1 {
+    let is_group = at.region == RegionId::LOCAL_BITS && ty == Type::I64;
+    if store && region.bits && ty != Type::I1 && !is_group {
         return Some(format!("stores an {ty} in {}, which is a region of bits", region.name));
     }
     None

@@ -1,6 +1,7 @@
 //! Rules 1 to 5: regions, tasks and labels of the module, and the tables of each function.
 
 use super::Errors;
+use crate::module::MAX_LOCAL_BITS;
 use crate::{FuncData, Module};
 
 pub(super) fn check_module(module: &Module, errors: &mut Errors) {
@@ -25,6 +26,17 @@ fn check_regions(module: &Module, errors: &mut Errors) {
             }
             Some(_) => {}
             None => errors.push(format!("{finite} is to hold doubles, but is not there")),
+        }
+    }
+    for &words in &module.word_regions {
+        if module.region(words).is_none_or(|region| region.bits) {
+            errors.push(format!("{words} is to hold words, but is not there or holds bits"));
+        }
+    }
+    if let Some(local) = &module.local_bits {
+        let wanted = Module::local_bits_of(module.image_size, local.size);
+        if *local != wanted || local.size > MAX_LOCAL_BITS {
+            errors.push(format!("{} is no region of local bits", local.name));
         }
     }
     let mut spans = vec![];

@@ -25,7 +25,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::nct;
 use plcc_ir::interp::Interpreter;
-use plcc_ir::passes::{self, Pass};
+use plcc_ir::passes::{self, Pass, PassSet};
 use plcc_ir::text::{parse, print};
 use plcc_ir::verify::verify;
 use plcc_ir::{InstData, IntCond, Module};
@@ -90,6 +90,9 @@ fn outcome(outcome: Outcome) -> String {
 fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
     let mut best = module.clone();
     passes::optimize(&mut best, OptLevel::Speed);
+    // With what is done in long programs only.
+    let mut as_if_long = module.clone();
+    passes::optimize(&mut as_if_long, PassSet::ALL.without(Pass::ByLength));
     let program = |module: &Module| Program {
         image_size: module.image_size,
         regions: module.regions.clone(),
@@ -104,6 +107,7 @@ fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
     vec![
         ("native none", native(module)),
         ("native speed", native(&best)),
+        ("native, as if long", native(&as_if_long)),
         ("interpreted", Box::new(Interpreter::new(module.clone()))),
         ("interpreted, optimised", Box::new(Interpreter::new(best))),
     ]

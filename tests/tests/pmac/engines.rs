@@ -10,6 +10,7 @@ use plcc_frontend::{
     common::{Controller, MemoryLoader, Options},
     pmac,
 };
+use plcc_ir::passes::{Pass, PassSet};
 use plcc_random::seeds;
 use plcc_runtime::{
     Artifact, Event, Executive, Purpose, artifact,
@@ -36,11 +37,11 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let checked = program.unwrap();
     let lowered = checked.lower().unwrap();
     let program = lowered.program.clone();
-    let native = |opt| -> Box<dyn Engine> {
+    let native = |passes: PassSet| -> Box<dyn Engine> {
         let target = Target::host().unwrap();
         assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
         let mut module = lowered.module.clone();
-        plcc_ir::passes::optimize(&mut module, opt);
+        plcc_ir::passes::optimize(&mut module, passes);
         let code = compile(&module, &target).unwrap();
         Box::new(NativeEngine::new(&code, &program).unwrap())
     };
@@ -56,6 +57,8 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     };
     let mut optimized = lowered.module.clone();
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
+    let mut bytes = lowered.module.clone();
+    plcc_ir::passes::optimize(&mut bytes, PassSet::ALL.without(Pass::ByLength));
     // Recompiled whenever a definition has changed; M-variables that do not settle are left to
     // the host.
     let recompiling = |settings| -> Box<dyn Engine> {
@@ -85,8 +88,11 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
         ("ir optimised", Box::new(plcc_ir::interp::Interpreter::new(optimized))),
-        ("jit none", native(OptLevel::None)),
-        ("jit speed", native(OptLevel::Speed)),
+        ("jit none", native(PassSet::NONE)),
+        ("jit speed", native(PassSet::ALL)),
+        // With bits as bytes also in short programs.
+        ("jit, byte-bits", native(PassSet::ALL.without(Pass::ByLength))),
+        ("ir, byte-bits", Box::new(plcc_ir::interp::Interpreter::new(bytes))),
         ("aot none", artifact(OptLevel::None)),
         ("aot speed", artifact(OptLevel::Speed)),
         ("recompiled", recompiling(every_time)),
@@ -128,7 +134,12 @@ fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, recompiled: bool) -> 
 
 /// Runs a download with a stimulus in all engines and compares them after every tick. Gives the
 /// events.
-fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> Vec<Event> {
+pub(super) fn compare(
+    source: &str,
+    stimulus: &str,
+    ticks: u32,
+    controller: Controller,
+) -> Vec<Event> {
     let mut machines = machines(source, controller);
     let rows: Vec<(u32, &str, &str)> = stimulus
         .lines()

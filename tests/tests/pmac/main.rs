@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)]
 
 mod arithmetic;
+mod bits;
 mod corpus;
 mod docs;
 mod engines;

@@ -32,9 +32,12 @@ use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::Regions;
 
-/// The number of instructions after which a new function begins. It is more than for the other
-/// languages, since general code, which seldom runs, is among them.
-const CHUNK: usize = 3000;
+/// The number of instructions after which a new function begins. Most of those on bits go away when bits
+/// become bytes (the pass `byte-bits`), which are unpacked and packed once in each function, so that few long ones are
+/// better than many short ones.
+const CHUNK: usize = 24_000;
+/// The same for general code beside specialised code, which calls the host and seldom runs.
+const GENERAL_CHUNK: usize = 3000;
 
 /// Whether a task's statements choose a coordinate system by ADDRESS. Texts of COMMAND always
 /// count: they address the coordinate system of the PLC that gives the command.
@@ -81,6 +84,7 @@ pub(crate) fn lower(
     for region in [regions.p, regions.q, regions.i] {
         builder.finite_region(region);
     }
+    builder.word_region(regions.words);
     let mut lowerer = Lowerer {
         download,
         layout,
@@ -235,6 +239,7 @@ impl Lowerer<'_> {
         // If there is specialised code, it may go over to any statement of the general code.
         let entered = !self.specialised && self.assumes_definitions(code);
         self.has_specialised_code = entered;
+        self.builder.set_limit(if entered { GENERAL_CHUNK } else { CHUNK });
         let targets = branch_targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);

@@ -1,0 +1,219 @@
+//! Changes a function: bits become bytes, and are unpacked and packed where that is needed.
+
+use super::super::graph::Graph;
+use super::analysis::{Access, Found};
+use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
+use super::{WORD_BITS, Word, WordSet};
+use crate::{
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, SourceLoc,
+    Terminator, Type, UnaryOp, Value,
+};
+
+/// Changes a function for the words of a set.
+pub(super) fn rewrite(
+    func: &mut FuncData,
+    graph: &Graph,
+    found: &Found,
+    flow: &Flow,
+    chosen: WordSet,
+) {
+    let mut writer = Writer { func, found, out: vec![], loc: SourceLoc::NONE };
+    for &block in &graph.order {
+        writer.block(flow, chosen, block);
+    }
+    // Where control enters the function, bits are unpacked in a block of their own, since the block behind it may also be
+    // reached from within.
+    let mut made: Vec<(Block, Block)> = vec![];
+    for index in 0..writer.func.entries.len() {
+        let (label, entry) = writer.func.entries[index];
+        let needed = flow.needed_at_begin[entry.index()] & chosen;
+        if needed == 0 {
+            continue;
+        }
+        let known = made.iter().find(|(of, _)| *of == entry).map(|&(_, block)| block);
+        let block = known.unwrap_or_else(|| {
+            let block = writer.entry_block(entry, needed);
+            made.push((entry, block));
+            block
+        });
+        writer.func.entries[index] = (label, block);
+    }
+}
+
+struct Writer<'a> {
+    func: &'a mut FuncData,
+    found: &'a Found,
+    /// The instructions of the current block so far.
+    out: Vec<Inst>,
+    loc: SourceLoc,
+}
+
+impl Writer<'_> {
+    /// Changes a block.
+    fn block(&mut self, flow: &Flow, chosen: WordSet, block: Block) {
+        let mut needed_after =
+            needed_after_barriers(self.func, self.found, block, flow.needed[block.index()]);
+        let mut changed = flow.changed[block.index()] & chosen;
+        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
+        self.out.reserve(insts.len());
+        for inst in insts {
+            self.loc = self.func.loc(inst);
+            if is_barrier(self.func.inst(inst)) {
+                self.pack(std::mem::take(&mut changed));
+                self.out.push(inst);
+                self.unpack(needed_after.pop().unwrap_or(0) & chosen);
+                continue;
+            }
+            match self.found.accesses.get(&inst) {
+                Some(&access) if chosen >> access.word() & 1 == 1 => {
+                    if matches!(access, Access::Write { .. }) {
+                        changed |= 1 << access.word();
+                    }
+                    self.access(inst, access);
+                }
+                _ => {}
+            }
+            self.out.push(inst);
+        }
+        if self.func.blocks[block.index()].terminator.as_ref().is_some_and(is_exit) {
+            self.pack(changed);
+        }
+        self.func.blocks[block.index()].insts = std::mem::take(&mut self.out);
+    }
+
+    /// A block that unpacks words and goes on at another.
+    fn entry_block(&mut self, to: Block, words: WordSet) -> Block {
+        self.loc = SourceLoc::NONE;
+        self.unpack(words);
+        let block = Block(self.func.blocks.len() as u32);
+        let BlockData { cold, optimize_for_size, .. } = *self.func.block(to);
+        self.func.blocks.push(BlockData {
+            params: vec![],
+            insts: std::mem::take(&mut self.out),
+            cold,
+            optimize_for_size,
+            terminator: Some(Terminator::Jump(BlockCall::plain(to))),
+        });
+        block
+    }
+
+    /// Appends a new instruction; gives its result.
+    fn insert(&mut self, data: InstData) -> Option<Value> {
+        let inst = self.func.append(data, self.loc);
+        self.out.push(inst);
+        self.func.result(inst)
+    }
+
+    /// Appends an operation on a value and a constant.
+    fn insert_with(&mut self, op: BinaryOp, value: Value, constant: i64) -> Option<Value> {
+        let ty = self.func.ty(value);
+        let constant = self.insert(InstData::Iconst { ty, value: ty.wrap(constant) })?;
+        self.insert(InstData::Binary { op, args: [value, constant] })
+    }
+
+    /// Replaces an access of a bit by that of a byte.
+    fn access(&mut self, inst: Inst, access: Access) {
+        let found = self.found;
+        let Some(word) = found.words.get(access.word()) else { return };
+        match access {
+            Access::Read { word: _, bit } => {
+                let load = InstData::Load { ty: Type::I1, at: word.local_bit(bit) };
+                if let Some(arg) = self.insert(load) {
+                    self.func.insts[inst.index()] =
+                        InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
+                }
+            }
+            Access::Write { word: _, bit, value } => {
+                if let Some(value) = self.bit(value, bit) {
+                    self.func.insts[inst.index()] =
+                        InstData::Store { at: word.local_bit(bit), value };
+                }
+            }
+        }
+    }
+
+    /// The bit with a number of a value, as a truth value. The value is masked so that it has no others, and it mostly is a
+    /// value that was shifted to its place.
+    fn bit(&mut self, value: Value, bit: u32) -> Option<Value> {
+        let mut of = value;
+        if let Some(&InstData::Binary { op: BinaryOp::And, args: [unmasked, _] }) =
+            self.func.def_inst(value)
+        {
+            of = unmasked;
+        }
+        match self.func.def_inst(of) {
+            Some(&InstData::Binary { op: BinaryOp::Shl, args: [low, by] })
+                if self.func.constant(by) == Some(bit.into()) =>
+            {
+                of = low;
+            }
+            _ if bit > 0 => of = self.insert_with(BinaryOp::Lshr, of, bit.into())?,
+            _ => {}
+        }
+        self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: of })
+    }
+
+    /// Calls `f` for each word of a set.
+    fn for_each(&mut self, words: WordSet, mut f: impl FnMut(&mut Self, &Word) -> Option<()>) {
+        let found = self.found;
+        for (number, word) in found.words.iter().enumerate() {
+            if words >> number & 1 == 1 {
+                let done = f(self, word);
+                debug_assert!(done.is_some(), "an instruction has no result");
+            }
+        }
+    }
+
+    /// Appends what unpacks words.
+    fn unpack(&mut self, words: WordSet) {
+        self.for_each(words, |this, word| {
+            let value = this.insert(InstData::Load { ty: Type::I32, at: word.at })?;
+            let to = Type::I64;
+            let wide = this.insert(InstData::Convert { op: ConvertOp::Zext, to, arg: value })?;
+            for group in Word::groups(word.used) {
+                let arg = match group {
+                    0 => wide,
+                    _ => this.insert_with(BinaryOp::Lshr, wide, i64::from(8 * group))?,
+                };
+                let value = this.insert(InstData::Unary { op: UnaryOp::SpreadBits, arg })?;
+                this.insert(InstData::Store { at: word.local_bit(8 * group), value });
+            }
+            Some(())
+        });
+    }
+
+    /// Appends what packs words.
+    fn pack(&mut self, words: WordSet) {
+        self.for_each(words, |this, word| {
+            let mut packed = None;
+            let mut kept: i64 = (1 << WORD_BITS) - 1;
+            for group in Word::groups(word.written) {
+                let at = word.local_bit(8 * group);
+                let arg = this.insert(InstData::Load { ty: Type::I64, at })?;
+                let arg = this.insert(InstData::Unary { op: UnaryOp::GatherBits, arg })?;
+                let to = Type::I32;
+                let mut bits = this.insert(InstData::Convert { op: ConvertOp::Trunc, to, arg })?;
+                if group > 0 {
+                    bits = this.insert_with(BinaryOp::Shl, bits, i64::from(8 * group))?;
+                }
+                kept &= !(0xFF << (8 * group));
+                packed = Some(match packed {
+                    Some(others) => {
+                        let args = [others, bits];
+                        this.insert(InstData::Binary { op: BinaryOp::Or, args })?
+                    }
+                    None => bits,
+                });
+            }
+            let mut value = packed?;
+            if kept != 0 {
+                let old = this.insert(InstData::Load { ty: Type::I32, at: word.at })?;
+                let rest = this.insert_with(BinaryOp::And, old, kept)?;
+                let args = [rest, value];
+                value = this.insert(InstData::Binary { op: BinaryOp::Or, args })?;
+            }
+            this.insert(InstData::Store { at: word.at, value });
+            Some(())
+        });
+    }
+}
