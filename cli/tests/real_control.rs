@@ -596,6 +596,7 @@ fn a_table_goes_on_over_an_online_change() {
     let dump = fs::read_to_string(shop.0.join("out.vcd")).unwrap();
     assert!(dump.contains(" M $end"), "{}", &dump[..300.min(dump.len())]);
     convert(&["--to", "fst", "-o", "out.fst"]);
+    convert(&["--to", "mcap", "-o", "out.mcap"]);
 }
 
 /// An editor that debugs the record of the control; `ask` sends a request and gives its whole answer.

@@ -122,6 +122,14 @@ fn a_record_becomes_a_table_and_waveforms() {
         assert!(with(&folder.read("r.vcd"), change), "{}", folder.read("r.vcd"));
         folder.plcc("convert r.plcrec --to fst").exits(0);
         assert!(fs::metadata(folder.path().join("r.fst")).unwrap().len() > 100);
+        folder.plcc("convert r.plcrec --to mcap").exits(0);
+        let mcap = fs::read(folder.path().join("r.mcap")).unwrap();
+        let magic = b"\x89MCAP0\r\n";
+        assert!(mcap.starts_with(magic) && mcap.ends_with(magic));
+        for format in ["fst", "mcap"] {
+            let refused = folder.plcc(&format!("convert r.plcrec --to {format} -o -"));
+            refused.exits(2).says(&["is not written to standard output"]);
+        }
         // GTKWave's own tool, where it is installed.
         let mut tool = Command::new("fst2vcd");
         match tool.args(["-f", "r.fst"]).current_dir(folder.path()).output() {
@@ -132,6 +140,45 @@ fn a_record_becomes_a_table_and_waveforms() {
             Err(_) => eprintln!("skipped: fst2vcd is missing here"),
         }
     }
+}
+
+/// The values of a tick are those after it, and a tick that the watchdog stopped in its middle has no end.
+#[test]
+fn a_tick_that_was_cut_has_no_row() {
+    // The first ticks are short; later ones take longer than the watchdog allows, on any computer.
+    let long = "B=B&C!/B\nC=/B!C\n".repeat(3000);
+    let program = format!("$INTEGER\nN\n$LOGICAL\nB,C\n$END\nN=N+1\nIF (N>50)\n{long}ENDIF\n");
+    let folder = Folder::with(&[("a.pmi", &program)]);
+    let run =
+        "run a.pmi --engine interp --watchdog 1us --ticks 32000 --record r.plcrec --events e.jsonl";
+    let run = || {
+        folder.plcc(run).exits(3).says(&["WATCHDOG"]);
+        let events = folder.read("e.jsonl");
+        let stop: serde_json::Value = serde_json::from_str(events.lines().last().unwrap()).unwrap();
+        stop["tick"].as_u64().unwrap()
+    };
+    // On a busy computer even the first tick may be too late; a record of it has nothing to show.
+    let cut = (0..).map(|_| run()).find(|cut| *cut > 0).unwrap();
+    folder.plcc("convert r.plcrec --to csv --watch N -o out.csv").exits(0);
+    let table = folder.read("out.csv");
+    let rows = table.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap());
+    let rows: Vec<u64> = rows.collect();
+    assert!(rows.iter().copied().eq(0..cut), "{rows:?} {cut}");
+    // Neither has a file of another format: its last tick is the one before.
+    folder.plcc("convert r.plcrec --to vcd --watch N -o out.vcd").exits(0);
+    let vcd = folder.read("out.vcd");
+    let times = vcd.lines().filter_map(|line| line.strip_prefix('#')?.parse::<u64>().ok());
+    assert_eq!(times.max().unwrap(), cut * 20_000, "{vcd}");
+}
+
+/// Constants of PMI do not change, but another program may have others.
+#[test]
+fn constants_are_written_once_and_nothing_is_missing() {
+    let folder = Folder::with(&[("a.pmi", "$INTEGER\nK=7,N\n$END\nN=N+K\n")]);
+    folder.plcc("run a.pmi --ticks 3 --record r.plcrec").exits(0);
+    let done = folder.plcc("convert r.plcrec --to csv -o -").exits(0);
+    assert_eq!(done.stdout, "tick,ms,name,value\n0,0,K,7\n0,0,N,7\n1,20,N,14\n2,40,N,21\n");
+    assert_eq!(done.stderr, "");
 }
 
 /// The stimulus of `a.pmi` has the name that the table of `a.plcrec` would get.

@@ -43,11 +43,7 @@ pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Ve
     }
     let mut classes: Vec<Class> = vec![];
     for name in names {
-        let title = match &program.tables().tables {
-            Tables::Pmi(tables) => pmi_class(tables, &name),
-            Tables::Nct(_) => nct_class(&name),
-            Tables::Pmac(_) => pmac_class(&name),
-        };
+        let title = class_of(&program.tables().tables, &name);
         match classes.iter_mut().find(|class| class.title == title) {
             Some(class) => class.names.push(name),
             None => classes.push(Class { title: title.into(), names: vec![name] }),
@@ -55,6 +51,15 @@ pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Ve
     }
     classes.sort_by_key(|class| ORDER.iter().position(|title| *title == class.title));
     classes
+}
+
+/// The title of the class that a variable belongs to, as the manuals group them.
+pub fn class_of(tables: &Tables, name: &str) -> &'static str {
+    match tables {
+        Tables::Pmi(tables) => pmi_class(tables, name),
+        Tables::Nct(_) => nct_class(name),
+        Tables::Pmac(_) => pmac_class(name),
+    }
 }
 
 /// The classes in the order in which they are shown.

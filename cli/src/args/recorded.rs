@@ -66,6 +66,8 @@ pub(crate) enum ConvertFormat {
     Fst,
     /// A table `tick,ms,name,value`
     Csv,
+    /// Messages in JSON, for Foxglove Studio, Lichtblick and PlotJuggler
+    Mcap,
 }
 
 #[derive(Args)]

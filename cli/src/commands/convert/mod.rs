@@ -1,19 +1,20 @@
-//! `plcc convert`: the values of a recorded run as a table, a VCD or an FST. A record holds no values of
+//! `plcc convert`: the values of a recorded run as a table, a VCD, an FST or an MCAP file. A record holds no values of
 //! variables but what a replay needs, so the values come from a replay.
 
+mod fst;
+mod mcap;
+mod mcap_file;
+
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use fst_writer::{
-    FstBodyWriter, FstFileType, FstInfo, FstScopeType, FstSignalId, FstSignalType, FstVarDirection,
-    FstVarType, FstWriteError, open_fst,
-};
 use plcc_runtime::files::why_not_written;
 use plcc_runtime::record::{RecordedRun, Recording, ReplayError};
 use plcc_runtime::run::{TraceFormat, TraceText, Watch};
 use plcc_runtime::session::replay::recorded_executive;
-use plcc_runtime::{Executive, NameError, Purpose, Value, Variable};
+use plcc_runtime::{Event, Executive, NameError, Purpose, Variable};
 
 use crate::args::{ConvertArgs, ConvertFormat};
 use crate::failure::{DONE, ERRORS, Failure};
@@ -23,9 +24,8 @@ use crate::replay_input::{
     check_outputs, chosen_run, engine_of, program, replayer, tell_damage, tell_unwritten,
 };
 use crate::report::Report;
-
-/// The values of an FST are collected in memory, and written when they have so many bytes.
-const PORTION: usize = 32 << 20;
+use fst::Fst;
+use mcap::Mcap;
 
 pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure> {
     let path = &args.record;
@@ -36,6 +36,10 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         return Err(Failure::usage(format!("--from {from} is after --until {until}")));
     }
     let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
+    if output::is_stdout(&to) && !matches!(args.to, ConvertFormat::Vcd | ConvertFormat::Csv) {
+        let what = "this format is not written to standard output; name a file with -o";
+        return Err(Failure::usage(what));
+    }
     overwrites_nothing(&to, args)?;
     let run = chosen_run(&recording, args.run, path)?;
     tell_damage(&recording, run, report);
@@ -61,7 +65,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let from = args.from.unwrap_or(first).max(first);
     let until = args.until.unwrap_or(last);
     let not_written = |error: io::Error| Failure::file(&to, why_not_written(&error));
-    let mut out = Waveform::create(&to, args.to, &watches).map_err(not_written)?;
+    let mut out = Waveform::create(&to, args.to, &watches, &programs, run).map_err(not_written)?;
     let (mut next, mut status) = (from, DONE);
     let mut time_ns = None;
     let mut events = vec![];
@@ -107,7 +111,8 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
                 // It was not run again, so that there are no values of its end.
                 break;
             }
-            out.tick(replayed.tick, *time, replayer.executive()).map_err(not_written)?;
+            let executive = replayer.executive();
+            out.tick(replayed.tick, *time, executive, &events).map_err(not_written)?;
             *time = time.saturating_add(tick_ns);
         }
         if status != DONE {
@@ -212,6 +217,7 @@ fn named(record: &Path, format: ConvertFormat) -> PathBuf {
         ConvertFormat::Vcd => "vcd",
         ConvertFormat::Fst => "fst",
         ConvertFormat::Csv => "csv",
+        ConvertFormat::Mcap => "mcap",
     };
     PathBuf::from(record.file_name().unwrap_or_default()).with_extension(ending)
 }
@@ -230,24 +236,37 @@ enum Form {
     Text(Box<dyn Write>),
     /// An FST.
     Fst(Box<Fst>),
+    /// An MCAP file.
+    Mcap(Box<Mcap>),
 }
 
 impl Waveform {
-    fn create(path: &Path, format: ConvertFormat, watches: &Watches) -> io::Result<Self> {
+    /// Creates the file. `programs` are those of `watches`, of the versions that `run` had.
+    fn create(
+        path: &Path,
+        format: ConvertFormat,
+        watches: &Watches,
+        programs: &[RanProgram],
+        run: &RecordedRun,
+    ) -> io::Result<Self> {
         let text_format = match format {
             ConvertFormat::Csv => TraceFormat::Csv { time: true },
-            ConvertFormat::Vcd | ConvertFormat::Fst => TraceFormat::Vcd,
+            _ => TraceFormat::Vcd,
         };
-        let mut programs = watches.iter();
-        let mut text = match programs.next() {
+        let tables: Vec<_> = programs.iter().map(|program| &program.found.program.tables).collect();
+        let mut of_programs = watches.iter();
+        let mut text = match of_programs.next() {
             Some((watch, executive)) => TraceText::new(watch, text_format, executive.as_ref()),
             None => return Err(io::ErrorKind::InvalidInput.into()),
         };
-        for (watch, executive) in programs {
+        for (watch, executive) in of_programs {
             text.add(watch, executive.as_ref());
         }
         let form = match format {
             ConvertFormat::Fst => Form::Fst(Box::new(Fst::create(path, &text, watches)?)),
+            ConvertFormat::Mcap => {
+                Form::Mcap(Box::new(Mcap::create(path, &text, watches, &tables, run)?))
+            }
             ConvertFormat::Csv | ConvertFormat::Vcd => {
                 let mut out: Box<dyn Write> = if output::is_stdout(path) {
                     Box::new(BufWriter::new(io::stdout()))
@@ -265,8 +284,11 @@ impl Waveform {
     /// keep the values that they had.
     fn program_begins(&mut self, executive: &mut dyn Executive) -> Vec<String> {
         let names: Vec<String> = self.text.names().map(str::to_owned).collect();
+        // Constants of PMI are declared, but are no variables that a name could choose.
+        let declared: HashMap<String, Variable> = executive.declared().into_iter().collect();
         let found = names.iter().enumerate().map(|(index, name)| {
-            let variable = executive.find(name, Purpose::Watch).ok()?;
+            let declared = declared.get(name).copied();
+            let variable = declared.or_else(|| executive.find(name, Purpose::Watch).ok())?;
             self.text.takes(index, variable, executive).then_some(variable)
         });
         self.variables = found.collect();
@@ -274,8 +296,15 @@ impl Waveform {
         named.filter(|(_, variable)| variable.is_none()).map(|(name, _)| name).collect()
     }
 
-    /// Writes what has changed in a tick, which began `time_ns` nanoseconds after the first one.
-    fn tick(&mut self, tick: u64, time_ns: u64, executive: &dyn Executive) -> io::Result<()> {
+    /// Writes what has changed in a tick, which began `time_ns` nanoseconds after the first one of the run, and its events
+    /// where the file has them.
+    fn tick(
+        &mut self,
+        tick: u64,
+        time_ns: u64,
+        executive: &dyn Executive,
+        events: &[Event],
+    ) -> io::Result<()> {
         match &mut self.form {
             Form::Text(out) => {
                 for (index, variable) in self.variables.iter().enumerate() {
@@ -286,6 +315,7 @@ impl Waveform {
                 Ok(())
             }
             Form::Fst(fst) => fst.tick(time_ns, &self.variables, executive),
+            Form::Mcap(mcap) => mcap.tick((tick, time_ns), &self.variables, executive, events),
         }
     }
 
@@ -297,123 +327,7 @@ impl Waveform {
                 out.flush()
             }
             Form::Fst(fst) => fst.finish(time_ns),
+            Form::Mcap(mcap) => mcap.finish(),
         }
-    }
-}
-
-/// How an FST shows a value.
-#[derive(Clone, Copy, PartialEq)]
-enum Shape {
-    Bit,
-    Integer,
-    Real,
-}
-
-/// An FST.
-struct Fst {
-    out: FstBodyWriter<BufWriter<File>>,
-    /// For each variable of the text the signals of its elements.
-    signals: Vec<(Shape, Vec<FstSignalId>)>,
-}
-
-fn io_error(error: FstWriteError) -> io::Error {
-    match error {
-        FstWriteError::Io(error) => error,
-        error => io::Error::other(error),
-    }
-}
-
-impl Fst {
-    fn create(path: &Path, text: &TraceText, watches: &Watches) -> io::Result<Self> {
-        let info = FstInfo {
-            start_time: 0,
-            timescale_exponent: -6,
-            version: concat!("plcc ", env!("CARGO_PKG_VERSION")).into(),
-            date: String::new(),
-            file_type: FstFileType::Verilog,
-        };
-        let mut head = open_fst(path, &info).map_err(io_error)?;
-        head.scope("plc", "plc", FstScopeType::Module).map_err(io_error)?;
-        let mut signals = vec![];
-        for name in text.names() {
-            // The first program that has it says of what kind it is.
-            let of_program = |(watch, executive): &(Watch, Box<dyn Executive + Send>)| {
-                let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
-                Some((executive.get(*variable), executive.is_logical(*variable)))
-            };
-            let Some((value, is_logical)) = watches.iter().find_map(of_program) else { continue };
-            let (elements, float) = match &value {
-                Value::Array(values) => (Some(values.len()), false),
-                value => (None, matches!(value, Value::Float(_))),
-            };
-            let shape = match (is_logical, float) {
-                (true, _) => Shape::Bit,
-                (false, true) => Shape::Real,
-                (false, false) => Shape::Integer,
-            };
-            let (signal, ty) = match shape {
-                Shape::Bit => (FstSignalType::bit_vec(1), FstVarType::Wire),
-                Shape::Integer => (FstSignalType::bit_vec(64), FstVarType::Integer),
-                Shape::Real => (FstSignalType::real(), FstVarType::Real),
-            };
-            let mut add = |name: &str| {
-                head.var(name, signal, ty, FstVarDirection::Implicit, None).map_err(io_error)
-            };
-            let ids = match elements {
-                None => vec![add(name)?],
-                Some(count) => (0..count)
-                    .map(|index| add(&format!("{name}[{index}]")))
-                    .collect::<io::Result<_>>()?,
-            };
-            signals.push((shape, ids));
-        }
-        head.up_scope().map_err(io_error)?;
-        Ok(Self { out: head.finish().map_err(io_error)?, signals })
-    }
-
-    fn tick(
-        &mut self,
-        time_ns: u64,
-        variables: &[Option<Variable>],
-        executive: &dyn Executive,
-    ) -> io::Result<()> {
-        if self.out.size() >= PORTION {
-            self.out.flush().map_err(io_error)?;
-        }
-        self.out.time_change(time_ns / 1000).map_err(io_error)?;
-        for ((shape, ids), variable) in self.signals.iter().zip(variables) {
-            let Some(variable) = variable else { continue };
-            let value = executive.get(*variable);
-            let values = match &value {
-                Value::Array(values) => values.as_slice(),
-                single => std::slice::from_ref(single),
-            };
-            for (id, value) in ids.iter().zip(values) {
-                let bytes = encoded(*shape, value);
-                self.out.signal_change(*id, &bytes).map_err(io_error)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn finish(mut self, time_ns: u64) -> io::Result<()> {
-        self.out.time_change(time_ns / 1000).map_err(io_error)?;
-        let mut file = self.out.finish().map_err(io_error)?;
-        file.flush()
-    }
-}
-
-/// A value as an FST has it: its bits as the characters 0 and 1, or the eight bytes of a double.
-fn encoded(shape: Shape, value: &Value) -> Vec<u8> {
-    let integer = match value {
-        Value::Int(value) => *value,
-        Value::Float(value) => *value as i64,
-        Value::Array(_) => 0,
-    };
-    match (shape, value) {
-        (Shape::Real, Value::Float(value)) => value.to_le_bytes().to_vec(),
-        (Shape::Real, _) => (integer as f64).to_le_bytes().to_vec(),
-        (Shape::Bit, _) => vec![if integer == 0 { b'0' } else { b'1' }],
-        (Shape::Integer, _) => format!("{integer:064b}").into_bytes(),
     }
 }
