@@ -156,7 +156,7 @@ pub enum Command {
 
     // The PMAC terminal.
     /// Execute an on-line command of a PMAC; the answer is in the [reply](Reply::text) and in the
-    /// view of the terminal.
+    /// view of the terminal. The lines of LIST GATHER come in the view alone, as their ticks are run again.
     Online {
         /// The command; control characters as `^A`.
         line: String,

@@ -444,9 +444,20 @@ fn the_pmac_terminal_gathers_from_ticks_that_are_run_again() {
     assert!(answer.starts_with(&format!("ticks {begun} to ")), "{answer}");
     // X:0 counts servo cycles: behind tick n it is n + 1.
     let first = |line: &str| line.split(' ').next().unwrap().parse::<u64>().unwrap();
-    let listed = typed(&mut session, "LIST GATHER 1,2").unwrap();
-    let counts: Vec<u64> = listed.lines().map(first).collect();
-    assert_eq!(counts, [begun + 3, begun + 5]);
+    // The lines come by and by, at least one at each poll; so a long list holds up no display.
+    let lines = |session: &mut crate::Session<'_>| {
+        let Body::Terminal(view) = session.view(&Screen::Terminal).body else { panic!() };
+        let from = view.lines.iter().rposition(|line| line.typed).unwrap();
+        view.lines[from + 1..].iter().map(|line| first(&line.text)).collect::<Vec<u64>>()
+    };
+    assert_eq!(typed(&mut session, "LIST GATHER 1,2").unwrap(), "");
+    assert_eq!(lines(&mut session), []);
+    let past = std::time::Instant::now();
+    assert!(session.list_on(past));
+    assert_eq!(lines(&mut session), [begun + 3]);
+    assert!(session.poll());
+    assert_eq!(lines(&mut session), [begun + 3, begun + 5]);
+    assert!(!session.list_on(past));
     let Body::Scope(scope) = session.view(&Screen::Scope { samples: 10 }).body else { panic!() };
     let names: Vec<_> = scope.channels.iter().map(|channel| channel.name.as_str()).collect();
     assert_eq!((names, scope.from), (vec!["X:$0", "L:$700"], begun));

@@ -4,6 +4,9 @@
 //! values come from running these ticks again. So any number of sources costs the control nothing,
 //! and what was not chosen before can still be gathered afterwards.
 
+use std::collections::VecDeque;
+use std::time::Instant;
+
 use plcc_abi::Tables;
 use plcc_abi::pmac::Controller;
 use plcc_runtime::value::number;
@@ -32,6 +35,14 @@ pub(super) struct Gather {
     /// The first tick, and the one after the last.
     begun: Option<u64>,
     ended: Option<u64>,
+}
+
+/// A list of samples that is being made.
+#[derive(Clone, Debug)]
+pub(super) struct Listing {
+    names: Vec<String>,
+    /// The ticks whose values are not shown yet.
+    ticks: VecDeque<u64>,
 }
 
 /// The variable at a source's address. The guide calls the addresses modified and does not say how; *decided*: as
@@ -71,7 +82,7 @@ impl Session<'_> {
             )),
             "ENDGATHER" | "ENDG" => self.end_gather(),
             "DELETEGATHER" | "DELGAT" => {
-                self.online.gather = Gather::default();
+                (self.online.gather, self.online.listing) = (Gather::default(), None);
                 Ok(String::new())
             }
             _ => return None,
@@ -140,7 +151,9 @@ impl Session<'_> {
         Ok(format!("ticks {begun} to {}, on the scope", ended.saturating_sub(1)))
     }
 
-    /// `LIST GATHER [start][,length]`: a line a sample, with the values of the sources in the order of I21 to I44.
+    /// `LIST GATHER [start][,length]`: a line a sample, with the values of the sources in the order of I21 to I44. The lines
+    /// come in the [view](crate::view::TerminalView) as the ticks are run again, a few at each
+    /// [`poll`](Session::poll), so that a long list holds nobody up.
     fn list_gather(&mut self, range: &str) -> Answer {
         let wrong = || Refusal::new("ERR003: LIST GATHER takes a start and a length");
         let number_of = |text: &str, without: u64| match text {
@@ -158,16 +171,33 @@ impl Session<'_> {
                 (tick < end).then_some(tick)
             })
             .collect::<Vec<u64>>();
-        let mut lines = vec![];
-        for tick in ticks {
-            let values = self.values_after(tick, &names)?;
+        self.online.listing = Some(Listing { names, ticks: ticks.into() });
+        Ok(String::new())
+    }
+
+    /// Runs further ticks of a list again and shows their lines, until a moment, but at least one of them. Gives whether
+    /// there was anything to do.
+    pub(in crate::session) fn list_on(&mut self, until: Instant) -> bool {
+        let Some(mut listing) = self.online.listing.take() else { return false };
+        while let Some(tick) = listing.ticks.pop_front() {
+            let values = match self.values_after(tick, &listing.names) {
+                Ok(values) => values,
+                Err(refusal) => {
+                    self.online.add(false, &refusal.message);
+                    return true;
+                }
+            };
             let values = values.iter().map(|value| match value.is_nan() {
                 true => "?".to_owned(),
                 false => number(*value),
             });
-            lines.push(values.collect::<Vec<_>>().join(" "));
+            self.online.add(false, &values.collect::<Vec<_>>().join(" "));
+            if Instant::now() >= until {
+                break;
+            }
         }
-        Ok(lines.join("\n"))
+        self.online.listing = Some(listing).filter(|listing| !listing.ticks.is_empty());
+        true
     }
 
     /// `^E`: the present values of the sources.

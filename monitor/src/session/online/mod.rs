@@ -35,6 +35,8 @@ pub(super) struct OnlineState {
     motor: u32,
     system: u32,
     gather: gather::Gather,
+    /// The lines of LIST GATHER that are still to come.
+    listing: Option<gather::Listing>,
     /// The last line that was no control character.
     last: String,
 }
@@ -42,7 +44,7 @@ pub(super) struct OnlineState {
 impl Default for OnlineState {
     fn default() -> Self {
         let (gather, last) = (gather::Gather::default(), String::new());
-        Self { lines: vec![], motor: 1, system: 1, gather, last }
+        Self { lines: vec![], motor: 1, system: 1, gather, listing: None, last }
     }
 }
 
