@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod configuration;
+mod killed_records;
 mod outputs;
 mod record;
 mod shop;
