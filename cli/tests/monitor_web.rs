@@ -2,16 +2,16 @@
 #![cfg(all(target_os = "linux", feature = "web"))]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
-use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+mod support;
 
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+
+use support::browser::Site;
+use support::process::{Killed, wait};
+use tungstenite::Message;
 
 /// How many ticks of 20 ms the control runs.
 const TICKS: &str = "250";
@@ -30,59 +30,12 @@ fn lathe(trace: &Path) -> Command {
     command
 }
 
-/// A process that is killed with the test.
-struct Killed(Child);
-
-impl Drop for Killed {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 /// A folder that goes away with the test.
 struct Folder(PathBuf);
 
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-/// What a browser gets for the token: the server's host, the cookie, the key.
-struct Known {
-    host: String,
-    cookie: String,
-    key: String,
-}
-
-impl Known {
-    fn enter(url: &str) -> Self {
-        let (host, query) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();
-        let mut stream = TcpStream::connect(host).unwrap();
-        let request = format!("GET /{query} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
-        stream.write_all(request.as_bytes()).unwrap();
-        let mut response = String::new();
-        stream.read_to_string(&mut response).unwrap();
-        let after = |text: &str| {
-            let rest = response.split_once(text).unwrap_or_else(|| panic!("{response}")).1;
-            rest.split([';', '\r']).next().unwrap().to_owned()
-        };
-        Self { host: host.into(), cookie: after("set-cookie: "), key: after("location: /#key=") }
-    }
-
-    fn connect(&self) -> WebSocket<TcpStream> {
-        let stream = TcpStream::connect(&self.host).unwrap();
-        let timeout = Some(Duration::from_secs(600));
-        stream.set_read_timeout(timeout).unwrap();
-        stream.set_write_timeout(Some(Duration::from_secs(1))).unwrap();
-        let mut request = format!("ws://{}/socket", self.host).into_client_request().unwrap();
-        let headers = request.headers_mut();
-        headers.insert("origin", format!("http://{}", self.host).parse().unwrap());
-        headers.insert("cookie", self.cookie.parse().unwrap());
-        let protocols = format!("plcc-monitor, {}", self.key);
-        headers.insert("sec-websocket-protocol", protocols.parse().unwrap());
-        tungstenite::client(request, stream).unwrap().0
     }
 }
 
@@ -98,19 +51,11 @@ fn browsers_that_flood_hang_and_leave_change_no_tick() {
     command
         .args(["--realtime", "--watchdog", "1h", "--overrun", "catch-up=100000", "--socket"])
         .arg(path("socket"));
-    let mut control = Killed(command.stderr(Stdio::null()).spawn().unwrap());
-    let start = Instant::now();
-    while !path("socket").exists() {
-        assert!(start.elapsed() < Duration::from_secs(600), "the control does not start");
-        thread::sleep(Duration::from_millis(5));
-    }
+    let mut control = Killed::spawn(command.stderr(Stdio::null()));
+    wait("the control's socket", || path("socket").exists().then_some(()));
     let mut command = plcc();
     command.arg("monitor").arg(path("socket")).arg("--web=127.0.0.1:0");
-    command.env("XDG_STATE_HOME", &folder.0).stderr(Stdio::piped());
-    let mut monitor = Killed(command.spawn().unwrap());
-    let mut line = String::new();
-    BufReader::new(monitor.0.stderr.take().unwrap()).read_line(&mut line).unwrap();
-    let known = Known::enter(line.split_whitespace().find(|word| word.contains("token")).unwrap());
+    let known = Site::open(command.env("XDG_STATE_HOME", &folder.0));
 
     // One page is shown values, one never reads what it is sent, two flood, one sends what is too long.
     let mut page = known.connect();

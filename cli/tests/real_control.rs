@@ -4,68 +4,26 @@
 #![cfg(all(target_os = "linux", feature = "web"))]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+mod support;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use rustix::process::{Pid, Signal, kill_process};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{Winsize, tcsetwinsize};
+use rustix::process::Signal;
 use serde_json::{Value as Json, json};
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
-
-/// How long a state is waited for that must come. It is no measure of anything: it ends a test that hangs.
-const PATIENCE: Duration = Duration::from_secs(240);
+use support::browser::Page;
+use support::debug_client::Client;
+use support::process::{Killed, plcrt, wait};
+use support::terminal::Terminal;
 
 /// B follows A, and N counts scans.
 const PROGRAM: &str =
     "$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$INTEGER\nN\n$END\nN=N+1\nIF (N>30000)\nN=0\nENDIF\nB=A\n";
-
-/// `plcrt`, built from the sources under test.
-fn plcrt() -> PathBuf {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    let folder = BUILT.get_or_init(|| {
-        let profile = Path::new(env!("CARGO_BIN_EXE_plcc")).parent().unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
-        cargo.arg(profile.parent().unwrap());
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.to_owned()
-    });
-    folder.join("plcrt")
-}
-
-/// Waits until something is there.
-fn wait<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let begun = Instant::now();
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(begun.elapsed() < PATIENCE, "{what} did not come");
-        thread::sleep(Duration::from_millis(20));
-    }
-}
-
-/// A process that is killed with the test.
-struct Killed(Child);
-
-impl Drop for Killed {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 /// A folder with the program's artifact, which goes away with the test.
 struct Shop(PathBuf);
@@ -94,7 +52,7 @@ impl Shop {
 
     fn plcc(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plcc"));
-        command.current_dir(&self.0).env("XDG_STATE_HOME", &self.0).env("TERM", "xterm");
+        command.current_dir(&self.0).env("XDG_STATE_HOME", &self.0);
         command
     }
 
@@ -103,9 +61,9 @@ impl Shop {
         let mut command = Command::new(plcrt());
         command.args(["p.plcx", "--realtime", "--no-supervisor", "--overrun", "catch-up=1000000"]);
         command.args(["--watchdog", "1h", "--socket", "socket"]).args(options).current_dir(&self.0);
-        let mut control = Killed(command.stderr(Stdio::null()).spawn().unwrap());
+        let mut control = Killed::spawn(command.stderr(Stdio::null()));
         wait("the control's socket", || {
-            assert!(control.0.try_wait().unwrap().is_none(), "the control has ended");
+            assert!(control.is_running(), "the control has ended");
             UnixStream::connect(self.0.join("socket")).ok()
         });
         control
@@ -113,28 +71,7 @@ impl Shop {
 
     /// A monitor of the control in a pseudo-terminal.
     fn terminal(&self, options: &[&str]) -> Terminal {
-        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-        let master = openpt(flags).unwrap();
-        grantpt(&master).unwrap();
-        unlockpt(&master).unwrap();
-        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-        tcsetwinsize(&master, size).unwrap();
-        let name = ptsname(&master, vec![]).unwrap().into_string().unwrap();
-        let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
-        let mut command = self.plcc();
-        command.args(["monitor", "socket"]).args(options).stdin(end()).stdout(end());
-        let process = Killed(command.stderr(Stdio::null()).spawn().unwrap());
-        let keys = File::from(master);
-        let mut reader = keys.try_clone().unwrap();
-        let output = Arc::new(Mutex::new(String::new()));
-        let into = Arc::clone(&output);
-        thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            while let Ok(count @ 1..) = reader.read(&mut bytes) {
-                into.lock().unwrap().push_str(&String::from_utf8_lossy(&bytes[..count]));
-            }
-        });
-        Terminal { process, keys, output }
+        Terminal::open(self.plcc().args(["monitor", "socket"]).args(options))
     }
 
     /// A browser's page of a monitor of its own, which is ended with it.
@@ -144,98 +81,16 @@ impl Shop {
 
     /// A page of a monitor that shows something else than the control.
     fn page_of(&self, target: &str, options: &[&str]) -> Page {
-        let mut command = self.plcc();
-        command.args(["monitor", target, "--web=127.0.0.1:0"]).args(options);
-        let mut process = Killed(command.stderr(Stdio::piped()).spawn().unwrap());
-        let mut lines = BufReader::new(process.0.stderr.take().unwrap()).lines();
-        let line = lines.find_map(|line| line.ok().filter(|line| line.contains("token"))).unwrap();
-        let url = line.split_whitespace().find(|word| word.contains("token")).unwrap();
-        let (host, query) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();
-        let mut stream = TcpStream::connect(host).unwrap();
-        let request = format!("GET /{query} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
-        stream.write_all(request.as_bytes()).unwrap();
-        let mut response = String::new();
-        stream.read_to_string(&mut response).unwrap();
-        let after = |text: &str| {
-            let rest = response.split_once(text).unwrap_or_else(|| panic!("{response}")).1;
-            rest.split([';', '\r']).next().unwrap().to_owned()
-        };
-        let (cookie, key) = (after("set-cookie: "), after("location: /#key="));
-        let stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let mut request = format!("ws://{host}/socket").into_client_request().unwrap();
-        let headers = request.headers_mut();
-        headers.insert("origin", format!("http://{host}").parse().unwrap());
-        headers.insert("cookie", cookie.parse().unwrap());
-        let protocols = format!("plcc-monitor, {key}");
-        headers.insert("sec-websocket-protocol", protocols.parse().unwrap());
-        let socket = tungstenite::client(request, stream).unwrap().0;
-        // Whoever reads what the monitor says must go on, or the monitor would have to wait.
-        thread::spawn(move || lines.for_each(drop));
-        Page { _process: process, socket, id: 0 }
-    }
-}
-
-/// A monitor in a pseudo-terminal.
-struct Terminal {
-    process: Killed,
-    keys: File,
-    output: Arc<Mutex<String>>,
-}
-
-impl Terminal {
-    /// Waits until a text was drawn since the last call.
-    fn wait_for(&self, text: &str) {
-        wait(text, || {
-            let mut output = self.output.lock().unwrap();
-            let found = output.contains(text);
-            if found {
-                output.clear();
-            }
-            found.then_some(())
-        });
+        Page::open(self.plcc().args(["monitor", target, "--web=127.0.0.1:0"]).args(options))
     }
 
-    fn press(&mut self, keys: &str) {
-        self.keys.write_all(keys.as_bytes()).unwrap();
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.process.0), signal).unwrap();
-    }
-}
-
-/// A browser's page.
-struct Page {
-    _process: Killed,
-    socket: WebSocket<TcpStream>,
-    id: u64,
-}
-
-impl Page {
-    /// Sends a message with a number of its own, and gives the answer to it.
-    fn send(&mut self, mut message: Json) -> Json {
-        self.id += 1;
-        message["id"] = self.id.into();
-        self.socket.send(Message::text(message.to_string())).unwrap();
-        loop {
-            let Message::Text(text) = self.socket.read().unwrap() else { continue };
-            let answer: Json = serde_json::from_str(&text).unwrap();
-            if answer["id"] == self.id {
-                return answer;
-            }
-        }
-    }
-
-    /// The row of an input or output, once it is as `is` says.
-    fn row(&mut self, name: &str, is: impl Fn(&Json) -> bool) -> Json {
-        wait(name, || {
-            let answer = self.send(json!({"ask": {"screen": "io"}}));
-            // As long as the connection comes up there is a reason instead of windows.
-            let windows = answer["view"]["body"]["windows"].as_array().cloned().unwrap_or_default();
-            let rows = windows.iter().filter_map(|window| window["rows"].as_array()).flatten();
-            rows.filter(|row| row["name"] == name).find(|row| is(row)).cloned()
-        })
+    /// An editor that debugs a record.
+    fn editor(&self, record: Json) -> Client {
+        let mut editor = Client::in_folder(&self.0);
+        editor.ask("attach", record);
+        editor.ask("configurationDone", json!({}));
+        editor.event("stopped");
+        editor
     }
 }
 
@@ -254,9 +109,9 @@ fn a_real_control_is_overridden_from_a_browser_and_the_terminal_shows_it() {
     wait_for_record(&shop);
     let mut page = shop.page(&["--record", "r.plcrec"]);
     let mut terminal = shop.terminal(&["--record", "r.plcrec"]);
-    terminal.wait_for("p.pmi (PMI)");
+    terminal.wait_for_new("p.pmi (PMI)");
     terminal.press("3");
-    terminal.wait_for("Outputs");
+    terminal.wait_for_new("Outputs");
 
     // The warning of PMI 5.3 comes first.
     let force = |name: &str, value: &str| json!({"apply": {"command": "force", "name": name, "value": value}});
@@ -268,7 +123,7 @@ fn a_real_control_is_overridden_from_a_browser_and_the_terminal_shows_it() {
     page.send(force("B", "1"));
     let row = page.row("B", |row| row["forced"] == "1" && row["physical"] == "1");
     assert_eq!(row["logical"], "0", "{row}");
-    terminal.wait_for("1 OVERRIDE");
+    terminal.wait_for_new("1 OVERRIDE");
 
     // An input is seen by the program, which assigns it to the output.
     page.send(force("A", "1"));
@@ -276,7 +131,7 @@ fn a_real_control_is_overridden_from_a_browser_and_the_terminal_shows_it() {
     assert_eq!(row["physical"], "0", "{row}");
     page.row("B", |row| row["logical"] == "1");
     // Only cells that change are written, so the text comes in pieces.
-    terminal.wait_for("2 OVER");
+    terminal.wait_for_new("2 OVER");
 
     // What the terminal ends is ended for the browser too.
     terminal.press("X");
@@ -390,12 +245,6 @@ fn ticks(shop: &Shop) -> u64 {
     reply(shop, json!({"request": "status"}))["result"]["ticks"].as_u64().unwrap()
 }
 
-/// Ends a control as a service manager does.
-fn end(control: &mut Killed) {
-    kill_process(Pid::from_child(&control.0), Signal::TERM).unwrap();
-    assert!(control.0.wait().unwrap().code().is_some());
-}
-
 #[test]
 fn monitors_that_hang_flood_and_leave_change_no_tick() {
     let shop = Shop::new("hang");
@@ -407,10 +256,10 @@ fn monitors_that_hang_flood_and_leave_change_no_tick() {
     wait_for_record(&shop);
     // One monitor stops in its middle, one is killed, one goes on.
     let hanging = shop.terminal(&["--record", "r.plcrec"]);
-    hanging.wait_for("p.pmi (PMI)");
+    hanging.wait_for_new("p.pmi (PMI)");
     hanging.signal(Signal::STOP);
     let leaving = shop.terminal(&["--record", "r.plcrec"]);
-    leaving.wait_for("p.pmi (PMI)");
+    leaving.wait_for_new("p.pmi (PMI)");
     leaving.signal(Signal::KILL);
     let mut page = shop.page(&["--record", "r.plcrec"]);
     page.send(json!({"ask": {"screen": "timing"}}));
@@ -436,7 +285,7 @@ fn monitors_that_hang_flood_and_leave_change_no_tick() {
         flood.join().unwrap();
     }
     wait("the end of the stimulus", || (ticks(&shop) > 250).then_some(()));
-    end(&mut control);
+    control.end();
     hanging.signal(Signal::CONT);
 
     // The same program alone, in simulated time, for as many ticks: N changes in each, so the last row tells the last.
@@ -465,7 +314,7 @@ fn record_with_online_change(shop: &Shop) -> u64 {
     assert_eq!(done["ok"], true, "{done}");
     let changed = done["result"]["ticks"].as_u64().unwrap();
     wait("some more ticks", || (ticks(shop) > changed + 20).then_some(()));
-    end(&mut control);
+    control.end();
     changed
 }
 
@@ -517,50 +366,46 @@ fn a_monitor_shows_each_tick_with_the_program_that_ran_it() {
 fn the_debugger_steps_from_one_program_to_the_other_over_an_online_change() {
     let shop = Shop::new("steps");
     let changed = record_with_online_change(&shop);
-    let mut editor = Editor::attach(&shop, json!({"recording": "r.plcrec"}));
-    // Tick, line and text of the source at the position.
-    let place = |editor: &mut Editor| {
-        let stack = editor.ask("stackTrace", json!({"threadId": 1}));
-        let frame = &stack["body"]["stackFrames"][0];
-        let source = editor.ask("source", json!({"source": frame["source"], "sourceReference": 0}));
-        let text = source["body"]["content"].as_str().unwrap_or_else(|| panic!("{source}"));
-        let tick = editor.ask("plcc/position", json!({}))["body"]["tick"].as_u64().unwrap();
-        let line = frame["line"].as_u64().unwrap();
-        (tick, text.lines().nth(line as usize - 1).unwrap().to_owned())
+    let mut editor = shop.editor(json!({"recording": "r.plcrec"}));
+    let thread = || json!({"threadId": 1});
+    // The tick, and the text of the statement's line.
+    let place = |editor: &mut Client| {
+        let frame = editor.ask("stackTrace", thread())["stackFrames"][0].clone();
+        let source = json!({"source": frame["source"], "sourceReference": 0});
+        let source = editor.ask("source", source);
+        let text = source["content"].as_str().unwrap_or_else(|| panic!("{source}"));
+        let tick = editor.ask("plcc/position", json!({}))["tick"].as_u64().unwrap();
+        let line = frame["line"].as_u64().unwrap() as usize;
+        (tick, text.lines().nth(line - 1).unwrap().to_owned())
     };
-    let position = editor.ask("plcc/position", json!({}));
-    assert_eq!(position["body"]["firstTick"], 0, "{position}");
-    editor.console(&format!("tick {changed}"));
+    assert_eq!(editor.ask("plcc/position", json!({}))["firstTick"], 0);
+    editor.console_go(&format!("tick {changed}"));
     assert_eq!(place(&mut editor), (changed, "M=-1".into()));
-    assert_eq!(editor.console("M")["body"]["result"], "0");
-    editor.ask("stepBack", json!({"threadId": 1}));
+    assert_eq!(editor.value("M"), "0");
+    editor.go("stepBack", thread());
     assert_eq!(place(&mut editor), (changed - 1, "B=A".into()));
-    let unknown = editor.console("M");
-    assert_eq!(unknown["success"], false, "{unknown}");
-    editor.ask("stepIn", json!({"threadId": 1}));
+    assert_eq!(editor.console("M")["success"], false);
+    editor.go("stepIn", thread());
     assert_eq!(place(&mut editor), (changed, "M=-1".into()));
     // The statement that wrote N last is one of the old program, which has no M.
-    editor.console("writer N");
+    editor.console_go("writer N");
     assert_eq!(place(&mut editor), (changed - 1, "N=N+1".into()));
-    editor.console(&format!("tick {changed}"));
+    editor.console_go(&format!("tick {changed}"));
     let unknown = editor.console("writer M");
     let why = unknown["message"].as_str().unwrap_or_default();
     assert!(why.contains("has no such variable"), "{unknown}");
     assert_eq!(place(&mut editor), (changed, "M=-1".into()));
 
     // A breakpoint on a line is met in both.
-    let source = json!({"path": "p.pmi"});
-    let set = json!({"source": source, "breakpoints": [{"line": 9}]});
+    let set = json!({"source": {"path": "p.pmi"}, "breakpoints": [{"line": 9}]});
     let set = editor.ask("setBreakpoints", set);
-    assert_eq!(set["body"]["breakpoints"][0]["verified"], true, "{set}");
-    for (tick, line) in [(changed - 1, "IF (N>30000)"), (changed - 2, "IF (N>30000)")] {
-        editor.ask("reverseContinue", json!({"threadId": 1}));
-        editor.wait_for_event("stopped");
-        assert_eq!(place(&mut editor), (tick, line.into()));
+    assert_eq!(set["breakpoints"][0]["verified"], true, "{set}");
+    for tick in [changed - 1, changed - 2] {
+        assert_eq!(editor.go("reverseContinue", thread()), ("breakpoint".into(), tick, 9));
+        assert_eq!(place(&mut editor), (tick, "IF (N>30000)".into()));
     }
     for (tick, line) in [(changed - 1, "IF (N>30000)"), (changed, "M=-1")] {
-        editor.ask("continue", json!({"threadId": 1}));
-        editor.wait_for_event("stopped");
+        assert_eq!(editor.go("continue", thread()), ("breakpoint".into(), tick, 9));
         assert_eq!(place(&mut editor), (tick, line.into()));
     }
 }
@@ -599,82 +444,12 @@ fn a_table_goes_on_over_an_online_change() {
     convert(&["--to", "mcap", "-o", "out.mcap"]);
 }
 
-/// An editor that debugs the record of the control; `ask` sends a request and gives its whole answer.
-struct Editor {
-    process: Killed,
-    from: BufReader<std::process::ChildStdout>,
-    seq: u64,
-    /// The events that came, by their names, and were not waited for yet.
-    events: Vec<String>,
-}
-
-impl Editor {
-    fn attach(shop: &Shop, record: Json) -> Self {
-        let mut command = shop.plcc();
-        command.arg("debug").stdin(Stdio::piped()).stdout(Stdio::piped());
-        let mut process = Killed(command.spawn().unwrap());
-        let from = BufReader::new(process.0.stdout.take().unwrap());
-        let mut editor = Self { process, from, seq: 0, events: vec![] };
-        editor.ask("initialize", json!({"adapterID": "plcc"}));
-        let attached = editor.ask("attach", record);
-        assert_eq!(attached["success"], true, "{attached}");
-        editor.ask("configurationDone", json!({}));
-        editor.wait_for_event("stopped");
-        editor
-    }
-
-    fn ask(&mut self, command: &str, arguments: Json) -> Json {
-        self.seq += 1;
-        let request =
-            json!({"seq": self.seq, "type": "request", "command": command, "arguments": arguments});
-        let text = request.to_string();
-        let to = self.process.0.stdin.as_mut().unwrap();
-        write!(to, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
-        to.flush().unwrap();
-        // A stop before this request is none that it brings about.
-        self.events.clear();
-        loop {
-            let message = self.message();
-            if message["type"] == "response" && message["request_seq"] == self.seq {
-                return message;
-            }
-        }
-    }
-
-    /// The next message; events are kept.
-    fn message(&mut self) -> Json {
-        let mut line = String::new();
-        self.from.read_line(&mut line).unwrap();
-        let length = line.trim().strip_prefix("Content-Length: ").unwrap().parse().unwrap();
-        self.from.read_line(&mut line).unwrap();
-        let mut text = vec![0; length];
-        self.from.read_exact(&mut text).unwrap();
-        let message: Json = serde_json::from_slice(&text).unwrap();
-        if let Some(event) = message["event"].as_str() {
-            self.events.push(event.to_owned());
-        }
-        message
-    }
-
-    /// Waits for an event that comes after the last request.
-    fn wait_for_event(&mut self, name: &str) {
-        while !self.events.iter().any(|event| event == name) {
-            self.message();
-        }
-    }
-
-    /// Types a line into the debug console.
-    fn console(&mut self, line: &str) -> Json {
-        self.ask("evaluate", json!({"expression": line, "context": "repl"}))
-    }
-}
-
 #[test]
 fn the_debugger_sets_variables_of_the_control_whose_record_it_shows() {
     let shop = Shop::new("debug");
     let _control = shop.control(&["--record", "r.plcrec", "--allow", "write"]);
     wait_for_record(&shop);
-    let mut editor = Editor::attach(&shop, json!({"recording": "r.plcrec", "socket": "socket"}));
+    let mut editor = shop.editor(json!({"recording": "r.plcrec", "socket": "socket"}));
     let answer = editor.console("set N=-30000");
     let text = answer["body"]["result"].as_str().unwrap_or_else(|| panic!("{answer}"));
     assert!(text.starts_with("N becomes -30000 before tick "), "{text}");
@@ -687,9 +462,7 @@ fn the_debugger_sets_variables_of_the_control_whose_record_it_shows() {
     assert!(refused["message"].as_str().unwrap().contains("--allow force"), "{refused}");
     // The record shows it when it has come so far: the statement that reads N sees the new value.
     wait("the change in the record", || {
-        editor.ask("continue", json!({"threadId": 1}));
-        let value = editor.ask("evaluate", json!({"expression": "N", "context": "watch"}));
-        let value = value["body"]["result"].as_str().unwrap_or_default().to_owned();
-        value.starts_with('-').then_some(())
+        editor.go("continue", json!({"threadId": 1}));
+        editor.value("N").starts_with('-').then_some(())
     });
 }

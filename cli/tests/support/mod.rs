@@ -1,7 +1,14 @@
-//! Runs the binary in a folder of its own.
+//! Runs the binary in a folder of its own. `process` has processes that end with their test, `terminal` a pseudo-terminal,
+//! `browser` a browser of the monitor's page, `debug_client` an editor that debugs.
 
 // Not every test uses all of it.
 #![allow(dead_code)]
+
+pub(crate) mod browser;
+pub(crate) mod debug_client;
+pub(crate) mod process;
+#[cfg(target_os = "linux")]
+pub(crate) mod terminal;
 
 use std::ffi::OsStr;
 use std::fs;
