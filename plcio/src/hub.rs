@@ -52,6 +52,7 @@ impl ControlState {
     }
 
     /// Whether the values are those of a control that does its work.
+    #[cfg(feature = "mqtt")]
     pub(crate) fn is_alive(self) -> bool {
         matches!(self, Self::Running | Self::Stopped)
     }
