@@ -156,12 +156,13 @@ pub fn points(
                 if let Some(line) = given.insert(symbol.outside(), entry.line) {
                     wrong(format!("`{name}` is given by the entry of line {line} already"));
                 }
-            } else if let Some(address) = &point.address
-                && let Some(line) = driven.insert(address.place(), entry.line)
-            {
-                wrong(format!(
-                    "the point of `{name}` is driven by the entry of line {line} already"
-                ));
+            } else if let Some(address) = &point.address {
+                let line = *driven.entry(address.place()).or_insert(entry.line);
+                if line != entry.line {
+                    wrong(format!(
+                        "the point of `{name}` is driven by the entry of line {line} already"
+                    ));
+                }
             }
             checked.points.push(point);
         }
