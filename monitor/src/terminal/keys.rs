@@ -115,6 +115,7 @@ pub(super) const HELP: &[&str] = &[
     "S                                     the speed of a program (1: real time, 0: as fast as possible)",
     "N a o  /                              name, all and next occurrence; search",
     "Insert, Delete                        add or remove a watched variable",
+    "B (with the watched variables)        take the last change of a delay or constant back",
     "",
     "_underlined_ is true. A point before a line: this scan has not executed it.",
     "An override is shown in reverse and with an exclamation mark.",
