@@ -2,7 +2,13 @@
 //! `browser` a browser of the monitor's page, `debug_client` an editor that debugs.
 
 // Not every test uses all of it.
-#![allow(dead_code)]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing
+)]
 
 pub(crate) mod browser;
 pub(crate) mod debug_client;
