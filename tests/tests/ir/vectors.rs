@@ -194,7 +194,8 @@ fn program(seed: u64) -> Module {
         let shape = w.shape(is_truth, 3);
         rows.push((is_truth, w.rng.below(COUNT), shape));
     }
-    let lanes = 4 + w.rng.below(30);
+    // Often as many as fill vectors, since a choice of a number needs that.
+    let lanes = if w.rng.chance(50) { 8 * (1 + w.rng.below(4)) } else { 4 + w.rng.below(30) };
     let by_lane = w.rng.chance(50);
     // A number that each lane of the first row may choose, if that row has truth values.
     let mut chosen = w.rng.chance(40).then(|| w.load(number, 0));
