@@ -94,6 +94,14 @@ fn regions() -> Vec<Region> {
     ]
 }
 
+/// The operations with one integer, and its types.
+const INTEGER_UNARY: [(UnaryOp, &[Type]); 4] = [
+    (UnaryOp::Not, &INTEGERS),
+    (UnaryOp::Neg, &INTEGERS),
+    (UnaryOp::SpreadBits, &[Type::I64]),
+    (UnaryOp::GatherBits, &[Type::I64]),
+];
+
 /// Where a value of a type lies: its address in the IR, and its offset in the image.
 fn place(ty: Type, offset: u32) -> (Address, u32) {
     match ty {
@@ -229,8 +237,8 @@ fn operations_on_truth_values_give_what_eval_gives() {
 
 #[test]
 fn unary_integer_operations_give_what_eval_gives() {
-    for op in [UnaryOp::Not, UnaryOp::Neg] {
-        for ty in INTEGERS {
+    for (op, types) in INTEGER_UNARY {
+        for &ty in types {
             let what = format!("{}.{ty}", op.name());
             check(
                 &what,
@@ -271,7 +279,7 @@ fn operations_on_doubles_give_what_eval_gives() {
             |x, y| eval::binary(op, ty, x, y),
         );
     }
-    for &op in UnaryOp::ALL.iter().filter(|&&op| !matches!(op, UnaryOp::Not | UnaryOp::Neg)) {
+    for &op in UnaryOp::ALL.iter().filter(|op| !INTEGER_UNARY.iter().any(|(of, _)| of == *op)) {
         check(
             op.name(),
             [ty, Type::I1],

@@ -149,6 +149,16 @@ impl ChunkBuilder {
         })
     }
 
+    /// The number of the function at this point of the program.
+    pub fn function_number(&self) -> usize {
+        self.finished.len()
+    }
+
+    /// How many instructions the function at this point of the program has so far.
+    pub fn function_length(&self) -> usize {
+        self.current.func().inst_count()
+    }
+
     /// Sets after how many instructions a new function begins, from here on.
     pub fn set_limit(&mut self, limit: usize) {
         self.limit = limit;

@@ -19,7 +19,7 @@ mod variables;
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{exec, region};
-use plcc_abi::pmac::{Assumption, Direct, Layout, Range};
+use plcc_abi::pmac::{Assumption, Direct, Field, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
@@ -32,12 +32,38 @@ use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::Regions;
 
-/// The number of instructions after which a new function begins. Most of those on bits go away when bits
-/// become bytes (the pass `byte-bits`), which are unpacked and packed once in each function, so that few long ones are
-/// better than many short ones.
-const CHUNK: usize = 24_000;
-/// The same for general code beside specialised code, which calls the host and seldom runs.
-const GENERAL_CHUNK: usize = 3000;
+/// The number of instructions after which a new function begins.
+const CHUNK: usize = 3000;
+/// The same where much of the function works on single bits. Most of these instructions go away when bits become
+/// bytes (the pass `byte-bits`), which are unpacked and packed once in each function, so that few long ones are
+/// better than many short ones. Other code takes more time and memory to compile in long functions, and gains nothing.
+const BIT_CHUNK: usize = 24_000;
+/// A function works much on single bits if it reads or writes one in so many instructions at least.
+const INSTRUCTIONS_PER_BIT: usize = 16;
+
+/// How often the current function reads or writes a single bit of a word.
+#[derive(Default)]
+pub(crate) struct SingleBits {
+    /// The function's number.
+    function: usize,
+    count: usize,
+}
+
+impl SingleBits {
+    /// Counts a field that the function at the builder's end reads or writes.
+    pub(crate) fn add(&mut self, builder: &ChunkBuilder, field: Field) {
+        if self.function != builder.function_number() {
+            *self = Self { function: builder.function_number(), count: 0 };
+        }
+        self.count += usize::from(field.width == 1);
+    }
+
+    /// Whether the function at the builder's end works much on single bits.
+    fn are_many(&self, builder: &ChunkBuilder) -> bool {
+        self.function == builder.function_number()
+            && self.count * INSTRUCTIONS_PER_BIT >= builder.function_length()
+    }
+}
 
 /// Whether a task's statements choose a coordinate system by ADDRESS. Texts of COMMAND always
 /// count: they address the coordinate system of the PLC that gives the command.
@@ -99,6 +125,7 @@ pub(crate) fn lower(
         specialised: false,
         has_specialised_code: false,
         may_change_definitions: false,
+        single_bits: SingleBits::default(),
         stack: Vec::new(),
     };
     for id in (0..sources.len() as u32).map(FileId) {
@@ -139,6 +166,8 @@ pub(crate) struct Lowerer<'a> {
     has_specialised_code: bool,
     /// Whether what has been emitted of the current statement may change a definition.
     pub(crate) may_change_definitions: bool,
+    /// How often the current function works on single bits.
+    pub(crate) single_bits: SingleBits,
     /// The operands of the current expression; kept here so that its memory is used again.
     pub(crate) stack: Vec<Operand>,
 }
@@ -239,7 +268,6 @@ impl Lowerer<'_> {
         // If there is specialised code, it may go over to any statement of the general code.
         let entered = !self.specialised && self.assumes_definitions(code);
         self.has_specialised_code = entered;
-        self.builder.set_limit(if entered { GENERAL_CHUNK } else { CHUNK });
         let targets = branch_targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
@@ -280,6 +308,10 @@ impl Lowerer<'_> {
         let (span, _) = self.download.origins.place(stmt.at);
         let line = self.sources.line(span.file, span.start);
         let (start, end) = (span.start, span.end);
+        let works_on_bits = self.single_bits.are_many(&self.builder);
+        // General code beside specialised code calls the host and seldom runs.
+        let long = works_on_bits && !self.has_specialised_code;
+        self.builder.set_limit(if long { BIT_CHUNK } else { CHUNK });
         self.builder.statement(Statement { file: span.file.0, line, start, end });
         self.builder.ins().set_optimize_for_size(self.has_specialised_code);
     }

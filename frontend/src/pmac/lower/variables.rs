@@ -118,6 +118,7 @@ impl Lowerer<'_> {
         let at = match place {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
+                self.single_bits.add(&self.builder, field);
                 let b = self.builder.ins();
                 let value = field::read_field(b, at, field);
                 return Operand::integer(b, value);
@@ -300,6 +301,7 @@ impl Lowerer<'_> {
         let at = match place {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
+                self.single_bits.add(&self.builder, field);
                 let b = self.builder.ins();
                 let bits = value.bits(b)?;
                 field::write_field(b, at, field, bits);
@@ -371,6 +373,7 @@ impl Lowerer<'_> {
         Ok(match self.layout.place(space, address) {
             Place::Word(offset) => {
                 let at = self.word_address(offset - self.layout.words, address);
+                self.single_bits.add(&self.builder, field);
                 field::read_field(self.builder.ins(), at, field)
             }
             _ => {
@@ -393,6 +396,7 @@ impl Lowerer<'_> {
         let (space, address, field) = self.l_field(number)?;
         if let Place::Word(offset) = self.layout.place(space, address) {
             let at = self.word_address(offset - self.layout.words, address);
+            self.single_bits.add(&self.builder, field);
             field::write_field(self.builder.ins(), at, field, bits);
             return Ok(());
         }
