@@ -151,7 +151,8 @@ impl Lowering<'_> {
 
     /// The conditions of a guard, each of which gets a branch of its own: to the cold block from any of
     /// them. A branch takes two instructions fewer than it takes to make a truth value of a comparison
-    /// and join it with others. For other branches there is one condition.
+    /// and join it with others. For other branches there is one condition. What was joined in 32 bits already stays
+    /// as it is: a load that became part of it is no value of its own any more.
     fn separate_conditions(
         &self,
         cond: Value,
@@ -167,7 +168,10 @@ impl Lowering<'_> {
         while let Some(value) = pending.pop() {
             match self.func.def_inst(value) {
                 Some(&InstData::Binary { op: joined, args: [a, b] })
-                    if joined == op && !self.cold && self.use_count(value) == 1 =>
+                    if joined == op
+                        && !self.cold
+                        && self.use_count(value) == 1
+                        && !self.truth_values.is_wide(value) =>
                 {
                     pending.extend([b, a]);
                 }

@@ -4,6 +4,7 @@
 use cranelift_codegen::ir::Function;
 use cranelift_frontend::FunctionBuilderContext;
 use plcc_ir::Module;
+use plcc_ir::passes::{Pass, PassSet};
 use plcc_ir::text::parse;
 
 use crate::{InternalError, Target};
@@ -162,4 +163,16 @@ fn traps_of_a_function_share_their_exit() {
     );
     let text = clif(&parse(&text).unwrap()).unwrap();
     assert_eq!(text.matches("return").count(), 1, "{text}");
+}
+
+/// A guard's conditions have branches of their own unless they were joined in 32 bits, where the load of one
+/// of them is part of the instruction that joins them.
+#[test]
+fn conditions_of_a_guard_that_were_joined_in_32_bits_are_not_computed_again() {
+    let text = "image 16\nregion bits at 0 size 16 bits\ntask \"scan\" L0\nfn \"f\" {\nblock0 (L0):\n\
+                v0: i1 = iconst 0\nv1: i1 = load bits:12\nv2: i1 = and v0, v1\nbrif v2, block1, block2\n\
+                block1:\nreturn\nblock2 cold:\nreturn\n}\n";
+    let mut module = parse(text).unwrap();
+    module.passes = PassSet::NONE.with(Pass::WideBits);
+    assert_eq!(lower(&module), Ok(()));
 }

@@ -66,7 +66,7 @@ impl TruthValues {
     }
 
     /// Whether a value is in 32 bits, or can be loaded so.
-    fn is_wide(&self, value: Value) -> bool {
+    pub(super) fn is_wide(&self, value: Value) -> bool {
         self.wide.get(value.index()).is_some_and(Option::is_some) || self.is_waiting(value)
     }
 
