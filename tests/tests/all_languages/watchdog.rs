@@ -153,13 +153,18 @@ fn a_straight_scan_is_stopped_between_two_chunks() {
         for way in [Way::Statements, Way::IrSpeed, Way::JitSpeed, Way::Artifact] {
             let args = "--ticks 100000000 --watchdog 1us --watch *";
             let args = if file == "a.pmi" { args } else { "--ticks 100000000 --watchdog 1us" };
-            let (status, _, stop, message) = run(file, source, way, args, |engine| engine);
-            assert_eq!((status, stop.as_str()), (3, code), "{file} {way:?}");
-            assert!(message.contains(part), "{file} {way:?}: {message}");
-            let line = message.split_once("it was stopped in line ").map(|(_, rest)| rest);
-            let line: usize = line.unwrap().split(' ').next().unwrap().parse().unwrap();
+            // If the time is over in the last chunk, the scan has ended when that is noticed, and no line is
+            // named. Such a run is made again.
+            let line = (0..100).find_map(|_| {
+                let (status, _, stop, message) = run(file, source, way, args, |engine| engine);
+                assert_eq!((status, stop.as_str()), (3, code), "{file} {way:?}");
+                assert!(message.contains(part), "{file} {way:?}: {message}");
+                let (_, rest) = message.split_once("it was stopped in line ")?;
+                Some(rest.split(' ').next().unwrap().parse::<usize>().unwrap())
+            });
+            let line = line.unwrap();
             let lines = source.lines().count();
-            assert!((2..=lines).contains(&line), "{file} {way:?}: {message}");
+            assert!((2..=lines).contains(&line), "{file} {way:?}: line {line}");
         }
     }
 }
