@@ -60,6 +60,7 @@ mod gates;
 mod graph;
 mod if_convert;
 mod image_bytes;
+mod index_bounds;
 mod integers;
 mod narrow;
 mod packed_bits;

@@ -21,20 +21,17 @@
 //! A row is made of statements that stand one behind the other in a block, of which
 //! [`speculate_statement`](super::speculate_statement) has written each as a whole twice.
 
-use plcc_abi::IntegerForm;
-
 use super::float_range::FloatRange;
+use super::index_bounds::index_bounds;
 use super::speculate::{Rest, Speculate};
 use super::speculate_statement::{Checks, is_int32};
-use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
-use crate::{
-    Address, BinaryOp, Block, BlockCall, ConvertOp, Inst, InstData, Terminator, Type, Value,
-};
+use super::speculation_plan::{Check, MAX_STATEMENT};
+use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
 /// No more variables than this are kept in mind, so that the time is linear.
 const MAX_KNOWN: usize = 64;
 
-/// The bounds of an index are found through so many instructions.
+/// The range of a value behind checks is found through so many instructions.
 const MAX_STEPS: u32 = 6;
 
 /// The bytes of a double.
@@ -157,7 +154,9 @@ impl Speculate<'_> {
     ) -> std::ops::Range<u64> {
         let ty = self.func.ty(value);
         if let Some(index) = at.index
-            && let Some((low, high)) = self.index_bounds(index.value, checks, MAX_STEPS)
+            && let Some((low, high)) = index_bounds(self.func, index.value, |double| {
+                self.range_after_checks(double, checks, MAX_STEPS)
+            })
             && low >= 0
             && high < i64::from(index.count)
         {
@@ -165,32 +164,5 @@ impl Speculate<'_> {
             return of(low)..of(high) + u64::from(ty.bytes());
         }
         at.extent(ty)
-    }
-
-    /// The bounds of an index behind the checks; `None` if nothing is known. It is followed back through at
-    /// most `steps` instructions.
-    fn index_bounds(&self, value: Value, checks: &Checks<'_>, steps: u32) -> Option<(i64, i64)> {
-        let next = |value| self.index_bounds(value, checks, steps.checked_sub(1)?);
-        let data = self.func.def_inst(value)?;
-        match *data {
-            InstData::Iconst { ty: _, value } => Some((value, value)),
-            InstData::HostCall { args, .. }
-                if called_integer_form(data) == Some(IntegerForm::Bits) =>
-            {
-                self.range_after_checks(*args.as_slice().first()?, checks, MAX_STEPS).integers()
-            }
-            InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {
-                let within = |&(low, high): &(i64, i64)| {
-                    i32::try_from(low).is_ok() && i32::try_from(high).is_ok()
-                };
-                next(arg).filter(within)
-            }
-            // An AND with all lower bits changes no number that has no others.
-            InstData::Binary { op: BinaryOp::And, args: [x, by] } => {
-                let most = self.func.constant(by).filter(|by| *by >= 0 && by & (by + 1) == 0)?;
-                next(x).filter(|&(low, high)| low >= 0 && high <= most)
-            }
-            _ => None,
-        }
     }
 }

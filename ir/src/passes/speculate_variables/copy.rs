@@ -2,20 +2,16 @@
 
 use std::collections::HashMap;
 
-use plcc_abi::IntegerForm;
-
 use super::super::float_range::{FloatRange, FloatRanges};
 use super::super::graph::Graph;
-use super::super::speculation_plan::called_integer_form;
+use super::super::index_bounds::index_bounds;
 use super::super::value_range::ValueRanges;
 use super::{Check, gains};
 use crate::func::ValueData;
 use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    IntCond, SourceLoc, Terminator, Type, Value, ValueDef,
+    Address, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond,
+    SourceLoc, Terminator, Type, Value, ValueDef,
 };
-/// The bounds of an index are found through so many instructions.
-const MAX_STEPS: u32 = 6;
 
 /// The bytes of a double.
 const SIZE: u64 = 8;
@@ -231,7 +227,8 @@ impl Copy<'_> {
         let ty = self.func.ty(value);
         let mut written = at.extent(ty);
         if let Some(index) = at.index
-            && let Some((low, high)) = self.index_bounds(index.value, MAX_STEPS)
+            && let Some((low, high)) =
+                index_bounds(self.func, index.value, |double| self.floats.get(double))
             && low >= 0
             && high < i64::from(index.count)
         {
@@ -297,31 +294,5 @@ impl Copy<'_> {
             range.is_finite() && !range.may_be_minus_zero()
         };
         args.iter().all(has_order).then_some(InstData::Fcmp { cond, args })
-    }
-
-    /// The bounds of the index of an access; `None` if nothing is known. It is followed back through at
-    /// most `steps` instructions.
-    fn index_bounds(&self, value: Value, steps: u32) -> Option<(i64, i64)> {
-        let next = |value| self.index_bounds(value, steps.checked_sub(1)?);
-        match *self.func.def_inst(value)? {
-            InstData::Iconst { ty: _, value } => Some((value, value)),
-            InstData::HostCall { args, .. }
-                if called_integer_form(self.func.def_inst(value)?) == Some(IntegerForm::Bits) =>
-            {
-                self.floats.get(*args.as_slice().first()?).integers()
-            }
-            InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {
-                let within = |&(low, high): &(i64, i64)| {
-                    i32::try_from(low).is_ok() && i32::try_from(high).is_ok()
-                };
-                next(arg).filter(within)
-            }
-            // An AND with all lower bits changes no number that has no others.
-            InstData::Binary { op: BinaryOp::And, args: [x, by] } => {
-                let most = self.func.constant(by).filter(|by| *by >= 0 && by & (by + 1) == 0)?;
-                next(x).filter(|&(low, high)| low >= 0 && high <= most)
-            }
-            _ => None,
-        }
     }
 }
