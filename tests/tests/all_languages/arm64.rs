@@ -18,8 +18,7 @@ use plcc_random::seeds;
 use plcc_runtime::NativeEngine;
 use plcc_tests::compile::Way;
 use plcc_tests::drive::Bench;
-use plcc_tests::gen_pmi::Case;
-use plcc_tests::{gen_ir, gen_nct, gen_pmac, gen_pmi};
+use plcc_tests::{gen_ir, gen_program};
 
 const REPLAY: &str = include_str!("arm64_replay.c");
 const TARGET: &str = "aarch64-unknown-linux-gnu";
@@ -178,16 +177,11 @@ fn programs() -> Vec<Recorded> {
     for seed in seeds(8) {
         all.push(record_ir(format!("ir{seed}"), seed));
     }
-    type Generate = fn(u64, usize) -> Case;
-    let languages: [(&str, Dialect, Generate); 3] = [
-        ("pmi", Dialect::Pmi, gen_pmi::generate),
-        ("nct", Dialect::Nct, gen_nct::generate),
-        ("pmac", Dialect::Pmac, gen_pmac::generate),
-    ];
-    for (name, dialect, generate) in languages {
+    for dialect in [Dialect::Pmi, Dialect::Nct, Dialect::Pmac] {
         for seed in seeds(4) {
-            let bench = Bench::new(&generate(seed, 40), dialect, &Options::default()).unwrap();
-            all.push(record(format!("{name}{seed}"), &bench));
+            let case = gen_program::generate(dialect, seed, 40);
+            let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
+            all.push(record(format!("{}{seed}", dialect.name()), &bench));
         }
     }
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");

@@ -10,7 +10,7 @@ use plcc_runtime::CheckpointError;
 use plcc_tests::compile::Way;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
-use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
+use plcc_tests::{gen_nct, gen_pmac, gen_program};
 
 /// The tick before which the checkpoint is taken, and the engines before and after it.
 type Cut = (u64, Way, Way);
@@ -47,12 +47,7 @@ fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
 
 fn generated(dialect: Dialect, seeds: std::ops::Range<u64>) {
     for seed in seeds {
-        let size = 20 + seed as usize % 60;
-        let case = match dialect {
-            Dialect::Pmi => gen_pmi::generate(seed, size),
-            Dialect::Nct => gen_nct::generate(seed, size),
-            Dialect::Pmac => gen_pmac::generate(seed, size),
-        };
+        let case = gen_program::generate_short(dialect, seed);
         let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
         let way = |n: u64| Way::ALL[(n % Way::ALL.len() as u64) as usize];
         // Before the first tick, in the middle, and after the last but one.

@@ -17,7 +17,7 @@ use plcc_runtime::record::{
 use plcc_tests::compile::Way;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
-use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
+use plcc_tests::gen_program;
 
 /// A file that goes away with the test.
 struct Record(PathBuf);
@@ -169,12 +169,7 @@ fn check(bench: &Bench, name: &str, rng: &mut Rng, what: &str) {
 
 fn generated(dialect: Dialect, count: u64) {
     for seed in seeds(count) {
-        let size = 20 + seed as usize % 60;
-        let case = match dialect {
-            Dialect::Pmi => gen_pmi::generate(seed, size),
-            Dialect::Nct => gen_nct::generate(seed, size),
-            Dialect::Pmac => gen_pmac::generate(seed, size),
-        };
+        let case = gen_program::generate_short(dialect, seed);
         let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
         let mut rng = Rng::new(seed ^ 0x7E_C04D);
         check(&bench, dialect.name(), &mut rng, &format!("seed {seed}\n{}", case.source));

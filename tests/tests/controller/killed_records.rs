@@ -14,7 +14,7 @@ use plcc_random::{Rng, seeds};
 use plcc_runtime::record::{RecordedRun, Recording, Replayer};
 use plcc_runtime::session::replay::recorded_executive;
 use plcc_tests::gen_pmi::Case;
-use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
+use plcc_tests::gen_program;
 
 use crate::shop::{Shop, wait};
 
@@ -23,12 +23,7 @@ const INTERPRETED: u64 = 200;
 
 fn generated(dialect: Dialect, count: u64) {
     for seed in seeds(count) {
-        let size = 20 + seed as usize % 60;
-        let case = match dialect {
-            Dialect::Pmi => gen_pmi::generate(seed, size),
-            Dialect::Nct => gen_nct::generate(seed, size),
-            Dialect::Pmac => gen_pmac::generate(seed, size),
-        };
+        let case = gen_program::generate_short(dialect, seed);
         let mut rng = Rng::new(seed ^ 0x6B_1117);
         let name = format!("kill-{}-{seed}", dialect.name());
         check(&Shop::new(&name, dialect, &case.source), dialect, &case, &mut rng, seed);
