@@ -82,14 +82,7 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
     let player = Player::new(stimulus, command.run.repeat);
     let history = Launched::new(executive, checked.interpreter(), player, ticks);
     let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
-    Ok(Session {
-        program,
-        history: Box::new(history),
-        view,
-        may_change: true,
-        control: None,
-        open_version: None,
-    })
+    Ok(Session::offline(program, Box::new(history), view, true))
 }
 
 /// A session of the run that was recorded last, at first with the program of its last online change. It opens the programs

@@ -28,14 +28,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let player = Player::new(stimulus, false);
     let history = Launched::new(executive, checked.interpreter(), player, None);
     let program = DebuggedProgram::new(checked, sources, tables);
-    let run = plcc_debugger::Session {
-        program,
-        history: Box::new(history),
-        view,
-        may_change: true,
-        control: None,
-        open_version: None,
-    };
+    let run = plcc_debugger::Session::offline(program, Box::new(history), view, true);
     Session::open(Target {
         kind: TargetKind::Program,
         name: "main".into(),

@@ -40,6 +40,19 @@ pub struct Session<'a> {
     pub open_version: Option<OpenVersion>,
 }
 
+impl<'a> Session<'a> {
+    /// A session of one program that no control runs. `view` is an executive of the program that runs nothing.
+    /// Variables may be set and forced in it if the history lets them (`may_change`).
+    pub fn offline(
+        program: DebuggedProgram,
+        history: Box<dyn History + 'a>,
+        view: Box<dyn Executive + Send>,
+        may_change: bool,
+    ) -> Self {
+        Self { program, history, view, may_change, control: None, open_version: None }
+    }
+}
+
 impl std::fmt::Debug for Session<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Session").field("program", &self.program).finish_non_exhaustive()

@@ -60,15 +60,7 @@ fn a_tick_that_was_cut_is_shown_up_to_the_line_where_its_scan_stood() {
         let history =
             Recorded::new(&record, recording, header.run, 0, executive, checked.interpreter());
         let program = DebuggedProgram::new(checked.into_program(), sources, tables.clone());
-        let history = Box::new(history.unwrap());
-        let session = Session {
-            program,
-            history,
-            view,
-            may_change: false,
-            control: None,
-            open_version: None,
-        };
+        let session = Session::offline(program, Box::new(history.unwrap()), view, false);
         let mut debugger = Debugger::new(session);
         debugger.go_to_tick(1).unwrap();
         let trace = debugger.trace().unwrap().clone();
