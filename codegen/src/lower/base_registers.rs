@@ -18,8 +18,8 @@ const MAX_BASES_WITH_LOCAL_BITS: usize = 3;
 const MIN_ACCESSES: usize = 24;
 
 /// The offsets in the image, or of local bits behind it, that a function's base registers best hold.
-/// Empty where no part of the image is accessed often enough, and if there are no local bits, for which there is
-/// always one; others are for x86-64 alone.
+/// A function with local bits always has a base for them. Any other base is for a part of the image that is
+/// accessed often enough, and only x86-64 has such bases.
 pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<u32> {
     let mut places = vec![];
     let local_start = module.local_bits.as_ref().map_or(u32::MAX, |local| local.offset);

@@ -59,9 +59,9 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The offset in the image of an address without its index; those of local bits come behind the image's. Code is safe to run only if each
-    /// access stays in its region whatever the index is; so this checks it, though the verifier has
-    /// done so before.
+    /// The offset in the image of an address without its index; local bits lie behind the image. Code is safe to
+    /// run only if each access stays in its region whatever the index is, so this checks it, though the
+    /// verifier has done so before.
     pub(super) fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
         let region = self.module.region(at.region);
         let region = region.ok_or_else(|| InvalidIr("its region is not there".into()))?;

@@ -194,8 +194,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the four bytes from an offset on can be loaded at once: they lie in the image or among the local bits, behind which more bytes follow, and none was
-    /// stored recently.
+    /// Whether the four bytes from an offset on can be loaded at once: they lie in the image or among the local
+    /// bits, behind both of which more bytes follow, and none of them was stored recently.
     fn can_load_four_bytes(&self, offset: i64) -> bool {
         let truths = &self.truth_values;
         let recent = |byte| {
