@@ -69,8 +69,8 @@ mod tests {
 
     #[test]
     fn a_file_is_locked_once_until_it_is_closed_or_renamed() {
-        let folder = std::env::temp_dir().join(format!("plcc-file-lock-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let path = folder.join("file");
         fs::write(&path, "kept").unwrap();
         let first = open_locked(&path).unwrap();
@@ -82,6 +82,5 @@ mod tests {
         assert!(matches!(open_locked(&folder.join("renamed")), Err(LockError::Held(_))));
         drop((first, second));
         assert!(open_locked(&path).is_ok());
-        fs::remove_dir_all(&folder).unwrap();
     }
 }

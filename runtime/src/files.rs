@@ -318,8 +318,8 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn devices_and_pipes_are_refused_at_once() {
-        let folder = std::env::temp_dir().join(format!("plcc-special-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let fifo = folder.join("fifo");
         let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
         let at = rustix::fs::CWD;
@@ -328,7 +328,7 @@ mod tests {
             (Path::new("/dev/zero"), "a device"),
             (Path::new("/dev/null"), "a device"),
             (&fifo, "a pipe"),
-            (&folder, "a folder"),
+            (folder, "a folder"),
         ] {
             let error = read_regular(path, 1 << 20).unwrap_err();
             assert!(why_not_read(&error).contains(word), "{}: {error}", path.display());
@@ -342,41 +342,38 @@ mod tests {
         fs::write(&file, [0; 100]).unwrap();
         assert_eq!(read_regular(&file, 100).unwrap().len(), 100);
         assert_eq!(read_regular(&file, 99).unwrap_err().kind(), ErrorKind::FileTooLarge);
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
     fn what_cannot_be_written_is_known_before() {
-        let folder = std::env::temp_dir().join(format!("plcc-files-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        assert!(can_replace(&folder).is_err());
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
+        assert!(can_replace(folder).is_err());
         assert!(can_replace(&folder.join("no/such/folder")).is_err());
         assert!(can_replace(&folder.join("file")).is_ok());
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 0);
     }
 
     #[cfg(unix)]
     #[test]
     fn a_link_stays_and_its_target_is_replaced() {
-        let folder = std::env::temp_dir().join(format!("plcc-links-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let (target, link) = (folder.join("target"), folder.join("link"));
         fs::write(&target, "old").unwrap();
         std::os::unix::fs::symlink(&target, &link).unwrap();
         replace(&link, b"new").unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&target).unwrap(), b"new");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 2);
     }
 
     #[cfg(unix)]
     #[test]
     fn permissions_stay_and_a_protected_file_too() {
         use std::os::unix::fs::PermissionsExt;
-        let folder = std::env::temp_dir().join(format!("plcc-modes-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let file = folder.join("file");
         fs::write(&file, "old").unwrap();
         let mode = |mode| fs::set_permissions(&file, Permissions::from_mode(mode)).unwrap();
@@ -389,7 +386,6 @@ mod tests {
             assert_eq!(result.unwrap_err().kind(), ErrorKind::PermissionDenied);
         }
         assert_eq!(fs::read(&file).unwrap(), b"new");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
     }
 }

@@ -330,7 +330,8 @@ fn with_a_key_only_what_its_owner_signed_is_taken() {
 
 #[test]
 fn an_error_of_a_file_names_it() {
-    let path = std::env::temp_dir().join(format!("plcc-artifact-{}.plcx", std::process::id()));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("program.plcx");
     std::fs::write(&path, write(&program(), &code(), Attached::default()).unwrap()).unwrap();
     assert_eq!(Artifact::open(&path, None).unwrap().program, program());
     std::fs::remove_file(&path).unwrap();

@@ -10,23 +10,6 @@ use super::*;
 use crate::safe_outputs::SafeByte;
 use plcc_image::layout::AT_SEQUENCE;
 
-/// A folder that goes away with the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("plcc-image-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 fn program(size: u32) -> Program {
     let symbol = Symbol {
         name: "PUMP".into(),
@@ -65,8 +48,8 @@ fn content<'a>(program: &'a Program, image: &'a [u8], safe: &'a [SafeByte]) -> C
 
 #[test]
 fn what_is_published_is_read() {
-    let folder = Folder::new("published");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let program = program(13);
     let mut publisher = Publisher::create(&path, &content(&program, &[9; 13], &[])).unwrap();
     let reader = ImageReader::open(&path).unwrap();
@@ -97,8 +80,8 @@ fn what_is_published_is_read() {
 /// A thread writes ticks whose bytes are all the same; a reader never sees two kinds of bytes.
 #[test]
 fn readers_see_whole_ticks() {
-    let folder = Folder::new("whole");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let program = program(20_000);
     let mut publisher = Publisher::create(&path, &content(&program, &[0; 20_000], &[])).unwrap();
     let reader = ImageReader::open(&path).unwrap();
@@ -123,8 +106,8 @@ fn readers_see_whole_ticks() {
 
 #[test]
 fn of_large_images_changed_pages_are_found_and_stay_current() {
-    let folder = Folder::new("large");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let size = 1 << 20;
     let program = program(size as u32);
     let mut image = vec![0; size];
@@ -144,8 +127,8 @@ fn of_large_images_changed_pages_are_found_and_stay_current() {
 
 #[test]
 fn a_supervisor_writes_safe_outputs_for_a_process_that_died_while_it_wrote() {
-    let folder = Folder::new("safe");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let program = program(16);
     let safe = [
         SafeByte { offset: 1, keep: 0xF0, set: 0x05 },
@@ -171,14 +154,14 @@ fn a_supervisor_writes_safe_outputs_for_a_process_that_died_while_it_wrote() {
 
 #[test]
 fn files_that_are_something_else_or_in_use_are_not_replaced() {
-    let folder = Folder::new("others");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let program = program(8);
     let content = content(&program, &[0; 8], &[]);
     std::fs::write(&path, "tick,name,value\n").unwrap();
     let refused = Publisher::create(&path, &content).unwrap_err();
     assert!(matches!(refused, ImageFileError::Other(_)), "{refused}");
-    assert!(matches!(Publisher::create(&folder.0, &content), Err(ImageFileError::Other(_))));
+    assert!(matches!(Publisher::create(folder.path(), &content), Err(ImageFileError::Other(_))));
     assert!(ImageReader::open(&path).is_err());
     std::fs::write(&path, "").unwrap();
     let first = Publisher::create(&path, &content).unwrap();
@@ -189,18 +172,18 @@ fn files_that_are_something_else_or_in_use_are_not_replaced() {
     }
     drop(first);
     Publisher::create(&path, &content).unwrap();
-    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "nothing is left over");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
 }
 
 #[test]
 fn a_file_that_can_not_be_put_in_place_is_removed() {
-    let folder = Folder::new("in-place");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let program = program(8);
     let _publisher = Publisher::prepare(&path, &content(&program, &[0; 8], &[])).unwrap();
     std::fs::create_dir(&path).unwrap();
     assert!(matches!(Publisher::put_in_place(&path), Err(ImageFileError::Io(..))));
-    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "only the folder is there");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the folder is there");
 }
 
 /// The function in C that `docs/image.md` shows reads what is published.
@@ -223,13 +206,13 @@ int main(int count, char **arguments) {
     for (int at = 0; at < 13; at++) printf(" %d", image[at]);
 }
 "#;
-    let folder = Folder::new("c");
-    let (source, binary) = (folder.0.join("reader.c"), folder.0.join("reader"));
+    let folder = tempfile::tempdir().unwrap();
+    let (source, binary) = (folder.path().join("reader.c"), folder.path().join("reader"));
     std::fs::write(&source, format!("{code}{main}")).unwrap();
     let mut compiler = std::process::Command::new("cc");
     compiler.args(["-Wall", "-Wextra", "-Werror", "-o"]).arg(&binary).arg(&source);
     assert!(compiler.status().unwrap().success());
-    let path = folder.0.join("image");
+    let path = folder.path().join("image");
     let program = program(13);
     let mut publisher = Publisher::create(&path, &content(&program, &[9; 13], &[])).unwrap();
     let image: Vec<u8> = (0..13).collect();
@@ -275,8 +258,8 @@ fn control_with_inputs(path: &std::path::Path) -> (Program, crate::pmi::PmiExecu
 #[test]
 fn programs_in_c_and_python_read_variables_and_give_inputs() {
     use crate::Executive;
-    let folder = Folder::new("languages");
-    let path = folder.0.join("image");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image");
     let (_, mut executive, mut publisher) = control_with_inputs(&path);
     let mut image = executive.image().to_vec();
     (image[2], image[4], image[16 + 2]) = (1, 44, 0x70);
@@ -299,7 +282,7 @@ int main(int count, char **arguments) {
     return plcc_inputs_publish(&image);
 }
 "#;
-    let (source, binary) = (folder.0.join("driver.c"), folder.0.join("driver"));
+    let (source, binary) = (folder.path().join("driver.c"), folder.path().join("driver"));
     std::fs::write(&source, main).unwrap();
     let mut compiler = std::process::Command::new("cc");
     compiler.args(["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-I"]).arg(root.join("include"));
@@ -313,7 +296,7 @@ int main(int count, char **arguments) {
     for at in [layout::AT_IMAGE, layout::AT_SYMBOLS, layout::AT_SYMBOLS_COUNT, layout::AT_INPUTS] {
         let mut damaged = whole.clone();
         damaged[at..at + 8].copy_from_slice(&(u64::MAX / 16).to_le_bytes());
-        let path = folder.0.join("damaged");
+        let path = folder.path().join("damaged");
         std::fs::write(&path, damaged).unwrap();
         let output = std::process::Command::new(&binary).arg(&path).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "the header's word at {at:#x}");

@@ -70,20 +70,19 @@ mod tests {
 
     #[test]
     fn a_lock_has_one_owner_and_leaves_nothing_behind() {
-        let folder = std::env::temp_dir().join(format!("plcc-lock-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let path = folder.join("kept.lock");
         fs::write(&path, "a killed process has left this behind").unwrap();
         let mut lock = Lock::take(&path).unwrap();
         let Err(LockError::Held(file)) = Lock::take(&path) else { panic!("it is taken twice") };
         assert_eq!(process_named_in(file), Some(std::process::id()));
-        fs::remove_dir_all(&folder).unwrap();
+        fs::remove_dir_all(folder).unwrap();
         assert!(lock.renew().is_err(), "there is no folder");
-        fs::create_dir_all(&folder).unwrap();
+        fs::create_dir_all(folder).unwrap();
         lock.renew().unwrap();
         assert!(Lock::take(&path).is_err());
         drop(lock);
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 0);
     }
 }

@@ -5,36 +5,28 @@ use std::fs;
 use super::*;
 
 /// A folder that goes away with the test.
-struct Folder(PathBuf);
+struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn file(&self) -> PathBuf {
-        self.0.join("kept")
+        self.0.path().join("kept")
     }
 
     fn copy(&self) -> PathBuf {
-        self.0.join("kept.bak")
+        self.0.path().join("kept.bak")
     }
 
     /// The names of all files, sorted.
     fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(&self.0).unwrap();
+        let entries = fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<String> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -48,7 +40,7 @@ fn store(path: &Path, payload: &[u8]) -> Result<(), RetainError> {
 
 #[test]
 fn retained_data_that_was_stored_is_found() {
-    let folder = Folder::new("stored");
+    let folder = Folder::new();
     let mut file = RetainedFile::open(&folder.file(), Dialect::Nct).unwrap();
     assert_eq!(file.load().unwrap(), None);
     file.store(&[1, 2, 3]).unwrap();
@@ -61,7 +53,7 @@ fn retained_data_that_was_stored_is_found() {
 
 #[test]
 fn generations_go_on_in_the_next_process() {
-    let folder = Folder::new("generations");
+    let folder = Folder::new();
     for generation in 1..4 {
         let mut file = RetainedFile::open(&folder.file(), Dialect::Nct).unwrap();
         file.load().unwrap();
@@ -72,7 +64,7 @@ fn generations_go_on_in_the_next_process() {
 
 #[test]
 fn the_copy_stands_in_for_a_damaged_file() {
-    let folder = Folder::new("damaged");
+    let folder = Folder::new();
     let (file, copy) = (folder.file(), folder.copy());
     store(&file, &[7; 40]).unwrap();
     let good = fs::read(&file).unwrap();
@@ -98,7 +90,7 @@ fn the_copy_stands_in_for_a_damaged_file() {
 
 #[test]
 fn a_damaged_copy_is_told_and_the_file_is_used() {
-    let folder = Folder::new("damaged-copy");
+    let folder = Folder::new();
     let (file, copy) = (folder.file(), folder.copy());
     store(&file, &[7; 40]).unwrap();
     let good = fs::read(&copy).unwrap();
@@ -116,7 +108,7 @@ fn a_damaged_copy_is_told_and_the_file_is_used() {
 
 #[test]
 fn a_file_that_was_put_back_is_used_though_its_copy_is_newer() {
-    let folder = Folder::new("put-back");
+    let folder = Folder::new();
     let file = folder.file();
     store(&file, &[1]).unwrap();
     let old = fs::read(&file).unwrap();
@@ -133,14 +125,14 @@ fn a_file_that_was_put_back_is_used_though_its_copy_is_newer() {
 
 #[test]
 fn other_languages_are_refused() {
-    let folder = Folder::new("foreign");
+    let folder = Folder::new();
     RetainedFile::open(&folder.file(), Dialect::Pmac).unwrap().store(&[]).unwrap();
     assert!(matches!(load(&folder.file()), Err(RetainError::Foreign(_, "pmac"))));
 }
 
 #[test]
 fn one_process_uses_a_file_at_a_time() {
-    let folder = Folder::new("locked");
+    let folder = Folder::new();
     let first = RetainedFile::open(&folder.file(), Dialect::Nct).unwrap();
     let error = RetainedFile::open(&folder.file(), Dialect::Nct).unwrap_err().to_string();
     assert!(error.contains(&format!("in use by process {}", std::process::id())), "{error}");
@@ -151,16 +143,16 @@ fn one_process_uses_a_file_at_a_time() {
 
 #[test]
 fn what_a_killed_process_left_is_cleaned_up() {
-    let folder = Folder::new("killed");
-    fs::write(folder.0.join("kept.new"), "half a fi").unwrap();
-    fs::write(folder.0.join("kept.lock"), "4000000\n").unwrap();
+    let folder = Folder::new();
+    fs::write(folder.0.path().join("kept.new"), "half a fi").unwrap();
+    fs::write(folder.0.path().join("kept.lock"), "4000000\n").unwrap();
     store(&folder.file(), &[1]).unwrap();
     assert_eq!(folder.names(), ["kept", "kept.bak"]);
 }
 
 #[test]
 fn the_old_file_is_kept_beside() {
-    let folder = Folder::new("old");
+    let folder = Folder::new();
     store(&folder.file(), &[1]).unwrap();
     let bytes = fs::read(folder.file()).unwrap();
     fs::write(folder.file(), "damaged").unwrap();
@@ -175,8 +167,8 @@ fn the_old_file_is_kept_beside() {
 #[cfg(unix)]
 #[test]
 fn a_link_stays_and_its_target_is_written() {
-    let folder = Folder::new("link");
-    let link = folder.0.join("link");
+    let folder = Folder::new();
+    let link = folder.0.path().join("link");
     std::os::unix::fs::symlink("kept", &link).unwrap();
     for payload in [[1], [2]] {
         store(&link, &payload).unwrap();
@@ -190,7 +182,7 @@ fn a_link_stays_and_its_target_is_written() {
 #[test]
 fn a_file_that_can_be_read_only_is_not_replaced_and_permissions_stay() {
     use std::os::unix::fs::PermissionsExt;
-    let folder = Folder::new("modes");
+    let folder = Folder::new();
     store(&folder.file(), &[1]).unwrap();
     let mode = |mode| {
         fs::set_permissions(folder.file(), fs::Permissions::from_mode(mode)).unwrap();

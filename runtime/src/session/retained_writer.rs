@@ -404,10 +404,10 @@ mod tests {
 
     #[test]
     fn buffers_that_an_online_change_makes_too_small_are_replaced_by_the_writing_thread() {
-        let path = std::env::temp_dir().join(format!("plcc-buffers-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept");
         let file = RetainedFile::open(&path, Dialect::Pmi).unwrap();
-        let mut writer =
-            RetainedWriter::new(path.clone(), file, 10, Journal::discarding()).unwrap();
+        let mut writer = RetainedWriter::new(path, file, 10, Journal::discarding()).unwrap();
         const LARGE: usize = 1 << 20;
         for size in [LARGE, 2 * LARGE] {
             writer.buffer_size().0.store(size, Ordering::Relaxed);
@@ -423,10 +423,5 @@ mod tests {
         }
         writer.ending.store(true, Ordering::Release);
         writer.thread.join().unwrap();
-        for entry in std::fs::read_dir(std::env::temp_dir()).unwrap().flatten() {
-            if entry.path().to_string_lossy().starts_with(&*path.to_string_lossy()) {
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
     }
 }

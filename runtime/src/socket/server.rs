@@ -348,8 +348,8 @@ mod tests {
 
     #[test]
     fn clients_that_connect_and_leave_again_and_again_are_slowed_down_to_the_rate() {
-        let folder = std::env::temp_dir().join(format!("plcc-accept-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let path = folder.join("socket");
         let listener = open(&path, 0o600).unwrap();
         let now = Instant::now();
@@ -375,7 +375,6 @@ mod tests {
         assert_eq!(accepted_at(now), 0);
         assert_eq!(accepted_at(now + Duration::from_millis(200)), (ACCEPT_RATE / 5.0) as u64);
         assert_eq!(accepted_at(now + Duration::from_secs(60)), ACCEPT_BURST as u64);
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
@@ -393,8 +392,8 @@ mod tests {
 
     #[test]
     fn few_connections_wait_to_be_accepted() {
-        let folder = std::env::temp_dir().join(format!("plcc-queue-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let path = folder.join("socket");
         let _listener = open(&path, 0o600).unwrap();
         let connect = || {
@@ -406,13 +405,12 @@ mod tests {
         let waiting = (0..1000).take_while(|_| connect().is_ok()).count();
         assert!(waiting <= WAITING_CLIENTS as usize + 1, "{waiting}");
         assert_eq!(connect(), Err(Errno::AGAIN));
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
     fn a_dead_process_socket_is_replaced_and_a_living_one_is_not() {
-        let folder = std::env::temp_dir().join(format!("plcc-socket-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
         let path = folder.join("socket");
         let first = open(&path, 0o600).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
@@ -425,7 +423,6 @@ mod tests {
         fs::write(&path, "text").unwrap();
         assert!(matches!(open(&path, 0o600), Err(SocketError::Other(_))));
         assert!(matches!(open(&folder.join("no/socket"), 0o600), Err(SocketError::Io(..))));
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is left over");
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 1, "nothing is left over");
     }
 }
