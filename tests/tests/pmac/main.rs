@@ -8,4 +8,5 @@ mod corpus;
 mod docs;
 mod engines;
 mod explain;
+mod function_lengths;
 mod recompile;
