@@ -39,7 +39,7 @@ pub(super) const PAGES: [(Page, &str); 9] = [
 
 /// What a key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Todo {
+pub(super) enum Action {
     Quit,
     Help,
     Directory,
@@ -97,7 +97,7 @@ pub(super) enum Todo {
 pub(super) struct Prompt {
     pub(super) title: &'static str,
     pub(super) text: String,
-    pub(super) todo: Todo,
+    pub(super) action: Action,
 }
 
 /// The terminal's own state.
@@ -208,14 +208,14 @@ impl App {
             KeyCode::F(number) => key.function == number,
             KeyCode::Char(letter) => key.letter == letter,
             KeyCode::Insert => {
-                matches!(key.todo, Todo::AskWatch) || matches!(key.todo, Todo::AskScope)
+                matches!(key.action, Action::AskWatch) || matches!(key.action, Action::AskScope)
             }
-            KeyCode::Delete => matches!(key.todo, Todo::Unwatch | Todo::AskScopeRemove),
-            KeyCode::Enter => matches!(key.todo, Todo::Select | Todo::PressCell),
+            KeyCode::Delete => matches!(key.action, Action::Unwatch | Action::AskScopeRemove),
+            KeyCode::Enter => matches!(key.action, Action::Select | Action::PressCell),
             _ => false,
         });
         if let Some(key) = found {
-            self.run(session, key.todo);
+            self.run(session, key.action);
         }
         found.is_some()
     }
@@ -252,9 +252,9 @@ impl App {
                 };
                 self.apply(session, command);
             }
-            KeyCode::Char('g') => self.run(session, Todo::AskTick),
-            KeyCode::Char('c') => self.run(session, Todo::AskPreviousChange),
-            KeyCode::Char('S') => self.run(session, Todo::AskSpeed),
+            KeyCode::Char('g') => self.run(session, Action::AskTick),
+            KeyCode::Char('c') => self.run(session, Action::AskPreviousChange),
+            KeyCode::Char('S') => self.run(session, Action::AskSpeed),
             _ => {}
         }
     }
@@ -322,82 +322,82 @@ impl App {
         }
     }
 
-    fn ask(&mut self, title: &'static str, text: String, todo: Todo) {
-        self.prompt = Some(Prompt { title, text, todo });
+    fn ask(&mut self, title: &'static str, text: String, action: Action) {
+        self.prompt = Some(Prompt { title, text, action });
     }
 
-    fn run(&mut self, session: &mut Session<'_>, todo: Todo) {
+    fn run(&mut self, session: &mut Session<'_>, action: Action) {
         let none = String::new;
-        match todo {
-            Todo::Quit => self.is_left = true,
-            Todo::Help => self.go(Page::Help),
-            Todo::Directory => self.go(Page::Directory),
-            Todo::NextStatement => self.apply(session, Command::NextStatement),
-            Todo::PreviousStatement => self.apply(session, Command::PreviousStatement),
-            Todo::FindNext => self.apply(session, Command::FindNext),
-            Todo::ClearStatements | Todo::ClearSelection => {
+        match action {
+            Action::Quit => self.is_left = true,
+            Action::Help => self.go(Page::Help),
+            Action::Directory => self.go(Page::Directory),
+            Action::NextStatement => self.apply(session, Command::NextStatement),
+            Action::PreviousStatement => self.apply(session, Command::PreviousStatement),
+            Action::FindNext => self.apply(session, Command::FindNext),
+            Action::ClearStatements | Action::ClearSelection => {
                 self.apply(session, Command::ClearStatements);
             }
-            Todo::ShowProgram => self.apply(session, Command::ShowProgram),
-            Todo::ModuleDown => self.apply(session, Command::Module { down: true }),
-            Todo::ModuleUp => self.apply(session, Command::Module { down: false }),
-            Todo::Condition => self.apply(session, Command::Condition),
-            Todo::ToggleValues => self.apply(session, Command::ToggleValues),
-            Todo::ClearWatch => self.apply(session, Command::ClearWatch),
-            Todo::NextFormat => self.next_format(session),
-            Todo::Unwatch => {
+            Action::ShowProgram => self.apply(session, Command::ShowProgram),
+            Action::ModuleDown => self.apply(session, Command::Module { down: true }),
+            Action::ModuleUp => self.apply(session, Command::Module { down: false }),
+            Action::Condition => self.apply(session, Command::Condition),
+            Action::ToggleValues => self.apply(session, Command::ToggleValues),
+            Action::ClearWatch => self.apply(session, Command::ClearWatch),
+            Action::NextFormat => self.next_format(session),
+            Action::Unwatch => {
                 if let Some(row) = self.watched(session) {
                     self.apply(session, Command::Unwatch { name: row.0 });
                 }
             }
-            Todo::Force0 => self.force(session, "0"),
-            Todo::Force1 => self.force(session, "1"),
-            Todo::Release => {
+            Action::Force0 => self.force(session, "0"),
+            Action::Force1 => self.force(session, "1"),
+            Action::Release => {
                 if let Some(row) = self.io_row(session) {
                     self.apply(session, Command::Release { name: row.name });
                 }
             }
-            Todo::ReleaseAll => self.apply(session, Command::ReleaseAll),
-            Todo::OtherWindow => {
+            Action::ReleaseAll => self.apply(session, Command::ReleaseAll),
+            Action::OtherWindow => {
                 self.window = 1 - self.window.min(1);
                 self.selected = 0;
             }
-            Todo::NextPanel => self.choose_panel(1),
-            Todo::PreviousPanel => self.choose_panel(-1),
-            Todo::PressCell => self.press(session),
-            Todo::AskCell => self.ask("value", none(), todo),
-            Todo::ZoomIn => self.zoom(session, 1, 2),
-            Todo::ZoomOut => self.zoom(session, 2, 1),
-            Todo::CursorA => self.ask("cursor A at tick (empty: none)", none(), todo),
-            Todo::CursorB => self.ask("cursor B at tick (empty: none)", none(), todo),
-            Todo::Select => self.select(session),
-            Todo::AskName => self.ask("name", none(), todo),
-            Todo::AskAll => self.ask("all occurrences of", none(), todo),
-            Todo::AskReferences => self.ask("statement, label or variable", none(), todo),
-            Todo::AskSearch => self.ask("search downwards", none(), todo),
-            Todo::AskSearchUp => self.ask("search upwards", none(), todo),
-            Todo::AskWatch => self.ask("variables", none(), todo),
-            Todo::AskChange => {
+            Action::NextPanel => self.choose_panel(1),
+            Action::PreviousPanel => self.choose_panel(-1),
+            Action::PressCell => self.press(session),
+            Action::AskCell => self.ask("value", none(), action),
+            Action::ZoomIn => self.zoom(session, 1, 2),
+            Action::ZoomOut => self.zoom(session, 2, 1),
+            Action::CursorA => self.ask("cursor A at tick (empty: none)", none(), action),
+            Action::CursorB => self.ask("cursor B at tick (empty: none)", none(), action),
+            Action::Select => self.select(session),
+            Action::AskName => self.ask("name", none(), action),
+            Action::AskAll => self.ask("all occurrences of", none(), action),
+            Action::AskReferences => self.ask("statement, label or variable", none(), action),
+            Action::AskSearch => self.ask("search downwards", none(), action),
+            Action::AskSearchUp => self.ask("search upwards", none(), action),
+            Action::AskWatch => self.ask("variables", none(), action),
+            Action::AskChange => {
                 let name = self.watched(session).map_or_else(none, |row| format!("{}=", row.1));
-                self.ask("NAME=VALUE", name, todo);
+                self.ask("NAME=VALUE", name, action);
             }
-            Todo::AskRollback => {
-                self.ask("run the program before the last change again? yes or no", none(), todo)
+            Action::AskRollback => {
+                self.ask("run the program before the last change again? yes or no", none(), action)
             }
-            Todo::AskList => self.ask("watch list", none(), todo),
-            Todo::AskForce => self.ask("value", none(), todo),
-            Todo::AskScope => self.ask("variables", none(), todo),
-            Todo::AskScopeRemove => self.ask("variable", none(), todo),
-            Todo::AskTrigger => {
-                self.ask("expression [rising|falling|both] (empty: none)", none(), todo);
+            Action::AskList => self.ask("watch list", none(), action),
+            Action::AskForce => self.ask("value", none(), action),
+            Action::AskScope => self.ask("variables", none(), action),
+            Action::AskScopeRemove => self.ask("variable", none(), action),
+            Action::AskTrigger => {
+                self.ask("expression [rising|falling|both] (empty: none)", none(), action);
             }
-            Todo::AskWidth => self.ask("ticks", none(), todo),
-            Todo::AskExport => self.ask("file (.csv or .svg)", none(), todo),
-            Todo::AskKeep => self.ask("keep as", none(), todo),
-            Todo::AskOpen => self.ask("open", none(), todo),
-            Todo::AskTick => self.ask("tick", none(), todo),
-            Todo::AskPreviousChange => self.ask("previous change of", none(), todo),
-            Todo::AskSpeed => self.ask("speed", none(), todo),
+            Action::AskWidth => self.ask("ticks", none(), action),
+            Action::AskExport => self.ask("file (.csv or .svg)", none(), action),
+            Action::AskKeep => self.ask("keep as", none(), action),
+            Action::AskOpen => self.ask("open", none(), action),
+            Action::AskTick => self.ask("tick", none(), action),
+            Action::AskPreviousChange => self.ask("previous change of", none(), action),
+            Action::AskSpeed => self.ask("speed", none(), action),
         }
     }
 
@@ -456,7 +456,7 @@ impl App {
                 let value = if pressed { "0" } else { "1" }.to_owned();
                 self.apply(session, Command::Change { name, value });
             }
-            None => self.run(session, Todo::AskCell),
+            None => self.run(session, Action::AskCell),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Which keys do what on each screen. F-keys are those of the manuals (PMI 5.0 to 5.3, NCT 5); each has a
 //! letter besides, for terminals without F-keys.
 
-use super::app::{Page, Todo};
+use super::app::{Action, Page};
 
 /// A key of a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,79 +12,79 @@ pub(super) struct Key {
     pub(super) letter: char,
     /// The label.
     pub(super) label: &'static str,
-    pub(super) todo: Todo,
+    pub(super) action: Action,
 }
 
-const fn key(function: u8, letter: char, label: &'static str, todo: Todo) -> Key {
-    Key { function, letter, label, todo }
+const fn key(function: u8, letter: char, label: &'static str, action: Action) -> Key {
+    Key { function, letter, label, action }
 }
 
 const PMI_STATEMENTS: &[Key] = &[
-    key(1, 'd', "directory", Todo::Directory),
-    key(2, 'n', "next stmt", Todo::NextStatement),
-    key(3, 'b', "prev stmt", Todo::PreviousStatement),
-    key(4, 'N', "name", Todo::AskName),
-    key(5, 'o', "next occr", Todo::FindNext),
-    key(6, 'a', "all occr", Todo::AskAll),
-    key(7, 'x', "clear", Todo::ClearStatements),
-    key(8, 'P', "program", Todo::ShowProgram),
+    key(1, 'd', "directory", Action::Directory),
+    key(2, 'n', "next stmt", Action::NextStatement),
+    key(3, 'b', "prev stmt", Action::PreviousStatement),
+    key(4, 'N', "name", Action::AskName),
+    key(5, 'o', "next occr", Action::FindNext),
+    key(6, 'a', "all occr", Action::AskAll),
+    key(7, 'x', "clear", Action::ClearStatements),
+    key(8, 'P', "program", Action::ShowProgram),
 ];
 
 const OTHER_STATEMENTS: &[Key] = &[
-    key(1, 'h', "HELP", Todo::Help),
-    key(3, 'm', "MODUL↓", Todo::ModuleDown),
-    key(4, 'M', "MODUL↑", Todo::ModuleUp),
-    key(5, 'C', "COND", Todo::Condition),
-    key(6, 's', "STAT", Todo::AskReferences),
-    key(8, '/', "SEAR↓", Todo::AskSearch),
-    key(0, '\\', "SEAR↑", Todo::AskSearchUp),
-    key(9, 'v', "VALUE", Todo::ToggleValues),
-    key(10, 'q', "QUIT", Todo::Quit),
+    key(1, 'h', "HELP", Action::Help),
+    key(3, 'm', "MODUL↓", Action::ModuleDown),
+    key(4, 'M', "MODUL↑", Action::ModuleUp),
+    key(5, 'C', "COND", Action::Condition),
+    key(6, 's', "STAT", Action::AskReferences),
+    key(8, '/', "SEAR↓", Action::AskSearch),
+    key(0, '\\', "SEAR↑", Action::AskSearchUp),
+    key(9, 'v', "VALUE", Action::ToggleValues),
+    key(10, 'q', "QUIT", Action::Quit),
 ];
 
 const VARIABLES: &[Key] = &[
-    key(1, 'i', "display", Todo::AskWatch),
-    key(2, 'x', "clear", Todo::ClearWatch),
-    key(3, 'e', "change", Todo::AskChange),
-    key(4, 'f', "format", Todo::NextFormat),
-    key(5, 'l', "list", Todo::AskList),
-    key(6, 'u', "remove", Todo::Unwatch),
-    key(7, 'B', "rollback", Todo::AskRollback),
+    key(1, 'i', "display", Action::AskWatch),
+    key(2, 'x', "clear", Action::ClearWatch),
+    key(3, 'e', "change", Action::AskChange),
+    key(4, 'f', "format", Action::NextFormat),
+    key(5, 'l', "list", Action::AskList),
+    key(6, 'u', "remove", Action::Unwatch),
+    key(7, 'B', "rollback", Action::AskRollback),
 ];
 
 const IO: &[Key] = &[
     // Not the digits: 1 is the key of a screen, and must not force anything by mistake.
-    key(1, 'z', "ovrride=0", Todo::Force0),
-    key(2, 'o', "ovrride=1", Todo::Force1),
-    key(3, 'x', "clear", Todo::Release),
-    key(4, 'X', "clear all", Todo::ReleaseAll),
-    key(5, 'w', "in/output", Todo::OtherWindow),
-    key(6, 'e', "override=", Todo::AskForce),
+    key(1, 'z', "ovrride=0", Action::Force0),
+    key(2, 'o', "ovrride=1", Action::Force1),
+    key(3, 'x', "clear", Action::Release),
+    key(4, 'X', "clear all", Action::ReleaseAll),
+    key(5, 'w', "in/output", Action::OtherWindow),
+    key(6, 'e', "override=", Action::AskForce),
 ];
 
 const SCOPE: &[Key] = &[
-    key(1, 'i', "add", Todo::AskScope),
-    key(2, 'u', "remove", Todo::AskScopeRemove),
-    key(3, 't', "trigger", Todo::AskTrigger),
-    key(4, 'w', "width", Todo::AskWidth),
-    key(5, '+', "zoom in", Todo::ZoomIn),
-    key(6, '-', "zoom out", Todo::ZoomOut),
-    key(7, 'a', "cursor A", Todo::CursorA),
-    key(8, 'b', "cursor B", Todo::CursorB),
-    key(9, 'e', "export", Todo::AskExport),
-    key(0, 'k', "keep", Todo::AskKeep),
-    key(0, 'o', "open", Todo::AskOpen),
+    key(1, 'i', "add", Action::AskScope),
+    key(2, 'u', "remove", Action::AskScopeRemove),
+    key(3, 't', "trigger", Action::AskTrigger),
+    key(4, 'w', "width", Action::AskWidth),
+    key(5, '+', "zoom in", Action::ZoomIn),
+    key(6, '-', "zoom out", Action::ZoomOut),
+    key(7, 'a', "cursor A", Action::CursorA),
+    key(8, 'b', "cursor B", Action::CursorB),
+    key(9, 'e', "export", Action::AskExport),
+    key(0, 'k', "keep", Action::AskKeep),
+    key(0, 'o', "open", Action::AskOpen),
 ];
 
 const PANELS: &[Key] = &[
-    key(1, 'p', "press", Todo::PressCell),
-    key(2, 'e', "set", Todo::AskCell),
-    key(5, 'w', "next panel", Todo::NextPanel),
-    key(6, 'W', "previous panel", Todo::PreviousPanel),
+    key(1, 'p', "press", Action::PressCell),
+    key(2, 'e', "set", Action::AskCell),
+    key(5, 'w', "next panel", Action::NextPanel),
+    key(6, 'W', "previous panel", Action::PreviousPanel),
 ];
 
 const DIRECTORY: &[Key] =
-    &[key(1, 's', "select", Todo::Select), key(2, 'x', "clear", Todo::ClearSelection)];
+    &[key(1, 's', "select", Action::Select), key(2, 'x', "clear", Action::ClearSelection)];
 
 /// The keys of a page.
 pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {

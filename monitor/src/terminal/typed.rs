@@ -2,7 +2,7 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::app::{App, Page, Prompt, Todo};
+use super::app::{Action, App, Page, Prompt};
 use crate::{Command, Edge, ExportFormat, Session, Trigger};
 
 impl App {
@@ -16,15 +16,15 @@ impl App {
                 prompt.text.push(c);
             }
             KeyCode::Enter => {
-                if let Some(Prompt { text, todo, .. }) = self.prompt.take() {
-                    self.answered(session, todo, text.trim());
+                if let Some(Prompt { text, action, .. }) = self.prompt.take() {
+                    self.answered(session, action, text.trim());
                 }
             }
             _ => {}
         }
     }
 
-    fn answered(&mut self, session: &mut Session<'_>, todo: Todo, text: &str) {
+    fn answered(&mut self, session: &mut Session<'_>, action: Action, text: &str) {
         let names = || -> Vec<String> {
             let words = text.split([',', ' ']).filter(|word| !word.is_empty());
             words.map(str::to_owned).collect()
@@ -32,17 +32,17 @@ impl App {
         let number = || text.parse::<u64>().ok();
         let wrong = Some(("this is no number".to_owned(), true));
         let name = text.to_owned();
-        let command = match todo {
-            Todo::AskName => Command::FindNames { names: names(), uses: false, all: false },
-            Todo::AskAll => Command::FindNames { names: names(), uses: true, all: true },
-            Todo::AskReferences => {
+        let command = match action {
+            Action::AskName => Command::FindNames { names: names(), uses: false, all: false },
+            Action::AskAll => Command::FindNames { names: names(), uses: true, all: true },
+            Action::AskReferences => {
                 self.references = name;
                 return self.go(Page::References);
             }
-            Todo::AskSearch => Command::Search { text: name, up: false },
-            Todo::AskSearchUp => Command::Search { text: name, up: true },
-            Todo::AskWatch => Command::Watch { names: names() },
-            Todo::AskChange => match text.split_once('=') {
+            Action::AskSearch => Command::Search { text: name, up: false },
+            Action::AskSearchUp => Command::Search { text: name, up: true },
+            Action::AskWatch => Command::Watch { names: names() },
+            Action::AskChange => match text.split_once('=') {
                 Some((name, value)) => {
                     Command::Change { name: name.trim().to_owned(), value: value.trim().to_owned() }
                 }
@@ -51,33 +51,33 @@ impl App {
                     return;
                 }
             },
-            Todo::AskRollback if matches!(text, "y" | "yes") => Command::Rollback,
-            Todo::AskList => Command::ChooseList { list: name },
-            Todo::AskForce => return self.force(session, text),
-            Todo::AskCell => match self.cell(session).and_then(|cell| cell.variable) {
+            Action::AskRollback if matches!(text, "y" | "yes") => Command::Rollback,
+            Action::AskList => Command::ChooseList { list: name },
+            Action::AskForce => return self.force(session, text),
+            Action::AskCell => match self.cell(session).and_then(|cell| cell.variable) {
                 Some(variable) => Command::Change { name: variable, value: name },
                 None => {
                     self.message = Some(("nothing can be set here".into(), true));
                     return;
                 }
             },
-            Todo::AskScope => Command::ScopeAdd { names: names() },
-            Todo::AskScopeRemove => Command::ScopeRemove { name },
-            Todo::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },
-            Todo::CursorA | Todo::CursorB if number().is_some() || text.is_empty() => {
-                Command::ScopeCursor { cursor: u8::from(todo == Todo::CursorB), tick: number() }
+            Action::AskScope => Command::ScopeAdd { names: names() },
+            Action::AskScopeRemove => Command::ScopeRemove { name },
+            Action::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },
+            Action::CursorA | Action::CursorB if number().is_some() || text.is_empty() => {
+                Command::ScopeCursor { cursor: u8::from(action == Action::CursorB), tick: number() }
             }
-            Todo::CursorA | Todo::CursorB => return self.message = wrong,
-            Todo::AskExport => return self.export(session, text),
-            Todo::AskKeep => Command::ScopeSave { name },
-            Todo::AskOpen => Command::ScopeLoad { name },
-            Todo::AskPreviousChange => Command::PreviousChange { name },
-            Todo::AskSpeed => match text.parse() {
+            Action::CursorA | Action::CursorB => return self.message = wrong,
+            Action::AskExport => return self.export(session, text),
+            Action::AskKeep => Command::ScopeSave { name },
+            Action::AskOpen => Command::ScopeLoad { name },
+            Action::AskPreviousChange => Command::PreviousChange { name },
+            Action::AskSpeed => match text.parse() {
                 Ok(speed) => Command::SetSpeed { speed },
                 Err(_) => return self.message = wrong,
             },
-            Todo::AskTick | Todo::AskWidth => match number() {
-                Some(tick) if todo == Todo::AskTick => Command::GoToTick { tick },
+            Action::AskTick | Action::AskWidth => match number() {
+                Some(tick) if action == Action::AskTick => Command::GoToTick { tick },
                 Some(ticks) => Command::ScopeWidth { ticks },
                 None => return self.message = wrong,
             },

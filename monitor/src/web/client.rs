@@ -67,13 +67,13 @@ async fn answer(
     shown: &Arc<Shown>,
     requests: &mpsc::Sender<Request>,
 ) -> Option<Utf8Bytes> {
-    let (id, wish) = protocol::read(text);
-    let wish = match wish {
-        Ok(wish) => wish,
+    let (id, content) = protocol::read(text);
+    let content = match content {
+        Ok(content) => content,
         Err(refusal) => return Some(protocol::result(id, &Err(refusal)).into()),
     };
     let (answer, answered) = oneshot::channel();
-    let request = Request { id, wish, shown: Arc::clone(shown), answer };
+    let request = Request { id, content, shown: Arc::clone(shown), answer };
     requests.send(request).await.ok()?;
     answered.await.ok()
 }

@@ -9,14 +9,14 @@ use axum::extract::ws::Utf8Bytes;
 use tokio::sync::{oneshot, watch};
 use tokio::time::timeout;
 
-use super::protocol::{self, Wish};
+use super::protocol::{self, PageRequest};
 use super::{Server, limits};
 use crate::{Reply, Screen, Session};
 
-/// What a page wants, and where its answer goes.
+/// A request of a page on its way to the thread that owns the session, and where the answer goes.
 pub(super) struct Request {
     pub(super) id: u64,
-    pub(super) wish: Wish,
+    pub(super) content: PageRequest,
     pub(super) shown: Arc<Shown>,
     pub(super) answer: oneshot::Sender<Utf8Bytes>,
 }
@@ -66,11 +66,11 @@ impl Server {
 
 /// Answers a request. Gives whether something else is shown now.
 fn serve(session: &mut Session<'_>, clients: &mut Vec<Client>, request: Request) -> bool {
-    let Request { id, wish, shown, answer } = request;
-    let (text, has_changed) = match wish {
-        Wish::Ask(screen) => (protocol::view(id, &session.view(&screen)), false),
-        Wish::Apply(command) => (protocol::result(id, &session.apply(*command)), true),
-        Wish::Show(screen) => {
+    let Request { id, content, shown, answer } = request;
+    let (text, has_changed) = match content {
+        PageRequest::Ask(screen) => (protocol::view(id, &session.view(&screen)), false),
+        PageRequest::Apply(command) => (protocol::result(id, &session.apply(*command)), true),
+        PageRequest::Show(screen) => {
             let shown = Arc::downgrade(&shown);
             match clients.iter_mut().find(|client| client.shown.ptr_eq(&shown)) {
                 Some(client) => (client.screen, client.last) = (screen, Utf8Bytes::default()),

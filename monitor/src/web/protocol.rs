@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::limits::{LONGEST_ANSWER, MOST_LINES, MOST_SAMPLES};
 use crate::{Command, Refusal, Reply, Screen, View};
 
-/// What a page wants.
+/// What a message of a page asks for.
 #[derive(Debug)]
-pub(super) enum Wish {
+pub(super) enum PageRequest {
     /// Be shown a screen from now on.
     Show(Screen),
     /// See a screen once.
@@ -36,8 +36,8 @@ struct IdAlone {
     id: u64,
 }
 
-/// Reads a message: its id and what is wanted. The id is 0 if there is none.
-pub(super) fn read(text: &str) -> (u64, Result<Wish, Refusal>) {
+/// Reads a message: its id and what it asks for. The id is 0 if there is none.
+pub(super) fn read(text: &str) -> (u64, Result<PageRequest, Refusal>) {
     let message: Message = match serde_json::from_str(text) {
         Ok(message) => message,
         Err(error) => {
@@ -45,13 +45,13 @@ pub(super) fn read(text: &str) -> (u64, Result<Wish, Refusal>) {
             return (id, Err(Refusal::new(format!("this is no message of the page: {error}"))));
         }
     };
-    let wish = match (message.show, message.ask, message.apply) {
-        (Some(screen), None, None) => Ok(Wish::Show(bounded(screen))),
-        (None, Some(screen), None) => Ok(Wish::Ask(bounded(screen))),
-        (None, None, Some(command)) => Ok(Wish::Apply(Box::new(command))),
+    let request = match (message.show, message.ask, message.apply) {
+        (Some(screen), None, None) => Ok(PageRequest::Show(bounded(screen))),
+        (None, Some(screen), None) => Ok(PageRequest::Ask(bounded(screen))),
+        (None, None, Some(command)) => Ok(PageRequest::Apply(Box::new(command))),
         _ => Err(Refusal::new("a message has one of show, ask and apply")),
     };
-    (message.id, wish)
+    (message.id, request)
 }
 
 /// The same screen with no more lines and samples than a view may have.
@@ -104,16 +104,20 @@ mod tests {
 
     #[test]
     fn messages_are_read_and_bounded() {
-        let (id, wish) =
+        let (id, content) =
             read(r#"{"id":7,"show":{"screen":"statements","first":null,"count":99999}}"#);
         assert_eq!(id, 7);
-        let Ok(Wish::Show(Screen::Statements { count, .. })) = wish else { panic!("{wish:?}") };
+        let Ok(PageRequest::Show(Screen::Statements { count, .. })) = content else {
+            panic!("{content:?}")
+        };
         assert_eq!(count, MOST_LINES);
-        let (_, wish) = read(r#"{"id":8,"ask":{"screen":"scope","samples":1000000}}"#);
-        let Ok(Wish::Ask(Screen::Scope { samples })) = wish else { panic!("{wish:?}") };
+        let (_, content) = read(r#"{"id":8,"ask":{"screen":"scope","samples":1000000}}"#);
+        let Ok(PageRequest::Ask(Screen::Scope { samples })) = content else {
+            panic!("{content:?}")
+        };
         assert_eq!(samples, MOST_SAMPLES);
-        let (_, wish) = read(r#"{"id":9,"apply":{"command":"go_to_tick","tick":812}}"#);
-        let Ok(Wish::Apply(command)) = wish else { panic!("{wish:?}") };
+        let (_, content) = read(r#"{"id":9,"apply":{"command":"go_to_tick","tick":812}}"#);
+        let Ok(PageRequest::Apply(command)) = content else { panic!("{content:?}") };
         assert_eq!(*command, Command::GoToTick { tick: 812 });
     }
 
@@ -127,8 +131,8 @@ mod tests {
             r#"{"id":1,"show":{"screen":"nothing"}}"#,
             r#"{"id":1,"apply":{"command":"follow"},"more":1}"#,
         ] {
-            let (id, wish) = read(text);
-            assert!(wish.is_err(), "{text}");
+            let (id, content) = read(text);
+            assert!(content.is_err(), "{text}");
             assert_eq!(id, u64::from(text.starts_with('{')), "{text}");
         }
     }

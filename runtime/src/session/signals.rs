@@ -2,7 +2,7 @@
 //! the end of the terminal (SIGHUP).
 //!
 //! The first one ends the run before its next tick; then everything is saved. Signals in the second
-//! after it are the same wish once more: `timeout` sends SIGTERM twice, and a terminal that closes
+//! after it are the same request once more: `timeout` sends SIGTERM twice, and a terminal that closes
 //! may send SIGHUP twice. A later one waits until everything is saved, but at most five seconds, and
 //! ends the process.
 //!

@@ -30,7 +30,7 @@ pub(super) struct Notifier {
 }
 
 impl Notifier {
-    /// Takes systemd's wishes from the environment, and opens the hardware watchdog, if there is to be one.
+    /// Reads from the environment what systemd expects, and opens the hardware watchdog, if there is to be one.
     ///
     /// # Errors
     /// Why the hardware watchdog can't be opened.
