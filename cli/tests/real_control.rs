@@ -441,6 +441,7 @@ fn a_table_goes_on_over_an_online_change() {
     let dump = fs::read_to_string(shop.0.join("out.vcd")).unwrap();
     assert!(dump.contains(" M $end"), "{}", &dump[..300.min(dump.len())]);
     convert(&["--to", "fst", "-o", "out.fst"]);
+    #[cfg(feature = "mcap")]
     convert(&["--to", "mcap", "-o", "out.mcap"]);
 }
 

@@ -1,4 +1,4 @@
-# Tries plcio's OPC UA, MQTT and HAL, and MCAP files, with peers of another make: asyncua, mosquitto, pysparkplug, LinuxCNC, mcap; and the example of a retrofit with all of its parts; and GPIO with a fake chip.
+# Tries plcio's OPC UA, MQTT and HAL, and MCAP files, with peers of another make: asyncua, mosquitto, pysparkplug, LinuxCNC, mcap, @mcap/core; and the example of a retrofit with all of its parts; and GPIO with a fake chip.
 #
 # What is missing is installed from Debian and PyPI: LinuxCNC (270 MB) and mosquitto as root, Python's packages
 # into a folder of their own.
@@ -11,7 +11,11 @@ unit() {
   if [[ $1 = hal || $1 = retrofit ]] && [ ! -x /usr/lib/linuxcnc/realtime ]; then
     { apt-get update -q && apt-get install -y -q --no-install-recommends linuxcnc-uspace; } >&2 || return 1
   fi
-  [ "$1" = mcap ] || cargo test --locked -p plcio --features opcua,mqtt,gpio >&2 || return 1
+  if [ "$1" = mcap ]; then
+    cargo test --locked -p plcc --features mcap --test mcap --test real_control --test replay >&2 || return 1
+  else
+    cargo test --locked -p plcio --features opcua,mqtt,gpio >&2 || return 1
+  fi
   PLCC_PEERS=all tests/peers/run "$1" >&2 || return 1
   printf '%s\tpassed\t%s\n' "$1" $((SECONDS - start))
 }

@@ -66,7 +66,8 @@ pub(crate) enum ConvertFormat {
     Fst,
     /// A table `tick,ms,name,value`
     Csv,
-    /// Messages in JSON, for Foxglove Studio, Lichtblick and PlotJuggler
+    /// Messages in JSON, for Foxglove Studio, Lichtblick and PlotJuggler; only in a plcc that was built with the feature
+    /// `mcap`, as released packages are
     Mcap,
 }
 

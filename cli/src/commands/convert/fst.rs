@@ -5,9 +5,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use fst_writer::{
-    FstBodyWriter, FstFileType, FstInfo, FstScopeType, FstSignalId, FstSignalType, FstVarDirection,
-    FstVarType, FstWriteError, open_fst,
+    FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
+    FstVarDirection, FstVarType, FstWriteError,
 };
+use plcc_runtime::files::open_output;
 use plcc_runtime::run::{TraceText, Watch};
 use plcc_runtime::{Executive, Value, Variable};
 
@@ -47,7 +48,8 @@ impl Fst {
             date: String::new(),
             file_type: FstFileType::Verilog,
         };
-        let mut head = open_fst(path, &info).map_err(io_error)?;
+        let file = BufWriter::new(open_output(path, false)?);
+        let mut head = FstHeaderWriter::new(file, &info).map_err(io_error)?;
         head.scope("plc", "plc", FstScopeType::Module).map_err(io_error)?;
         let mut signals = vec![];
         for name in text.names() {

@@ -1,4 +1,5 @@
-//! A record as an [MCAP file](super::mcap_file), which Foxglove Studio, Lichtblick and PlotJuggler open.
+//! A record as an MCAP file (<https://mcap.dev/spec>), which Foxglove Studio, Lichtblick and PlotJuggler open. The crate
+//! `mcap` writes the file; this module says what stands in it.
 //!
 //! Each class of variables, such as the inputs, is a channel with the topic `/inputs`. A message is a JSON object with the
 //! values of all its variables after a tick, and the number of the tick:
@@ -12,20 +13,22 @@
 //! field (`/inputs.CHUCK`); the channel's schema has the variable's own name as the field's title. The channel `/events` has
 //! faults, messages and texts in the form of `foxglove.Log`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use plcc_abi::Tables;
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{Compression, McapError, WriteOptions, Writer};
 use plcc_debugger::variables::class_of;
+use plcc_runtime::files::open_output;
 use plcc_runtime::record::RecordedRun;
 use plcc_runtime::run::TraceText;
 use plcc_runtime::{Event, EventBody, Executive, Value, Variable};
 use serde_json::{Map, Value as Json, json};
 
-use super::Watches;
-use super::mcap_file::McapFile;
+use super::{RanProgram, Watches};
 
 /// The levels of `foxglove.Log`.
 const INFO: u8 = 2;
@@ -33,9 +36,12 @@ const WARNING: u8 = 3;
 const ERROR: u8 = 4;
 const FATAL: u8 = 5;
 
+/// The file, written from its beginning to its end, so that it may be a device or a pipe.
+type Out = Writer<NoSeek<BufWriter<File>>>;
+
 /// An MCAP file that is being written.
 pub(super) struct Mcap {
-    out: McapFile<BufWriter<File>>,
+    out: Out,
     groups: Vec<Group>,
     /// The channel of the events, and how many it has.
     events: (u16, u32),
@@ -66,16 +72,21 @@ struct Group {
 }
 
 impl Mcap {
-    /// Creates the file with the variables of the text. `tables` are those of the programs of `watches`.
+    /// Creates the file with the variables of the text. `programs` are those of `watches`.
     pub(super) fn create(
         path: &Path,
         text: &TraceText,
         watches: &Watches,
-        tables: &[&Tables],
+        programs: &[RanProgram],
         run: &RecordedRun,
     ) -> io::Result<Self> {
         let library = concat!("plcc ", env!("CARGO_PKG_VERSION"));
-        let out = McapFile::begin(BufWriter::new(File::create(path)?), library)?;
+        let options = WriteOptions::new()
+            .library(library)
+            .compression(Some(Compression::Lz4))
+            .disable_seeking(true);
+        let file = NoSeek::new(BufWriter::new(open_output(path, false)?));
+        let out = options.create(file).map_err(as_io)?;
         let began_ns =
             if run.header.clocked { run.header.began_ms.saturating_mul(1_000_000) } else { 0 };
         let mut mcap = Self { out, groups: vec![], events: (0, 0), began_ns, last: None };
@@ -83,9 +94,9 @@ impl Mcap {
         let mut used = BTreeSet::from(["tick".to_owned()]);
         for (index, name) in text.names().enumerate() {
             // The first program that has it says what it is.
-            let found = watches.iter().zip(tables).find_map(|((watch, executive), tables)| {
+            let found = watches.iter().zip(programs).find_map(|((watch, executive), program)| {
                 let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
-                Some((class_of(tables, name), executive.get(*variable)))
+                Some((class_of(&program.found.program.tables, name), executive.get(*variable)))
             });
             let Some((class, value)) = found else { continue };
             let at = classes.iter().position(|one| one.title == class);
@@ -113,7 +124,9 @@ impl Mcap {
     }
 
     fn channel(&mut self, topic: &str, name: &str, schema: &Json) -> io::Result<u16> {
-        self.out.add_channel(topic, name, schema.to_string().as_bytes())
+        let schema = schema.to_string();
+        let schema = self.out.add_schema(name, "jsonschema", schema.as_bytes()).map_err(as_io)?;
+        self.out.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(as_io)
     }
 
     /// Writes the values that have changed in a tick, and its events. `at` is the number of the tick and its time since
@@ -160,7 +173,8 @@ impl Mcap {
                 group.write(last, self.began_ns, &mut self.out)?;
             }
         }
-        self.out.finish()
+        self.out.finish().map_err(as_io)?;
+        self.out.into_inner().into_inner().flush()
     }
 }
 
@@ -170,7 +184,7 @@ impl Group {
         &mut self,
         (tick, time_ns): (u64, u64),
         began_ns: u64,
-        out: &mut McapFile<BufWriter<File>>,
+        out: &mut Out,
     ) -> io::Result<()> {
         let mut message = Map::from_iter([("tick".to_owned(), Json::from(tick))]);
         message.extend(self.values.clone());
@@ -182,14 +196,24 @@ impl Group {
     }
 }
 
+/// Writes a message of a channel. `sequence` is its number within the channel, `time` is in nanoseconds.
 fn write(
-    out: &mut McapFile<BufWriter<File>>,
+    out: &mut Out,
     channel_id: u16,
     sequence: u32,
     time: u64,
     message: &Json,
 ) -> io::Result<()> {
-    out.message(channel_id, sequence, time, message.to_string().as_bytes())
+    let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
+    out.write_to_known_channel(&header, message.to_string().as_bytes()).map_err(as_io)
+}
+
+/// The error of the file where there is one, so that the message can say why it was not written.
+fn as_io(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// A text in small letters, in which everything but letters and digits is `_`.

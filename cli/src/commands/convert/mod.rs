@@ -2,15 +2,14 @@
 //! variables but what a replay needs, so the values come from a replay.
 
 mod fst;
+#[cfg_attr(not(feature = "mcap"), path = "without_mcap.rs")]
 mod mcap;
-mod mcap_file;
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use plcc_runtime::files::why_not_written;
+use plcc_runtime::files::{open_output, why_not_written};
 use plcc_runtime::record::{RecordedRun, Recording, ReplayError};
 use plcc_runtime::run::{TraceFormat, TraceText, Watch};
 use plcc_runtime::session::replay::recorded_executive;
@@ -253,7 +252,6 @@ impl Waveform {
             ConvertFormat::Csv => TraceFormat::Csv { time: true },
             _ => TraceFormat::Vcd,
         };
-        let tables: Vec<_> = programs.iter().map(|program| &program.found.program.tables).collect();
         let mut of_programs = watches.iter();
         let mut text = match of_programs.next() {
             Some((watch, executive)) => TraceText::new(watch, text_format, executive.as_ref()),
@@ -265,13 +263,13 @@ impl Waveform {
         let form = match format {
             ConvertFormat::Fst => Form::Fst(Box::new(Fst::create(path, &text, watches)?)),
             ConvertFormat::Mcap => {
-                Form::Mcap(Box::new(Mcap::create(path, &text, watches, &tables, run)?))
+                Form::Mcap(Box::new(Mcap::create(path, &text, watches, programs, run)?))
             }
             ConvertFormat::Csv | ConvertFormat::Vcd => {
                 let mut out: Box<dyn Write> = if output::is_stdout(path) {
                     Box::new(BufWriter::new(io::stdout()))
                 } else {
-                    Box::new(BufWriter::new(File::create(path)?))
+                    Box::new(BufWriter::new(open_output(path, false)?))
                 };
                 text.header(&mut out)?;
                 Form::Text(out)
