@@ -40,7 +40,7 @@ pub(super) fn read(from: &mut impl BufRead) -> io::Result<Option<Value>> {
             length = value.trim().parse::<usize>().ok();
         }
     }
-    let length = length.ok_or_else(|| wrong("a message has no Content-Length"))?;
+    let length = length.ok_or_else(|| wrong("a message has no valid Content-Length"))?;
     if length > MOST_BYTES {
         return Err(wrong("a message is longer than 64 MiB"));
     }

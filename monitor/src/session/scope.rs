@@ -8,7 +8,7 @@ use plcc_frontend::common::Expression;
 use plcc_runtime::{Executive, Purpose, Value};
 
 use super::Session;
-use super::store::SavedScope;
+use super::store::{SavedScope, checked_name};
 use crate::view::{Channel, Sample, ScopeState as State, ScopeView};
 use crate::{Edge, MOST_SCOPE_TICKS, Refusal, Reply, Trigger};
 
@@ -356,9 +356,10 @@ impl Session<'_> {
     pub(super) fn scope_save(&mut self, name: &str) -> Result<Reply, Refusal> {
         let ScopeState { names, width, trigger, .. } = &self.scope;
         let saved = SavedScope { names: names.clone(), width: *width, trigger: trigger.clone() };
-        self.store.keep_scope(name.trim(), saved);
+        let name = checked_name(name)?;
+        self.store.keep_scope(name, saved);
         self.save()?;
-        Ok(Reply::message(format!("kept as {}", name.trim())))
+        Ok(Reply::message(format!("kept as {name}")))
     }
 
     pub(super) fn scope_load(&mut self, name: &str) -> Result<Reply, Refusal> {

@@ -12,6 +12,8 @@ use crate::{Format, Refusal, Reply, Trigger};
 
 /// The longest file that is read, in bytes.
 const MAX_FILE: u64 = 1 << 20;
+/// The longest name of a list or a set-up, in characters.
+const LONGEST_NAME: usize = 64;
 /// The list that there is at first.
 const FIRST_LIST: &str = "main";
 
@@ -164,9 +166,27 @@ impl Store {
             fs::create_dir_all(folder)?;
         }
         let text = serde_json::to_vec_pretty(&self.kept)?;
+        if text.len() as u64 > MAX_FILE {
+            // It would not be read again.
+            return Err(std::io::Error::other("the lists of this program take more than 1 MiB"));
+        }
         let new = file.with_extension(format!("new-{}", std::process::id()));
         fs::write(&new, text)?;
         fs::rename(&new, file)
+    }
+}
+
+/// The name of a list or a set-up as a user has typed it, without blanks around it.
+///
+/// # Errors
+/// When it is empty, longer than a line has room for, or has control characters.
+pub(super) fn checked_name(text: &str) -> Result<&str, Refusal> {
+    let name = text.trim();
+    match name.chars().count() {
+        0 => Err(Refusal::new("a name is missing")),
+        1..=LONGEST_NAME if !name.contains(char::is_control) => Ok(name),
+        1..=LONGEST_NAME => Err(Refusal::new("a name has no control characters")),
+        _ => Err(Refusal::new(format!("a name has at most {LONGEST_NAME} characters"))),
     }
 }
 

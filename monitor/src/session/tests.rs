@@ -586,3 +586,29 @@ fn the_scope_triggers_on_what_it_does_not_show() {
         "tick,seconds,N,SOL1\n38,0.76,39,0\n39,0.78,40,0\n40,0.8,41,1\n41,0.82,42,1\n"
     );
 }
+
+#[test]
+fn watch_lists_have_an_end_and_a_name() {
+    let program = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\nENABLE PLC 1\n";
+    let mut session = open(Dialect::Pmac, program, "");
+    session.run_to(2);
+    let watch =
+        |names: &[&str]| Command::Watch { names: names.iter().map(|&n| n.into()).collect() };
+    // A name that nothing has leaves the list as it was.
+    session.apply(watch(&["P1", "P9999"])).unwrap_err();
+    let rows = |session: &mut crate::Session<'_>| {
+        let Body::Variables(view) = session.view(&Screen::Variables).body else { panic!() };
+        view.rows.len()
+    };
+    assert_eq!(rows(&mut session), 0);
+    session.apply(watch(&["P0..1000"])).unwrap();
+    let refusal = session.apply(watch(&["Q0..1000"])).unwrap_err();
+    assert!(refusal.message.contains("at most 2000 rows"), "{refusal}");
+    assert_eq!(rows(&mut session), 1001);
+    for list in ["", " ", "a\nb", &"x".repeat(65)] {
+        session.apply(Command::ChooseList { list: list.into() }).unwrap_err();
+        session.apply(Command::ScopeSave { name: list.into() }).unwrap_err();
+    }
+    session.apply(Command::ChooseList { list: " second ".into() }).unwrap();
+    session.apply(watch(&["Q0..1000"])).unwrap();
+}

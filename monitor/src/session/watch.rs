@@ -7,12 +7,14 @@ use plcc_abi::pmi::{PmiTables, Role, Symbol};
 
 use super::Session;
 use super::read::formatted;
-use super::store::Entry;
+use super::store::{Entry, checked_name};
 use crate::view::{VariableRow, VariablesView};
 use crate::{Format, Refusal, Reply, RunningProgram};
 
 /// How many rows an entry has at most.
 const MOST_ROWS: u32 = 1024;
+/// How many rows a list has at most. All of them are read from the control and shown ten times a second.
+const MOST_LIST_ROWS: usize = 2000;
 
 /// What the watch list holds beside what is kept in the file.
 #[derive(Debug, Default)]
@@ -104,15 +106,26 @@ impl Session<'_> {
     }
 
     pub(super) fn watch(&mut self, names: &[String]) -> Result<Reply, Refusal> {
-        let mut added = 0;
-        for name in names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+        let names: Vec<&str> =
+            names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()).collect();
+        let mut wanted = vec![];
+        for name in &names {
             let rows = self.rows_of(name)?;
-            let variables = rows.iter().filter(|row| row.fixed.is_none());
-            let wanted: Vec<String> = variables.map(|row| row.name.clone()).collect();
-            let found = self.read(&wanted)?;
-            if let Some(missing) = wanted.iter().find(|name| !found.values.contains_key(*name)) {
-                return Err(self.unknown(missing));
-            }
+            wanted.extend(rows.into_iter().filter(|row| row.fixed.is_none()).map(|row| row.name));
+        }
+        let entries = self.store.entries().iter();
+        let shown: usize =
+            entries.map(|entry| self.rows_of(&entry.name).map_or(0, |rows| rows.len())).sum();
+        if shown + wanted.len() > MOST_LIST_ROWS {
+            let what = format!("a list has at most {MOST_LIST_ROWS} rows; begin another list");
+            return Err(Refusal::new(what));
+        }
+        let found = self.read(&wanted)?;
+        if let Some(missing) = wanted.iter().find(|name| !found.values.contains_key(*name)) {
+            return Err(self.unknown(missing));
+        }
+        let mut added = 0;
+        for name in names {
             if self.store.add(Entry { name: name.to_owned(), format: Format::Decimal }) {
                 added += 1;
             }
@@ -156,10 +169,7 @@ impl Session<'_> {
     }
 
     pub(super) fn choose_list(&mut self, list: &str) -> Result<Reply, Refusal> {
-        let list = list.trim();
-        if list.is_empty() {
-            return Err(Refusal::new("a list has a name"));
-        }
+        let list = checked_name(list)?;
         self.store.choose(list);
         self.save()?;
         Ok(Reply::message(format!("list {list}")))

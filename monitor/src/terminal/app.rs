@@ -3,7 +3,8 @@
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::{draw, keys};
+use super::draw;
+use super::keys::{self, Action};
 use crate::view::{Body, IoRow, PanelCell, Screen, View};
 use crate::{Command, Format, Refusal, Reply, Session};
 
@@ -37,61 +38,6 @@ pub(super) const PAGES: [(Page, &str); 9] = [
     (Page::Panels, "panels"),
 ];
 
-/// What a key does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Action {
-    Quit,
-    Help,
-    Directory,
-    NextStatement,
-    PreviousStatement,
-    FindNext,
-    ClearStatements,
-    ShowProgram,
-    ModuleDown,
-    ModuleUp,
-    Condition,
-    ToggleValues,
-    ClearWatch,
-    NextFormat,
-    Unwatch,
-    Force0,
-    Force1,
-    Release,
-    ReleaseAll,
-    OtherWindow,
-    NextPanel,
-    PreviousPanel,
-    PressCell,
-    AskCell,
-    ZoomIn,
-    ZoomOut,
-    CursorA,
-    CursorB,
-    Select,
-    ClearSelection,
-    AskName,
-    AskAll,
-    AskReferences,
-    AskSearch,
-    AskSearchUp,
-    AskWatch,
-    AskChange,
-    AskRollback,
-    AskList,
-    AskForce,
-    AskScope,
-    AskScopeRemove,
-    AskTrigger,
-    AskWidth,
-    AskExport,
-    AskKeep,
-    AskOpen,
-    AskTick,
-    AskPreviousChange,
-    AskSpeed,
-}
-
 /// A line that is being typed.
 #[derive(Clone, Debug)]
 pub(super) struct Prompt {
@@ -123,6 +69,8 @@ pub(super) struct App {
     /// How many rows the list or text has on the screen.
     pub(super) height: usize,
     pub(super) is_pmi: bool,
+    /// Whether the control is a PMAC, which alone has a terminal.
+    pub(super) is_pmac: bool,
     pub(super) is_left: bool,
 }
 
@@ -143,6 +91,7 @@ impl App {
             references: String::new(),
             height: 10,
             is_pmi: status.dialect == "pmi",
+            is_pmac: status.dialect == "pmac",
             is_left: false,
         }
     }
@@ -167,9 +116,10 @@ impl App {
 
     pub(super) fn draw(&mut self, session: &mut Session<'_>, frame: &mut Frame<'_>) {
         let area = frame.area();
-        self.height = usize::from(area.height).saturating_sub(5);
+        self.height = usize::from(area.height).saturating_sub(draw::rows_around(self, area.width));
         let view = self.view(session, usize::from(area.width));
         self.is_pmi = view.status.dialect == "pmi";
+        self.is_pmac = view.status.dialect == "pmac";
         draw::draw(self, &view, frame);
     }
 
@@ -276,7 +226,17 @@ impl App {
         self.apply(session, Command::ScopeRange { from, to });
     }
 
+    /// The pages that a number key shows, with their numbers.
+    pub(super) fn pages(&self) -> impl Iterator<Item = (usize, (Page, &'static str))> + use<> {
+        let is_pmac = self.is_pmac;
+        (1..).zip(PAGES).filter(move |(_, (page, _))| is_pmac || *page != Page::Terminal)
+    }
+
     pub(super) fn go(&mut self, page: Page) {
+        if page == Page::Terminal && !self.is_pmac {
+            self.message = Some(("only a PMAC has a terminal".into(), true));
+            return;
+        }
         let is_list = matches!(self.page, Page::Directory | Page::References | Page::Help);
         if !is_list {
             self.back = self.page;
@@ -288,9 +248,10 @@ impl App {
     }
 
     fn next_page(&mut self, forward: bool) {
-        let at = PAGES.iter().position(|(page, _)| *page == self.page).unwrap_or(0);
-        let step = if forward { 1 } else { PAGES.len() - 1 };
-        if let Some((page, _)) = PAGES.get((at + step) % PAGES.len()) {
+        let pages: Vec<Page> = self.pages().map(|(_, (page, _))| page).collect();
+        let at = pages.iter().position(|page| *page == self.page).unwrap_or(0);
+        let step = if forward { 1 } else { pages.len().saturating_sub(1) };
+        if let Some(page) = pages.get((at + step) % pages.len().max(1)) {
             self.go(*page);
         }
     }

@@ -1,7 +1,62 @@
 //! Which keys do what on each screen. F-keys are those of the manuals (PMI 5.0 to 5.3, NCT 5); each has a
 //! letter besides, for terminals without F-keys.
 
-use super::app::{Action, Page};
+use super::app::Page;
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    Quit,
+    Help,
+    Directory,
+    NextStatement,
+    PreviousStatement,
+    FindNext,
+    ClearStatements,
+    ShowProgram,
+    ModuleDown,
+    ModuleUp,
+    Condition,
+    ToggleValues,
+    ClearWatch,
+    NextFormat,
+    Unwatch,
+    Force0,
+    Force1,
+    Release,
+    ReleaseAll,
+    OtherWindow,
+    NextPanel,
+    PreviousPanel,
+    PressCell,
+    AskCell,
+    ZoomIn,
+    ZoomOut,
+    CursorA,
+    CursorB,
+    Select,
+    ClearSelection,
+    AskName,
+    AskAll,
+    AskReferences,
+    AskSearch,
+    AskSearchUp,
+    AskWatch,
+    AskChange,
+    AskRollback,
+    AskList,
+    AskForce,
+    AskScope,
+    AskScopeRemove,
+    AskTrigger,
+    AskWidth,
+    AskExport,
+    AskKeep,
+    AskOpen,
+    AskTick,
+    AskPreviousChange,
+    AskSpeed,
+}
 
 /// A key of a screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,6 +155,9 @@ pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {
     }
 }
 
+/// What the terminal of a PMAC has in the place of keys.
+pub(super) const LEAVE_TERMINAL: &str = "Enter sends the line  Esc, Tab, Shift-Tab: another screen";
+
 /// The text of the help, a line each.
 pub(super) const HELP: &[&str] = &[
     "1 statements  2 variables  3 inputs/outputs  4 faults and messages",
@@ -112,12 +170,13 @@ pub(super) const HELP: &[&str] = &[
     "g                                     go to a tick",
     "c                                     back to the previous change of a variable",
     "space                                 stay at this tick, or follow the newest",
-    "S                                     the speed of a program (1: real time, 0: as fast as possible)",
+    "S                                     speed of a program (1: real time, 0: most)",
     "N a o  /                              name, all and next occurrence; search",
     "Insert, Delete                        add or remove a watched variable",
-    "B (with the watched variables)        take the last change of a delay or constant back",
+    "B (on screen 2)                       take the last online change back",
     "",
     "_underlined_ is true. A point before a line: this scan has not executed it.",
     "An override is shown in reverse and with an exclamation mark.",
+    "* stands behind a value that has just changed.",
     "q, F10: leave    Esc: back    ?: this help",
 ];

@@ -217,6 +217,50 @@ fn panels_are_pressed_and_chosen() {
 }
 
 #[test]
+fn only_a_pmac_has_a_terminal_page() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
+    screen.keys("8");
+    let text = screen.drawn();
+    assert!(text.contains("! only a PMAC has a terminal"), "{text}");
+    assert!(text.contains("7 scope 9 panels"), "{text}");
+    // The keys of the page before still work.
+    screen.keys("9");
+    assert_eq!(screen.app.page, super::app::Page::Panels);
+    screen.key(KeyCode::BackTab);
+    assert_eq!(screen.app.page, super::app::Page::Scope);
+}
+
+#[test]
+fn statements_that_are_too_long_go_on_in_further_rows() {
+    let program = "#define A_LONG_NAME DISPLAY 60\"A TEXT AT THE END OF THE SCREEN\"\nI5=2\nOPEN PLC 1 CLEAR\n\
+                   P100=P101+P102+P103+P104+P105+P106+P107+P108+P109+P110\nCLOSE\nENABLE PLC 1\n";
+    let mut screen = Screen::new(Dialect::Pmac, program, "", 6);
+    let text = screen.drawn();
+    assert!(text.contains("THE END OF THE SCREEN"), "{text}");
+    assert!(text.contains("+P110"), "{text}");
+    for number in 100..=110 {
+        assert!(text.contains(&format!(" P{number}=0")) || number == 100, "{number}: {text}");
+    }
+    assert!(text.contains(" P100:=0") && !text.contains('…'), "{text}");
+}
+
+#[test]
+fn all_keys_and_the_help_are_seen_on_80_columns() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
+    for (page, _) in super::app::PAGES {
+        screen.app.page = page;
+        let text = screen.drawn();
+        for key in super::keys::keys(page, true) {
+            assert!(text.contains(key.label), "{}: {text}", key.label);
+        }
+    }
+    assert!(super::keys::HELP.len() <= 24 - 5);
+    for line in super::keys::HELP {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
+
+#[test]
 fn every_page_fits_a_small_and_a_tiny_terminal() {
     let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
     for (width, height) in [(80, 24), (40, 10), (10, 4), (1, 1)] {

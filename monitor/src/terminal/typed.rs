@@ -2,7 +2,8 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::app::{Action, App, Page, Prompt};
+use super::app::{App, Page, Prompt};
+use super::keys::Action;
 use crate::{Command, Edge, ExportFormat, Session, Trigger};
 
 impl App {

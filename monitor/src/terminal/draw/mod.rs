@@ -15,13 +15,17 @@ use super::app::{App, PAGES, Page};
 use super::keys;
 use crate::view::{Body, Status, View};
 
+/// How many rows the keys of a page may take, so that a narrow screen has room for the page.
+const MOST_KEY_ROWS: usize = 3;
+
 pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
+    let bar_rows = bar_lines(app, frame.area().width);
     let rows = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Min(1),
         Constraint::Length(1),
-        Constraint::Length(2),
+        Constraint::Length(bar_rows.len() as u16),
     ]);
     let [head, time, body, message, bar] = rows.areas(frame.area());
     frame.render_widget(Paragraph::new(head_line(app, &view.status, head.width)), head);
@@ -42,7 +46,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         (other, _) => lists::draw(app, other, frame, body),
     }
     frame.render_widget(Paragraph::new(message_line(app, &view.status)), message);
-    frame.render_widget(Paragraph::new(bar_lines(app, bar.width)), bar);
+    frame.render_widget(Paragraph::new(bar_rows), bar);
     if let Some((warning, _)) = &app.warning {
         draw_warning(warning, frame);
     }
@@ -109,22 +113,37 @@ fn message_line(app: &App, status: &Status) -> Line<'static> {
     }
 }
 
-/// The keys of the page, and the pages.
+/// How many rows a screen of this width has besides those of the page itself.
+pub(super) fn rows_around(app: &App, width: u16) -> usize {
+    3 + bar_lines(app, width).len()
+}
+
+/// The keys of the page, in as many rows as they need, and the pages.
 fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
-    let mut text = String::new();
-    for key in keys::keys(app.page, app.is_pmi) {
-        let name = match key.function {
-            0 => key.letter.to_string(),
-            number => format!("F{number}/{}", key.letter),
-        };
-        let piece = format!("{name} {}  ", key.label);
-        if text.chars().count() + piece.chars().count() > usize::from(width) + 2 {
-            break;
+    let width = usize::from(width);
+    let mut rows = vec![String::new()];
+    let keys = keys::keys(app.page, app.is_pmi).iter().map(|key| match key.function {
+        0 => format!("{} {}", key.letter, key.label),
+        number => format!("F{number}/{} {}", key.letter, key.label),
+    });
+    // In the terminal of a PMAC letters and digits are typed.
+    let leaves = (app.page == Page::Terminal).then(|| keys::LEAVE_TERMINAL.to_owned());
+    for piece in keys.chain(leaves) {
+        match rows.last_mut() {
+            Some(row) if row.is_empty() => row.push_str(&piece),
+            Some(row) if row.chars().count() + 2 + piece.chars().count() <= width => {
+                row.push_str("  ");
+                row.push_str(&piece);
+            }
+            _ => rows.push(piece),
         }
-        text.push_str(&piece);
     }
+    rows.truncate(MOST_KEY_ROWS);
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let mut lines: Vec<Line<'static>> =
+        rows.into_iter().map(|row| Line::styled(row, bold)).collect();
     let mut pages = vec![];
-    for (number, (page, title)) in (1..).zip(PAGES) {
+    for (number, (page, title)) in app.pages() {
         let style = match page == app.page {
             true => Style::new().add_modifier(Modifier::REVERSED),
             false => Style::new(),
@@ -133,8 +152,8 @@ fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
         pages.push(Span::raw(" "));
     }
     pages.push(Span::raw("?:help"));
-    let bar = Line::styled(text.trim_end().to_owned(), Style::new().add_modifier(Modifier::BOLD));
-    vec![bar, Line::from(pages)]
+    lines.push(Line::from(pages));
+    lines
 }
 
 fn draw_warning(warning: &str, frame: &mut Frame<'_>) {

@@ -24,7 +24,9 @@ pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
             StatementLayout::ValuesAbove => {
                 lines.extend(above(line, is_cursor, width, view.values))
             }
-            StatementLayout::ValuesRight => lines.push(right(line, is_cursor, width, view.values)),
+            StatementLayout::ValuesRight => {
+                lines.extend(right(line, is_cursor, width, view.values))
+            }
         }
         if is_cursor {
             cursor_end = lines.len();
@@ -105,36 +107,84 @@ fn above(line: &StatementLine, is_cursor: bool, width: usize, values: bool) -> V
     rows
 }
 
-/// A statement with the values of its variables at the right.
-fn right(line: &StatementLine, is_cursor: bool, width: usize, values: bool) -> Line<'static> {
+/// A statement with the values of its variables at the right. What is too long is continued in further rows; without
+/// values the text has the whole width.
+fn right(line: &StatementLine, is_cursor: bool, width: usize, values: bool) -> Vec<Line<'static>> {
     let style = style(line);
     let room = width.saturating_sub(MARGIN);
-    let left = if values { room * 11 / 20 } else { room };
-    let mut spans = vec![Span::styled(margin(line, is_cursor), style)];
-    let mut used = 0;
+    let values = if values { value_texts(line) } else { vec![] };
+    let left = if values.is_empty() { room } else { room * 11 / 20 };
+    let mut texts = token_rows(line, style, left).into_iter();
+    let mut values = wrapped(&values, room.saturating_sub(left + 1)).into_iter();
+    let mut head = margin(line, is_cursor);
+    let mut rows = vec![];
+    loop {
+        let (text, value) = (texts.next(), values.next());
+        if text.is_none() && value.is_none() && !rows.is_empty() {
+            return rows;
+        }
+        let (text, used) = text.unwrap_or_default();
+        let mut spans = vec![Span::styled(std::mem::replace(&mut head, " ".repeat(MARGIN)), style)];
+        spans.extend(text);
+        if let Some(value) = value {
+            spans.push(Span::raw(" ".repeat(left.saturating_sub(used) + 1)));
+            spans.push(Span::styled(value, style));
+        }
+        rows.push(Line::from(spans));
+    }
+}
+
+/// The tokens of a statement in rows of at most `room` cells, each row with the number of cells that it takes. A token that
+/// is longer than a row is divided.
+fn token_rows(line: &StatementLine, style: Style, room: usize) -> Vec<(Vec<Span<'static>>, usize)> {
+    let room = room.max(1);
+    let mut rows: Vec<(Vec<Span<'static>>, usize)> = vec![(vec![], 0)];
     for token in &line.tokens {
-        let cells = token.text.chars().count().min(left.saturating_sub(used));
-        if cells == 0 {
-            break;
+        let text: Vec<char> = token.text.chars().collect();
+        let is_full = |row: &(Vec<Span<'static>>, usize)| row.1 > 0 && row.1 + text.len() > room;
+        if rows.last().is_some_and(is_full) {
+            rows.push((vec![], 0));
         }
-        let text: String = token.text.chars().take(cells).collect();
-        spans.push(Span::styled(text, token_style(token, style)));
-        used += cells;
-    }
-    spans.push(Span::raw(" ".repeat(left.saturating_sub(used))));
-    if values {
-        let mut text: Vec<String> =
-            line.waits.iter().map(|task| format!("<{task} waits>")).collect();
-        if line.times > 1 {
-            text.push(format!("{}x", line.times));
+        for part in text.chunks(room) {
+            if rows.last().is_some_and(|row| row.1 + part.len() > room) {
+                rows.push((vec![], 0));
+            }
+            if let Some((spans, used)) = rows.last_mut() {
+                spans
+                    .push(Span::styled(part.iter().collect::<String>(), token_style(token, style)));
+                *used += part.len();
+            }
         }
-        let value = |one: &crate::view::NamedValue| match one.written {
-            true => format!("{}:={}", one.name, one.value),
-            false => format!("{}={}", one.name, one.value),
-        };
-        text.extend(line.values.iter().map(value));
-        let text = fitted(&format!(" {}", text.join(" ")), room.saturating_sub(left));
-        spans.push(Span::styled(text.trim_end().to_owned(), style));
     }
-    Line::from(spans)
+    rows
+}
+
+/// What stands at the right of a statement: where tasks wait, how often it was executed, and its values.
+fn value_texts(line: &StatementLine) -> Vec<String> {
+    let mut texts: Vec<String> = line.waits.iter().map(|task| format!("<{task} waits>")).collect();
+    if line.times > 1 {
+        texts.push(format!("{}x", line.times));
+    }
+    texts.extend(line.values.iter().map(|one| match one.written {
+        true => format!("{}:={}", one.name, one.value),
+        false => format!("{}={}", one.name, one.value),
+    }));
+    texts
+}
+
+/// Texts with blanks between them, in rows of at most `room` cells. A text that is longer than a row is cut.
+fn wrapped(texts: &[String], room: usize) -> Vec<String> {
+    let mut rows: Vec<String> = vec![];
+    for text in texts {
+        let count = text.chars().count();
+        match rows.last_mut() {
+            Some(row) if row.chars().count() + 1 + count <= room => {
+                row.push(' ');
+                row.push_str(text);
+            }
+            _ if count > room => rows.push(fitted(text, room)),
+            _ => rows.push(text.clone()),
+        }
+    }
+    rows
 }
