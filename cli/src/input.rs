@@ -144,7 +144,12 @@ impl SourceFile {
             true => read_at_most(io::stdin().lock(), disk::MAX_SOURCE),
             false => Disk.read(path),
         };
-        let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
+        let bytes = bytes.map_err(|error| match error.kind() {
+            io::ErrorKind::IsADirectory => {
+                Failure::file(path, "it is a folder; name the program's source in it")
+            }
+            _ => Failure::file(path, why_not_read(&error)),
+        })?;
         if Artifact::is_artifact(&bytes) {
             return Err(Failure::file(path, "it is an artifact; a source is needed here"));
         }
@@ -229,6 +234,23 @@ impl Input {
             compile::check(&mut sources, &files, dialect, &loader, options);
         diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));
         Program { sources, named_files: files.len(), dialect, checked, diagnostics }
+    }
+}
+
+impl Program {
+    /// What to say of a program with errors whose text looks like a program in another language, such as an
+    /// NCT program in a file `x.pmi`; `None` if it does not.
+    pub(crate) fn other_language(&self) -> Option<String> {
+        if !self.diagnostics.iter().any(Diagnostic::is_error) {
+            return None;
+        }
+        let [other] = detect::looks_like(self.sources.text(FileId(0)))[..] else { return None };
+        let path = self.sources.path(FileId(0));
+        (other != self.dialect).then(|| {
+            let (is, name) = (language(other).title(), other.name());
+            let read_as = language(self.dialect).title();
+            format!("{path} was read as a program in {read_as} and looks like one in {is}; --dialect {name} reads it as that")
+        })
     }
 }
 

@@ -108,7 +108,7 @@ pub(crate) fn check_recorded(
     Ok((checked, sources, found))
 }
 
-/// The first error of a program in a line: code, message, help. `None` if it has none.
+/// The first error of a program in one line, `CODE: message`; `None` if it has none.
 pub(crate) fn first_error(found: &[Diagnostic]) -> Option<String> {
     let error = found.iter().find(|diagnostic| diagnostic.is_error())?;
     Some(format!("{}: {}", error.code, error.message))
@@ -162,6 +162,7 @@ impl Found {
         let checked = checked.ok_or("the program in the record has errors for this plcc")?;
         Self::of_checked(checked, sources).map_err(|error| error.to_string())
     }
+
     /// An artifact, with the checked program where it has its sources. They are taken only if this `plcc` makes the same
     /// tables of them, so that variables and tasks are where the artifact's code has them.
     fn of_artifact(artifact: Artifact) -> Self {

@@ -178,6 +178,19 @@ fn file_names_need_not_be_utf8() {
 }
 
 #[test]
+fn a_text_that_looks_like_another_language_is_said_to() {
+    let folder = Folder::with(&[("a.pmi", SLICES), ("b.pmi", BROKEN)]);
+    let note = "note: a.pmi was read as a program in PMI and looks like one in NCT; --dialect nct";
+    for command in ["check a.pmi", "run a.pmi --ticks 1", "build a.pmi"] {
+        folder.plcc(command).exits(1).says(&[note]);
+    }
+    assert_eq!(folder.plcc("check a.pmi --message-format json").exits(1).stderr, "");
+    let done = folder.plcc("check b.pmi").exits(1);
+    assert!(!done.stderr.contains("looks like"), "{}", done.stderr);
+    folder.plcc("run .").exits(2).says(&["it is a folder; name the program's source"]);
+}
+
+#[test]
 fn the_language_is_told_or_guessed() {
     let folder = Folder::with(&[
         ("a.txt", COUNTER),

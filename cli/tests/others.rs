@@ -114,6 +114,14 @@ fn wrong_usage_is_status_2() {
     }
 }
 
+#[cfg(feature = "web")]
+#[test]
+fn what_the_monitor_can_not_show_is_said_in_words() {
+    let folder = Folder::with(&[]);
+    folder.plcc("monitor none.sock --web").exits(2).says(&["none.sock: there is no such file"]);
+    folder.plcc("monitor a.pmi --web=80").exits(2).says(&["ADDRESS:PORT is expected, as in"]);
+}
+
 #[test]
 fn explain_knows_codes_and_variables_in_any_case() {
     let folder = Folder::with(&[]);

@@ -1,6 +1,7 @@
 //! A connection to a control.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
@@ -38,12 +39,22 @@ fn unreachable(what: &str, error: &std::io::Error) -> Error {
     })
 }
 
+/// Whether there is something at a path that is no socket.
+fn is_no_socket(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|about| !about.file_type().is_socket())
+}
+
 impl Client {
     /// Connects to a socket; each reply is waited for as long as `timeout`.
     pub(crate) fn connect(path: &Path, timeout: Duration) -> Result<Self, Error> {
         let what = path.display().to_string();
         let failed = |error| unreachable(&what, &error);
-        let stream = UnixStream::connect(path).map_err(failed)?;
+        let stream = UnixStream::connect(path).map_err(|error| match is_no_socket(path) {
+            true => {
+                Error::Unreachable(format!("{what}: it is no socket; plcrt --socket makes one"))
+            }
+            false => failed(error),
+        })?;
         stream.set_read_timeout(Some(timeout)).map_err(failed)?;
         stream.set_write_timeout(Some(timeout)).map_err(failed)?;
         Ok(Self { stream: BufReader::new(stream) })

@@ -41,7 +41,7 @@ use tokio::sync::Notify;
 use events::Events;
 use settings::Settings;
 
-/// Connects the inputs and outputs of a control with Modbus devices and supervisory systems.
+/// Connects the inputs and outputs of a control with Modbus devices, supervisory systems, LinuxCNC and GPIO lines.
 ///
 /// The entries `[[io]]` of the control's configuration say which variable belongs to which point. The
 /// control must run with an image file. plcio waits for it, and may be started and ended at any time.

@@ -1,6 +1,7 @@
 //! What the configuration of a control says to `plcio`: the entries `[[io]]`, the image file, and the table
 //! `[plcio]`.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -82,6 +83,19 @@ fn built_without(feature: &str) -> String {
     )
 }
 
+/// Why a configuration can't be read, as the end of a sentence about it.
+fn why_not_read(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".into(),
+        ErrorKind::PermissionDenied => "it may not be read".into(),
+        ErrorKind::IsADirectory => "it is a folder".into(),
+        ErrorKind::InvalidData => {
+            "it is no text; the configuration of the control is expected".into()
+        }
+        _ => error.to_string(),
+    }
+}
+
 impl Settings {
     /// Reads a configuration. Mistakes in keys that are not for `plcio` are left to `plcrt --check-config`.
     ///
@@ -89,7 +103,8 @@ impl Settings {
     /// All mistakes, for people.
     pub(crate) fn open(path: &Path) -> Result<Self, String> {
         let shown = path.display();
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{shown}: {error}"))?;
+        let text = std::fs::read_to_string(path);
+        let text = text.map_err(|error| format!("{shown}: {}", why_not_read(&error)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Self::read(&text, folder).map_err(|mistakes| {
             let line = |Mistake { line, message }: &Mistake| format!("{shown}:{line}: {message}");
@@ -278,5 +293,14 @@ mod tests {
             .map(|mistake| mistake.line)
             .collect();
         assert_eq!(lines, [1, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn a_file_that_can_not_be_read_is_said_in_words() {
+        let missing = Settings::open(Path::new("/nowhere/a.toml")).unwrap_err();
+        assert_eq!(missing, "/nowhere/a.toml: there is no such file");
+        let program = Path::new("/proc/self/exe");
+        let binary = Settings::open(program).unwrap_err();
+        assert!(binary.contains("it is no text"), "{binary}");
     }
 }

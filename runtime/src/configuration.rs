@@ -254,9 +254,12 @@ pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec
             Kind::Path => text_of(value.get_ref())
                 .map(|path| vec![folder.join(path).to_string_lossy().into_owned()])
                 .ok_or("a path in quotes is expected"),
-            Kind::Text => text_of(value.get_ref())
-                .map(|text| vec![text])
-                .ok_or("a text in quotes is expected"),
+            Kind::Text => text_of(value.get_ref()).map(|text| vec![text]).ok_or(match name {
+                "keep" => "a text in quotes is expected, as in \"200MB\" or \"10min\"",
+                "watchdog" => "a text in quotes is expected, as in \"60ms\" or \"off\"",
+                "overrun" => "a text in quotes is expected, as in \"skip\" or \"catch-up=5\"",
+                _ => "a text in quotes is expected",
+            }),
             Kind::Number => {
                 number_of(value.get_ref()).map(|text| vec![text]).ok_or("a number is expected")
             }

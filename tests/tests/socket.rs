@@ -238,6 +238,7 @@ fn a_running_control_is_looked_at_and_acted_on() {
 
     for request in [
         json!({"request": "get", "names": ["NOTHING"]}),
+        json!({"request": "get", "names": ["LEVEL", "NOTHING*"]}),
         json!({"request": "set", "values": [{"name": "LEVEL", "value": "x"}]}),
         json!({"request": "force", "values": [{"name": "LEVEL", "value": 1}]}),
         json!({"request": "unforce", "names": ["DOOR"]}),
@@ -365,8 +366,13 @@ fn plcctl_shows_and_sets() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("--allow stop"));
     assert_eq!(control.plcctl(&["get", "NOTHING"]).status.code(), Some(1));
     assert_eq!(control.plcctl(&["fly"]).status.code(), Some(2));
-    let nobody = Command::new(program("plcctl")).args(["/nowhere/socket", "status"]).output();
-    assert_eq!(nobody.unwrap().status.code(), Some(2));
+    for (path, why) in
+        [("/nowhere/socket", "no such socket"), (artifact.to_str().unwrap(), "it is no socket")]
+    {
+        let nobody = Command::new(program("plcctl")).args([path, "status"]).output().unwrap();
+        assert_eq!(nobody.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&nobody.stderr).contains(why));
+    }
     for args in [&["--completions", "bash"][..], &["--man"]] {
         let output = Command::new(program("plcctl")).args(args).output().unwrap();
         assert_eq!(output.status.code(), Some(0));
@@ -593,7 +599,7 @@ fn what_is_no_other_version_of_the_program_is_refused() {
     ];
     let control = shop.start(&artifact, &options);
     for (path, reason) in [
-        (&nct, "pmi program is running"),
+        (&nct, "it is a program in NCT, and the program that runs is in PMI"),
         (&damaged, "corrupt"),
         (&shop.path("missing.plcx"), "no such file"),
         (&gone, "LEVEL"),

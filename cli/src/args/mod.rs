@@ -335,7 +335,8 @@ pub(crate) enum Emit {
 
 #[derive(Subcommand)]
 pub(crate) enum KeyCommand {
-    /// Writes a new private key, which only its owner may read, and its public key beside it
+    /// Writes a new private key, which only its owner may read, and its public key beside it; prints
+    /// the public key, as `plcrt --info` does of the artifacts that it signs
     New {
         /// The file of the private key; the public key gets the same name with .pub after it.
         /// Neither may exist

@@ -110,6 +110,13 @@ pub(crate) struct ConvertArgs {
     pub(crate) source: SourceArgs,
 }
 
+/// The value of `--web`.
+#[cfg(feature = "web")]
+fn address(text: &str) -> Result<std::net::SocketAddr, String> {
+    let expected = "ADDRESS:PORT is expected, as in 127.0.0.1:8080 or [::1]:8080";
+    text.parse().map_err(|_| expected.to_owned())
+}
+
 #[derive(Args)]
 pub(crate) struct MonitorArgs {
     /// A control's socket, a recording, or the source of a program
@@ -147,7 +154,8 @@ pub(crate) struct MonitorArgs {
         value_name = "ADDRESS:PORT",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = plcc_monitor::web::DEFAULT_ADDRESS
+        default_missing_value = plcc_monitor::web::DEFAULT_ADDRESS,
+        value_parser = address
     )]
     pub(crate) web: Option<std::net::SocketAddr>,
 

@@ -54,7 +54,9 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let to = Destination { format: args.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
+    let other_language = program.other_language();
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
+        other_language.iter().for_each(|note| report.note(note));
         report.message(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };

@@ -67,6 +67,13 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
     let count = report.show_all(&findings, Destination::from(args.message_format))?;
+    if args.message_format == FormatArg::Human {
+        results
+            .programs
+            .iter()
+            .filter_map(Program::other_language)
+            .for_each(|note| report.note(&note));
+    }
     for failure in &results.failures {
         report.failure(failure);
     }

@@ -7,6 +7,7 @@ use std::path::Path;
 use plcc_debugger::dap::LaunchArguments;
 use plcc_monitor::view::TargetKind;
 use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};
+use plcc_runtime::files::why_not_read;
 use plcc_runtime::record::{RecordError, Recording};
 use serde_json::json;
 
@@ -59,8 +60,7 @@ fn serve(
 /// What the arguments name: a control's socket, a recording, or a program.
 fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
     let path = &args.target;
-    let metadata = fs::metadata(path)
-        .map_err(|error| Failure::file(path, format!("it can't be read: {error}")))?;
+    let metadata = fs::metadata(path).map_err(|error| Failure::file(path, why_not_read(&error)))?;
     let mut rebuilder: Option<Box<dyn Rebuilder>> = None;
     let (kind, run, socket) = if metadata.file_type().is_socket() {
         let run = match &args.record {

@@ -42,8 +42,10 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
     let to = Destination { format: args.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
+    let other_language = program.other_language();
     let Some(checked) = program.checked.filter(|_| errors == 0 || args.keep_going) else {
         let count = report.show(&program.sources, &program.diagnostics, to)?;
+        other_language.iter().for_each(|note| report.note(note));
         report.message(&format!("{count}: the program is not run"));
         return Ok(ERRORS);
     };

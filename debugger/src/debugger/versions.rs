@@ -80,8 +80,11 @@ impl Debugger<'_> {
         self.breakpoints.move_to(&self.session.program);
         let first = self.history().first();
         self.output.push(match generation {
-            0 => "here the program runs that there was before any online change".to_owned(),
-            _ => format!("here the program runs that an online change began with tick {first}"),
+            0 => "these ticks were run by the program as it was before the first online change"
+                .to_owned(),
+            _ => format!(
+                "these ticks were run by the program that an online change brought in tick {first}"
+            ),
         });
         Ok(())
     }

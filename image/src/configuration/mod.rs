@@ -103,9 +103,8 @@ pub struct Entry {
     pub timeout_ms: u64,
     /// What the variable is, for people; empty where the entry does not say it.
     pub description: String,
-    /// `true` if values go from the point outside to the variable (`direction = "in"`), `false` if they go from the
-    /// variable to the point (`"out"`),
-    /// `None` if the entry does not say it.
+    /// `true` if values go from the point outside to the variable (`direction = "in"`), `false` if they go from
+    /// the variable to the point (`"out"`), `None` if the entry does not say it.
     pub is_input: Option<bool>,
 }
 
@@ -245,7 +244,10 @@ fn entry(
                 }
             }
             _ => {
-                let near = closest(key, KEYS).map(|near| format!("; did you mean `{near}`?"));
+                // The beginning of a key, such as `timeout`, may be far from it in letters.
+                let begins = || KEYS.into_iter().find(|known| known.starts_with(key));
+                let near = closest(key, KEYS).or_else(begins);
+                let near = near.map(|near| format!("; did you mean `{near}`?"));
                 let message = format!(
                     "there is no key `{}` in [[io]]{}",
                     printable(key),

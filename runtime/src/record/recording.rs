@@ -20,7 +20,7 @@ pub enum RecordError {
     #[error("{} can't be read: {}", .0.display(), why_not_read(.1))]
     Read(PathBuf, io::Error),
     /// It holds no block of a record.
-    #[error("{} is no record", .0.display())]
+    #[error("{} is no record; plcrt --record and `plcc run --record` write records", .0.display())]
     NoRecord(PathBuf),
     /// Another version of plcc has written it.
     #[error("the record was written by {age} plcc: it has version {0}, this plcc reads version {VERSION}; \

@@ -58,13 +58,21 @@ impl Served {
     }
 
     /// The variables that names and patterns stand for, in this order.
+    ///
+    /// # Errors
+    /// When nothing has a name, or no name matches a pattern, or there are more than [`MAX_NAMES`].
     fn find_all(&mut self, names: &[String]) -> Result<Vec<(String, Variable)>, Failure> {
         let mut found: Vec<(String, Variable)> = vec![];
         for name in names {
             if name.contains(['*', '?']) {
                 let pattern = wildmatch::WildMatch::new_case_insensitive(name);
+                let before = found.len();
                 let declared = self.executive.declared().into_iter();
                 found.extend(declared.filter(|(name, _)| pattern.matches(name)));
+                if found.len() == before {
+                    let text = format!("no variable has a name that matches `{name}`");
+                    return Err(Failure::new("not_found", text));
+                }
             } else {
                 let variable = self.executive.find(name, Purpose::Watch);
                 found.push((name.clone(), variable.map_err(|error| unknown(&error))?));

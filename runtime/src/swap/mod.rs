@@ -47,8 +47,9 @@ pub fn compare(old: &Program, new: &Program) -> Result<Comparison, String> {
         (Tables::Nct(was), Tables::Nct(is)) => Ok(crate::nct::compare(old, was, new, is)),
         (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is),
         _ => {
-            let (was, is) = (old.dialect().name(), new.dialect().name());
-            Err(format!("it is a {is} program, and a {was} program is running"))
+            let name = |program: &Program| program.dialect().name().to_uppercase();
+            let (was, is) = (name(old), name(new));
+            Err(format!("it is a program in {is}, and the program that runs is in {was}"))
         }
     }
 }
