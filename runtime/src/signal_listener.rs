@@ -1,8 +1,8 @@
 //! Waits for signals that the process receives.
 //!
-//! A handler notes each signal and writes a byte to a socket, which wakes the thread that waits. That byte is not
-//! relied upon: should the system refuse to write or to read it, the thread finds the signal all the same when it
-//! looks next. (`signal_hook`'s own iterators panic when the byte can't be read.)
+//! A handler marks each signal as received and writes a byte to a socket, which wakes the thread that waits. If the
+//! system refuses to write or to read this byte, the thread finds the signal when it looks next, at most half a
+//! second later. (`signal_hook`'s own iterators panic when the byte can't be read.)
 
 use std::ffi::c_int;
 use std::io::{self, ErrorKind, Read};
@@ -107,12 +107,13 @@ mod tests {
         let mut signals = SignalListener::new(vec![SIGUSR2]).unwrap();
         signals.delivery.get_read_mut().shutdown(Shutdown::Both).unwrap();
         let handle = signals.handle();
-        let (tell, told) = mpsc::channel();
-        let waiting = thread::spawn(move || signals.for_each(|signal| tell.send(signal).unwrap()));
+        let (sender, received) = mpsc::channel();
+        let waiting =
+            thread::spawn(move || signals.for_each(|signal| sender.send(signal).unwrap()));
         raise(SIGUSR2).unwrap();
-        assert_eq!(told.recv(), Ok(SIGUSR2));
+        assert_eq!(received.recv(), Ok(SIGUSR2));
         handle.close();
         waiting.join().unwrap();
-        assert!(told.recv().is_err(), "there was one signal");
+        assert!(received.recv().is_err(), "there was one signal");
     }
 }

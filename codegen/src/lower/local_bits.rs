@@ -134,7 +134,7 @@ impl LocalBits {
         self.finish(current);
     }
 
-    /// Notes a word.
+    /// Enters a word whose groups were found: all are unpacked at the last of their stores, and the other stores are left out.
     fn finish(&mut self, found: Option<(Unpacked, Vec<Inst>)>) {
         if let Some((unpacked, mut stores)) = found
             && let Some(last) = stores.pop()

@@ -6,7 +6,7 @@ use super::float_range::FloatRange;
 use super::speculation_plan::called_integer_form;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, Value};
 
-/// The bounds of an index are found through so many instructions.
+/// To find the bounds of an index, its definition is followed back through at most this many instructions.
 const MAX_STEPS: u32 = 6;
 
 /// The least and the greatest number that `index` can be; `None` if nothing is known. `range_of` gives the
@@ -39,7 +39,7 @@ fn bounds(
             };
             next(arg).filter(within)
         }
-        // An AND with all lower bits changes no number that has no others.
+        // A mask of the lower bits changes no number that has no higher ones.
         InstData::Binary { op: BinaryOp::And, args: [x, by] } => {
             let most = func.constant(by).filter(|by| *by >= 0 && by & (by + 1) == 0)?;
             next(x).filter(|&(low, high)| low >= 0 && high <= most)

@@ -1,4 +1,4 @@
-//! Passes that make programs faster. Each is a file; [`optimize`] runs them in order.
+//! Passes that make programs faster; [`optimize`] runs them in order.
 //!
 //! | pass | what it does |
 //! | --- | --- |
@@ -35,11 +35,11 @@
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!
-//! The files `fold_…` hold the rules of `fold`, `speculation_plan`, `speculate_statement` and `speculate_row` what
-//! `speculate` checks.
-//! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
-//! `value_range` (bits and bounds of integers), `float_range` (bounds of doubles) and `image_bytes` (accesses as byte addresses) are
-//! data structures that the passes share.
+//! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
+//! `speculation_plan` what it checks, and treats whole statements in `speculate_statement` and rows of them in
+//! `speculate_row`. The passes share `graph` (the order of the blocks and their edges), `substitution` (which value
+//! replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds of doubles), `index_bounds`
+//! (bounds of a computed index) and `image_bytes` (accesses as byte addresses).
 
 mod branches;
 mod byte_bits;
@@ -352,7 +352,7 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         if stage.options.unpack_bits {
             stage.pass(Pass::ByteBits);
         }
-        // The instructions on doubles that the two passes have replaced are dropped at once: otherwise
+        // Instructions on doubles that `integers` has replaced are dropped after each of its runs: otherwise
         // `fold` would take them for uses of their operands.
         let mut has_checks = false;
         if stage.pass(Pass::Integers) {

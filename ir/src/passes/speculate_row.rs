@@ -28,10 +28,10 @@ use super::speculate_statement::{Checks, is_int32};
 use super::speculation_plan::{Check, MAX_STATEMENT};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
-/// No more variables than this are kept in mind, so that the time is linear.
+/// Of at most this many variables it is recorded that they hold integers, so that the pass takes linear time.
 const MAX_KNOWN: usize = 64;
 
-/// The range of a value behind checks is found through so many instructions.
+/// To find the range of a value after checks, its definition is followed back through at most this many instructions.
 const MAX_STEPS: u32 = 6;
 
 /// The bytes of a double.
@@ -63,20 +63,22 @@ impl Speculate<'_> {
         if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_STATEMENT {
             return None;
         }
-        // Nothing that is computed on the way through specialised code can be used in the general code.
+        // The general code of a row can use no value of its specialised code: a statement of a row uses only
+        // values that it computes itself.
         let mut is_closed = true;
-        let mut see = |value: Value| {
+        let mut check_use = |value: Value| {
             is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
         };
-        insts.iter().for_each(|&inst| self.func.inst(inst).for_each_arg(&mut see));
+        insts.iter().for_each(|&inst| self.func.inst(inst).for_each_arg(&mut check_use));
         if let Some(terminator) = rest.terminator.as_ref().filter(|_| is_last) {
-            terminator.for_each_arg(&mut see);
+            terminator.for_each_arg(&mut check_use);
         }
         is_closed.then_some(row)
     }
 
     /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block behind
-    /// it; `copies` are the values of its specialised code.
+    /// it. `copied` are the statement's instructions as they were; `copies` are their results, each with the value that
+    /// has its place in the specialised code.
     pub(super) fn add_to_row(
         &mut self,
         row: Option<Row>,
@@ -127,8 +129,9 @@ impl Speculate<'_> {
                     });
                     let range = self.range_after_checks(value, checks, MAX_STEPS);
                     if at.index.is_none() && self.func.ty(value) == Type::F64 && is_int32(range) {
-                        // Later passes do not know the bounds of a remainder any more, so that a sum with
-                        // it is taken as one of 33 bits, which is checked rather than divided as it is.
+                        // The range of all integers of 32 bits is recorded, also for a remainder, whose range is
+                        // narrower: later passes do not know the narrower range of a variable. With it a sum of
+                        // two such variables would get no check here, and be divided there as a number of 33 bits.
                         known.push(KnownInteger {
                             at,
                             double: copy(value),

@@ -89,9 +89,10 @@ impl Checks<'_> {
 }
 
 impl Speculate<'_> {
-    /// Speculates on a statement that needs at least two checks, or that goes on a row of such statements. `insts` are the instructions of the statement, `end`
-    /// is the place after them among those of the block; `is_last` says that no instruction stands there. Gives
-    /// how many of the instructions were copied; `None` if nothing was done.
+    /// Speculates on a statement that needs at least two checks, or that continues a row of such statements.
+    /// `insts` are the instructions of the statement, `end` is the place after them among those of the block;
+    /// `is_last` says that no instruction stands there. Gives how many of the instructions were copied; `None` if
+    /// nothing was done.
     pub(super) fn whole_statement(
         &mut self,
         insts: &[Inst],
@@ -151,8 +152,8 @@ impl Speculate<'_> {
         Some(checks.end)
     }
 
-    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`], or fewer than two and
-    /// goes on no row, or is too long.
+    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`], is too long, or needs fewer
+    /// than two and continues no row.
     fn find_checks<'a>(&self, insts: &'a [Inst], row: Option<&Row>) -> Option<Checks<'a>> {
         if insts.len() > MAX_STATEMENT {
             return None;
@@ -306,7 +307,7 @@ impl Speculate<'_> {
                     self.unchecked_loads(arg, checks, steps - 1, loads);
                 }
             }
-            // It is not computed from a single load.
+            // It is not computed from loads alone. It is entered twice, so that the list is not that of a single load.
             _ => loads.extend([value, value]),
         }
     }

@@ -1,5 +1,6 @@
 //! A session: what is monitored, what is shown of it, and what the user does. `Session` holds all state; the other
-//! files of this folder add the methods for one screen each.
+//! files of this folder add the methods for one screen each. What a method does that carries out a command is said at
+//! that [`Command`].
 
 mod events;
 mod export;

@@ -66,7 +66,7 @@ impl Session<'_> {
             link.poll();
         }
         let Some(run_target) = self.run_target() else { return false };
-        let lists = self.list_on(until);
+        let listed = self.continue_listing(until);
         while self.time.run_until < run_target && Instant::now() < until {
             let tick = self.time.run_until;
             // While the user stays at a tick of another version of the program, that one is not left.
@@ -94,7 +94,7 @@ impl Session<'_> {
         if self.time.following {
             self.time.shown = self.time.run_until.saturating_sub(1).max(self.first());
         }
-        lists || before != (self.time.run_until, self.time.shown)
+        listed || before != (self.time.run_until, self.time.shown)
     }
 
     /// The tick before which all are to be run now; `None` without a run or recording.

@@ -121,7 +121,7 @@ impl Session<'_> {
                 let before = tick.checked_sub(1).filter(|before| *before >= first && !cut);
                 // Of another version of the program nothing is run again here: that would replace what is shown.
                 let before = before.filter(|before| self.is_of_version(*before));
-                let looked = before.and_then(|before| {
+                let traced = before.and_then(|before| {
                     if !self.traces.has(before) {
                         self.trace(before).ok()?;
                     }
@@ -134,7 +134,7 @@ impl Session<'_> {
                     });
                     Some((count, line))
                 });
-                let (statements, line) = match looked {
+                let (statements, line) = match traced {
                     Some((statements, line)) => (Some(statements), line),
                     None => (None, None),
                 };

@@ -20,7 +20,8 @@ impl Session<'_> {
         debugger.is_none_or(|debugger| debugger.generation_of(tick) == self.generation)
     }
 
-    /// Takes in that the debugger has gone over to another version: forgets what belongs to the one before.
+    /// Shows the version of the program to which the debugger has gone over: its text takes the place of that of the
+    /// version before, and what was computed from that is forgotten.
     pub(super) fn show_version(&mut self) {
         let Some(debugger) = &self.debugger else { return };
         if debugger.generation() == self.generation {

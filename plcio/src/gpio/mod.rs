@@ -16,8 +16,10 @@ use tokio::time::{Instant, sleep_until, timeout};
 use crate::session::Shared;
 use lines::{ChipLines, Output, Requested};
 
-/// The shortest and the longest pause before a chip is opened again.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
+/// The pause before a chip is opened again for the first time. It doubles with each attempt that fails.
+const FIRST_PAUSE: Duration = Duration::from_millis(100);
+/// The longest pause before a chip is opened again.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
 /// A chip with the lines that the configuration names.
 pub(crate) struct Chip {
@@ -48,13 +50,14 @@ pub(crate) fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
     chips
 }
 
-/// Does work that may wait on a thread of its own, for at most as long as a device has for its answer. If it takes longer,
-/// that is an event, and the work is waited for, or the end of the session.
+/// Does work that may have to wait for a chip on a thread of its own, and waits for its result. If that takes longer than a
+/// device has for its answer, the event `lost` is written first; `lost` is the reason of the last such event, if the chip is
+/// still lost.
 ///
 /// # Errors
 /// Why the work failed; nothing where the session ended.
 async fn on_a_thread<T: Send + 'static>(
-    (shared, chip, is_lost): (&Shared, &str, &mut Option<String>),
+    (shared, chip, lost): (&Shared, &str, &mut Option<String>),
     ended: &mut Receiver<bool>,
     work: impl FnOnce() -> Result<T, String> + Send + 'static,
 ) -> Result<T, Option<String>> {
@@ -62,7 +65,7 @@ async fn on_a_thread<T: Send + 'static>(
     let done = match timeout(shared.settings.answer, &mut task).await {
         Ok(done) => done,
         Err(_) => {
-            report_lost(shared, chip, is_lost, "the chip does not answer");
+            report_lost(shared, chip, lost, "the chip does not answer");
             // The session waits for two seconds at its end.
             let is_over =
                 async { while !*ended.borrow_and_update() && ended.changed().await.is_ok() {} };
@@ -75,18 +78,18 @@ async fn on_a_thread<T: Send + 'static>(
     done.map_err(|error| Some(error.to_string()))?.map_err(Some)
 }
 
-/// Writes the event `lost`, once for each reason in a row.
-fn report_lost(shared: &Shared, chip: &str, reported: &mut Option<String>, why: &str) {
-    if reported.as_deref() != Some(why) {
+/// Writes the event `lost`, unless the last one had the same reason.
+fn report_lost(shared: &Shared, chip: &str, lost: &mut Option<String>, why: &str) {
+    if lost.as_deref() != Some(why) {
         shared.events.write("lost", &[("device", Value::from(chip)), ("why", why.into())]);
-        *reported = Some(why.to_owned());
+        *lost = Some(why.to_owned());
     }
 }
 
 impl Chip {
     /// Exchanges values with the chip until the session ends; then writes the outputs once more.
     pub(crate) async fn run(self, shared: Shared, mut ended: Receiver<bool>) {
-        let mut pause = PAUSES.0;
+        let mut pause = FIRST_PAUSE;
         // Why the chip was lost, while it is.
         let mut lost: Option<String> = None;
         loop {
@@ -99,7 +102,7 @@ impl Chip {
                 () = tokio::time::sleep(pause) => {}
                 _ = ended.changed() => return,
             }
-            pause = (pause * 2).min(PAUSES.1);
+            pause = (pause * 2).min(LONGEST_PAUSE);
         }
     }
 
@@ -146,7 +149,7 @@ impl Chip {
             // A chip that was slow is connected again when it has answered.
             if !std::mem::replace(&mut is_connected, true) || lost.take().is_some() {
                 shared.events.write("connected", &[("device", Value::from(self.name.as_str()))]);
-                (*lost, *pause) = (None, PAUSES.0);
+                (*lost, *pause) = (None, FIRST_PAUSE);
             }
             {
                 let mut hub = shared.hub();

@@ -58,7 +58,11 @@ pub enum SocketError {
     Io(PathBuf, io::Error),
 }
 
-/// Opens the socket, with this mode. One that a dead process has left behind is replaced.
+/// Opens the socket at `path`, with the permissions `mode` (as in 0o600). A socket that a dead process has left
+/// behind is replaced.
+///
+/// # Errors
+/// When a process listens there, something else has that name, or the system refuses it.
 fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
     let failed = |error| SocketError::Io(path.to_owned(), error);
     match fs::symlink_metadata(path) {
@@ -183,7 +187,8 @@ impl SocketThread {
         }
     }
 
-    /// Does what can be done: for whom [`wait`](Self::wait) has found ready, and for those whose answers have come.
+    /// Serves the listener and the connections that [`wait`](Self::wait) has found `ready` (in its order), and sends the
+    /// answers that have come.
     fn act(&mut self, ready: &[bool], now: Instant) {
         if ready.first().is_some_and(|ready| *ready) {
             self.accept(now);

@@ -1,4 +1,12 @@
-//! Finds the words of which a function does nothing but read and write single bits.
+//! Finds the words of which a function does nothing but read and write single bits. Front ends write such accesses
+//! in these forms:
+//!
+//! | access of bit N | instructions |
+//! | --- | --- |
+//! | read | load the word; shift it right by N, unless N is 0; AND with 1 |
+//! | write | load the word; AND with a mask that drops bit N; OR with a value that has no other bit; store the word |
+//!
+//! A word that is used in any other way is refused.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,10 +16,10 @@ use crate::{Address, BinaryOp, FuncData, Inst, InstData, RegionId, Type, Value};
 
 /// What a read of a bit saves, in instructions: a shift, and a load that becomes an operand.
 const SAVED_BY_READ: u32 = 2;
-/// What a write of a bit saves, in instructions: the load of the word, two masks, a shift and an OR.
+/// What a write of a bit saves, in instructions: the load of the word, two masks and an OR. The shift may remain.
 const SAVED_BY_WRITE: u32 = 4;
 
-/// Every access of a word's bit, by the instruction that is changed.
+/// An access of one bit of a word. It is entered for the instruction in whose place an access of a byte comes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Access {
     /// The instruction's result is the bit with this number, as an integer.
@@ -36,20 +44,20 @@ pub(super) struct Found {
     pub(super) accesses: HashMap<Inst, Access>,
 }
 
-/// What a value is made of.
+/// How a value follows from a word.
 #[derive(Clone, Copy)]
-enum Part {
-    /// A word as it is in the image.
+enum Form {
+    /// It is the word as it is in the image.
     Whole(usize),
-    /// A word, shifted right by so many bits.
+    /// It is the word, shifted right by so many bits.
     Shifted(usize, u32),
-    /// A word without this bit.
+    /// It is the word, with this bit 0.
     Without(usize, u32),
-    /// A word with this bit replaced by that of a value.
+    /// It is the word, with this bit replaced by that of a value.
     Replaced(usize, u32, Value),
 }
 
-impl Part {
+impl Form {
     fn word(self) -> usize {
         match self {
             Self::Whole(word)
@@ -60,22 +68,23 @@ impl Part {
     }
 }
 
-/// A value that is made of a word.
+/// A value that was computed from a word.
 #[derive(Clone, Copy)]
-struct Made {
-    part: Part,
-    /// The number of the instruction that made it.
+struct Derived {
+    form: Form,
+    /// The number of the instruction that computed it.
     at: u32,
-    /// How many of its uses are such as bytes can replace.
-    uses: u32,
+    /// How many of its uses belong to reads and writes of bits.
+    bit_uses: u32,
 }
 
-/// A word that may turn out to be used in other ways, too.
+/// A word of which single bits are accessed, as far as the search has come.
 struct Candidate {
     word: Word,
+    /// Whether it is used in another way, too.
     refused: bool,
     /// The number of the instruction that stored it last.
-    stored: u32,
+    last_store: u32,
 }
 
 /// A function that is searched.
@@ -85,15 +94,15 @@ struct Search<'a> {
     candidates: Vec<Candidate>,
     /// The number of the candidate at an address.
     numbers: HashMap<(RegionId, u32), usize>,
-    /// For each value what it is made of, if that is known.
-    made: Vec<Option<Made>>,
-    /// The number of the current instruction.
-    now: u32,
-    /// The number of the last instruction in this block that may have changed any word, or of the block's first one.
-    since: u32,
+    /// For each value how it follows from a word, if it does.
+    derived: Vec<Option<Derived>>,
+    /// The number of the current instruction, counted over the whole function.
+    current: u32,
+    /// The number of the last instruction in this block that may have changed any word, or of the block's beginning.
+    last_effect: u32,
     accesses: HashMap<Inst, Access>,
-    /// Places in the regions of words that are accessed in other ways.
-    others: HashSet<(RegionId, u32)>,
+    /// Words that are accessed in other ways, such as single bytes of them.
+    other_accesses: HashSet<(RegionId, u32)>,
     /// Regions of words that are accessed by an index.
     indexed: HashSet<RegionId>,
 }
@@ -110,20 +119,20 @@ pub(super) fn find(
         regions,
         candidates: vec![],
         numbers: HashMap::new(),
-        made: vec![None; func.value_count()],
-        now: 0,
-        since: 0,
+        derived: vec![None; func.value_count()],
+        current: 0,
+        last_effect: 0,
         accesses: HashMap::new(),
-        others: HashSet::new(),
+        other_accesses: HashSet::new(),
         indexed: HashSet::new(),
     };
     for &block in &graph.order {
-        search.now += 1;
-        search.since = search.now;
+        search.current += 1;
+        search.last_effect = search.current;
         let data = func.block(block);
         let frequency = frequencies.get(block.index()).copied().unwrap_or(0.0);
         for &inst in &data.insts {
-            search.now += 1;
+            search.current += 1;
             search.inst(inst, frequency);
         }
     }
@@ -145,34 +154,34 @@ impl Search<'_> {
         let candidates = &mut self.candidates;
         *self.numbers.entry((at.region, at.offset)).or_insert_with(|| {
             let word = Word { at, used: 0, written: 0, saved: 0.0, saved_code: 0, slot: 0 };
-            candidates.push(Candidate { word, refused: false, stored: 0 });
+            candidates.push(Candidate { word, refused: false, last_store: 0 });
             candidates.len() - 1
         })
     }
 
-    /// Notes that a value is made of a word.
-    fn define(&mut self, value: Option<Value>, part: Part) {
-        let at = self.now;
-        if let Some(slot) = value.and_then(|value| self.made.get_mut(value.index())) {
-            *slot = Some(Made { part, at, uses: 0 });
+    /// Enters how a value follows from a word.
+    fn define(&mut self, value: Option<Value>, form: Form) {
+        let at = self.current;
+        if let Some(slot) = value.and_then(|value| self.derived.get_mut(value.index())) {
+            *slot = Some(Derived { form, at, bit_uses: 0 });
         }
     }
 
-    /// What a value is made of, if that is still what the word is.
-    fn part(&self, value: Value) -> Option<Part> {
-        let made = (*self.made.get(value.index())?)?;
-        let stored = self.candidates.get(made.part.word())?.stored;
-        (made.at > stored.max(self.since)).then_some(made.part)
+    /// How a value follows from a word; `None` if it does not, or the word may have changed since.
+    fn form(&self, value: Value) -> Option<Form> {
+        let derived = (*self.derived.get(value.index())?)?;
+        let last_store = self.candidates.get(derived.form.word())?.last_store;
+        (derived.at > last_store.max(self.last_effect)).then_some(derived.form)
     }
 
-    /// Counts a use of a value as one that bytes can replace.
-    fn count(&mut self, value: Value) {
-        if let Some(Some(made)) = self.made.get_mut(value.index()) {
-            made.uses += 1;
+    /// Counts a use of a value that belongs to a read or write of a bit.
+    fn count_bit_use(&mut self, value: Value) {
+        if let Some(Some(derived)) = self.derived.get_mut(value.index()) {
+            derived.bit_uses += 1;
         }
     }
 
-    /// Notes an access of a bit.
+    /// Enters an access of a bit, by the instruction that is replaced for it.
     fn access(&mut self, inst: Inst, access: Access, frequency: f32) {
         let (word, bit, written, saved) = match access {
             Access::Read { word, bit } => (word, bit, 0, SAVED_BY_READ),
@@ -187,40 +196,41 @@ impl Search<'_> {
         }
     }
 
+    /// Looks at the next instruction of a block that is executed `frequency` times in each call of the function.
     fn inst(&mut self, inst: Inst, frequency: f32) {
         let func = self.func;
         match *func.inst(inst) {
             InstData::Load { ty, at } if self.is_word(&at, ty) => {
                 let word = self.number(at);
-                self.define(func.result(inst), Part::Whole(word));
+                self.define(func.result(inst), Form::Whole(word));
             }
             InstData::Store { at, value } if self.is_word(&at, func.ty(value)) => {
                 let word = self.number(at);
-                let replaced = match self.part(value) {
-                    Some(Part::Replaced(of, bit, by)) if of == word => Some((bit, by)),
+                let replaced = match self.form(value) {
+                    Some(Form::Replaced(of, bit, by)) if of == word => Some((bit, by)),
                     _ => None,
                 };
                 if let Some((bit, by)) = replaced {
-                    self.count(value);
+                    self.count_bit_use(value);
                     self.access(inst, Access::Write { word, bit, value: by }, frequency);
                 }
                 if let Some(candidate) = self.candidates.get_mut(word) {
                     candidate.refused |= replaced.is_none();
-                    candidate.stored = self.now;
+                    candidate.last_store = self.current;
                 }
             }
             InstData::Load { ty, at } => self.other(&at, ty),
             InstData::Store { at, value } => self.other(&at, func.ty(value)),
             InstData::Binary { op, args } => self.binary(inst, op, args, frequency),
-            data if data.has_effect() => self.since = self.now,
+            data if data.has_effect() => self.last_effect = self.current,
             _ => {}
         }
     }
 
-    /// Notes an access that is none of a whole word.
+    /// Enters an access of something other than a whole word.
     fn other(&mut self, at: &Address, ty: Type) {
         if at.volatile {
-            self.since = self.now;
+            self.last_effect = self.current;
         }
         if !self.regions.contains(&at.region) {
             return;
@@ -231,7 +241,7 @@ impl Search<'_> {
         }
         let last = at.offset.saturating_add(ty.bytes() - 1);
         for offset in [at.offset & !3, last & !3] {
-            self.others.insert((at.region, offset));
+            self.other_accesses.insert((at.region, offset));
         }
     }
 
@@ -239,47 +249,47 @@ impl Search<'_> {
         let func = self.func;
         let result = func.result(inst);
         let constant = func.constant(b).map(|constant| constant as u32);
-        match (op, self.part(a), constant) {
-            (BinaryOp::Lshr, Some(Part::Whole(word)), Some(by @ 1..WORD_BITS)) => {
-                self.count(a);
-                self.define(result, Part::Shifted(word, by));
+        match (op, self.form(a), constant) {
+            (BinaryOp::Lshr, Some(Form::Whole(word)), Some(by @ 1..WORD_BITS)) => {
+                self.count_bit_use(a);
+                self.define(result, Form::Shifted(word, by));
             }
-            (BinaryOp::And, Some(Part::Whole(word)), Some(1)) => {
-                self.count(a);
+            (BinaryOp::And, Some(Form::Whole(word)), Some(1)) => {
+                self.count_bit_use(a);
                 self.access(inst, Access::Read { word, bit: 0 }, frequency);
             }
-            (BinaryOp::And, Some(Part::Shifted(word, bit)), Some(1)) => {
-                self.count(a);
+            (BinaryOp::And, Some(Form::Shifted(word, bit)), Some(1)) => {
+                self.count_bit_use(a);
                 self.access(inst, Access::Read { word, bit }, frequency);
             }
-            (BinaryOp::And, Some(Part::Whole(word)), Some(mask)) => {
+            (BinaryOp::And, Some(Form::Whole(word)), Some(mask)) => {
                 let dropped = !mask & ((1 << WORD_BITS) - 1);
                 if dropped.is_power_of_two() {
-                    self.count(a);
-                    self.define(result, Part::Without(word, dropped.trailing_zeros()));
+                    self.count_bit_use(a);
+                    self.define(result, Form::Without(word, dropped.trailing_zeros()));
                 }
             }
-            (BinaryOp::Or, Some(Part::Without(word, bit)), _) => {
+            (BinaryOp::Or, Some(Form::Without(word, bit)), _) => {
                 // The other operand has no bit but this.
                 if let Some(&InstData::Binary { op: BinaryOp::And, args: [_, mask] }) =
                     func.def_inst(b)
                     && func.constant(mask).is_some_and(|mask| mask as u32 == 1 << bit)
                 {
-                    self.count(a);
-                    self.define(result, Part::Replaced(word, bit, b));
+                    self.count_bit_use(a);
+                    self.define(result, Form::Replaced(word, bit, b));
                 }
             }
             _ => {}
         }
     }
 
-    /// The words that are used in no other way, the most worthwhile first.
+    /// The words that are used in no other way; those whose bytes save most come first, and get the lowest numbers.
     fn finish(mut self) -> Found {
         let uses = self.func.use_counts();
-        for (made, uses) in self.made.iter().zip(uses) {
-            if let Some(made) = made
-                && made.uses != uses
-                && let Some(candidate) = self.candidates.get_mut(made.part.word())
+        for (derived, uses) in self.derived.iter().zip(uses) {
+            if let Some(derived) = derived
+                && derived.bit_uses != uses
+                && let Some(candidate) = self.candidates.get_mut(derived.form.word())
             {
                 candidate.refused = true;
             }
@@ -288,7 +298,7 @@ impl Search<'_> {
             let at = candidate.word.at;
             !candidate.refused
                 && candidate.word.used != 0
-                && !self.others.contains(&(at.region, at.offset))
+                && !self.other_accesses.contains(&(at.region, at.offset))
                 && !self.indexed.contains(&at.region)
         };
         let mut order: Vec<usize> = (0..self.candidates.len())

@@ -55,15 +55,16 @@ pub(super) fn is_exit(terminator: &Terminator) -> bool {
 
 /// Which words are unpacked and packed where.
 pub(super) struct Flow {
-    /// For each block the words that may have been changed since they were unpacked, at its beginning.
+    /// For each block the words that may have been changed at its beginning, since they were unpacked.
     pub(super) changed: Vec<WordSet>,
-    /// For each block the words that may be accessed before the next barrier or exit, or packed there, at its end.
+    /// For each block the words that are needed at its end: that may be accessed before the next barrier or exit, or packed
+    /// there.
     pub(super) needed: Vec<WordSet>,
     /// The same at the beginning of each block.
     pub(super) needed_at_begin: Vec<WordSet>,
 }
 
-/// The set of one word, if it is accessed by an instruction; and whether it is changed.
+/// The set of the word that an instruction accesses, empty if there is none; and whether the instruction writes it.
 fn accessed(found: &Found, inst: Inst) -> (WordSet, bool) {
     match found.accesses.get(&inst) {
         Some(access) => (1 << access.word(), matches!(access, Access::Write { .. })),
@@ -148,7 +149,7 @@ impl Flow {
         }
     }
 
-    /// The words for which bytes pay, in time and in code.
+    /// The words for which bytes save more than packing and unpacking cost, both in time and in code.
     pub(super) fn worthwhile(
         &self,
         func: &FuncData,

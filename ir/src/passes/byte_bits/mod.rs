@@ -41,8 +41,7 @@ mod rewrite;
 use super::graph::Graph;
 use crate::{Address, FuncData, RegionId};
 
-/// The words of one function whose bits become bytes are no more than this, since a set of them is a number of
-/// 64 bits.
+/// The bits of at most this many words of a function become bytes, since a [set of words](WordSet) has 64 bits.
 const MAX_WORDS: usize = 64;
 
 /// The bits of a word that are used; its highest byte is 0.

@@ -132,8 +132,8 @@ impl Writer<'_> {
         }
     }
 
-    /// The bit with a number of a value, as a truth value. The value is masked so that it has no others, and it mostly is a
-    /// value that was shifted to its place.
+    /// Bit number `bit` of a value, as a truth value. The value has no other bit, since an AND has masked it. Mostly
+    /// a truth value was shifted left to its place before; then neither the shift nor the mask is needed.
     fn bit(&mut self, value: Value, bit: u32) -> Option<Value> {
         let mut of = value;
         if let Some(&InstData::Binary { op: BinaryOp::And, args: [unmasked, _] }) =

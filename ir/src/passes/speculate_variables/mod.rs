@@ -41,16 +41,16 @@ use crate::{
     Terminator, UnaryOp, Value,
 };
 
-/// So often must the checked variables be loaded on the average, or else a check of each costs more than it
+/// The checked variables must be loaded at least this often on average: otherwise checking each costs more than it
 /// saves.
 const LOADS_PER_VARIABLE: usize = 2;
 
 /// The least number of loads for which the code is copied.
 const MIN_LOADS: usize = 24;
 
-/// The copy is of use only if not more than one in so many operations still has operands that must be
-/// checked: behind a check that may fail, a result is not known to be an integer any more.
-const MIN_GAIN: usize = 8;
+/// For each operand that must still be checked in the copy, there must be at least this many operations that gain
+/// by integers: after a check that may fail, a result is not known to be an integer any more.
+const GAINING_PER_OTHER: usize = 8;
 
 /// No more variables than this are checked.
 const MAX_VARIABLES: usize = 64;
@@ -84,7 +84,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     copy.blocks(&graph, entry, &checks);
     let (gaining, others) = (copy.gaining, copy.other_operands);
     let fast = copy.blocks.get(entry.index()).copied().flatten();
-    let Some(fast) = fast.filter(|_| others * MIN_GAIN <= gaining) else {
+    let Some(fast) = fast.filter(|_| others * GAINING_PER_OTHER <= gaining) else {
         func.blocks.truncate(count);
         return false;
     };
@@ -122,7 +122,7 @@ fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
 fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) -> Vec<Address> {
     let mut needed = vec![false; func.value_count()];
     let mut counts: HashMap<(RegionId, u32), usize> = HashMap::new();
-    // How many operations are faster on integers, and how many operands of these do not come from
+    // How many operations are faster on integers, and how many of their operands come from something other than
     // variables.
     let (mut gaining, mut others) = (0, 0);
     for &block in graph.order.iter().rev().filter(|block| !func.block(**block).cold) {
@@ -149,7 +149,7 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
     found.truncate(MAX_VARIABLES);
     let loads: usize = found.iter().map(|&(_, count)| count).sum();
     let pays = loads >= MIN_LOADS.max(LOADS_PER_VARIABLE * found.len());
-    if !pays || others * MIN_GAIN > gaining {
+    if !pays || others * GAINING_PER_OTHER > gaining {
         return vec![];
     }
     found.sort_unstable_by_key(|&((region, offset), _)| (region.index(), offset));

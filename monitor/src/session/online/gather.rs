@@ -177,7 +177,7 @@ impl Session<'_> {
 
     /// Runs further ticks of a list again and shows their lines, until a moment, but at least one of them. Gives whether
     /// there was anything to do.
-    pub(in crate::session) fn list_on(&mut self, until: Instant) -> bool {
+    pub(in crate::session) fn continue_listing(&mut self, until: Instant) -> bool {
         let Some(mut listing) = self.online.listing.take() else { return false };
         while let Some(tick) = listing.ticks.pop_front() {
             let values = match self.values_after(tick, &listing.names) {
