@@ -1,6 +1,7 @@
 //! The work for one image file, from its beginning until the control ends, makes another one, or `plcio`
 //! ends.
 
+use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -60,7 +61,10 @@ impl Session {
         let path = &settings.image;
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let identity = identity(path);
-        let reader = ImageReader::open(path).map_err(|error| named(&error))?;
+        let reader = ImageReader::open(path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => named(&"there is no such image file yet; the control makes it"),
+            _ => named(&error),
+        })?;
         match reader.state() {
             Some(State::Prepared | State::Running | State::Stopped) => {}
             _ => return Err(named(&"the control does not run")),

@@ -3,11 +3,13 @@
 
 use std::env;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use crate::files::why_not_written;
 
 /// Time between two writes to the hardware watchdog.
 const FEED_INTERVAL: Duration = Duration::from_secs(1);
@@ -49,7 +51,10 @@ impl Notifier {
             let flags = rustix::fs::OFlags::NONBLOCK.bits() as i32;
             let opened = File::options().write(true).custom_flags(flags).open(path);
             opened.map_err(|error| {
-                let why = crate::files::why_not_written(&error);
+                let why = match error.kind() {
+                    ErrorKind::NotFound => "there is no such device".into(),
+                    _ => why_not_written(&error),
+                };
                 format!("the hardware watchdog {} can't be opened: {why}", path.display())
             })
         });
