@@ -1,9 +1,9 @@
 //! What `plcc replay`, `plcc convert` and `plcc debug` do with a record before they replay it: they choose
 //! one of its runs, find the program of that run, and say what of the record is missing.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use plcc_runtime::files::FileIdentity;
 use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayed, Replayer};
 use plcc_runtime::session::replay::recorded_executive;
 use plcc_runtime::{Artifact, Executive};
@@ -74,9 +74,10 @@ pub(crate) fn check_outputs<'p>(
     older.push(".1");
     let older = PathBuf::from(older);
     let read = [record, older.as_path()].into_iter().chain(files.iter().map(PathBuf::as_path));
-    let read: Vec<PathBuf> = read.filter_map(|path| fs::canonicalize(path).ok()).collect();
+    let read: Vec<FileIdentity> = read.map(FileIdentity::of).collect();
     for output in outputs.into_iter().filter(|path| !output::is_stdout(path)) {
-        if fs::canonicalize(output).is_ok_and(|place| read.contains(&place)) {
+        let output_file = FileIdentity::of(output);
+        if read.iter().any(|file| file.is_same(&output_file)) {
             let what =
                 "it is read for this and is not overwritten; name another file for the output";
             return Err(Failure::file(output, what));

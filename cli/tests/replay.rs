@@ -241,6 +241,25 @@ fn no_output_overwrites_what_is_read() {
         folder.plcc(command).exits(2).says(&["is not overwritten"]);
         assert_eq!(bytes(), before, "{command}");
     }
+    // The older part of a record has this name, also where there is none yet.
+    fs::remove_file(folder.path().join("r.csv.1")).unwrap();
+    folder.plcc("convert r.csv --to csv -o r.csv.1").exits(2).says(&["is not overwritten"]);
+    assert!(!folder.has("r.csv.1"));
+    // Another name of the record's file.
+    fs::hard_link(folder.path().join("r.csv"), folder.path().join("same.csv")).unwrap();
+    folder.plcc("convert r.csv --to csv -o same.csv").exits(2).says(&["is not overwritten"]);
+    folder.plcc("replay r.csv --trace same.csv --watch N").exits(2).says(&["is not overwritten"]);
+    assert_eq!(fs::read(folder.path().join("r.csv")).unwrap(), before[0]);
+}
+
+/// An FST has its length in its head, which is written last.
+#[cfg(unix)]
+#[test]
+fn an_fst_is_written_to_regular_files_alone() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 5 --record r.plcrec").exits(0);
+    folder.plcc("convert r.plcrec --to fst -o /dev/null").exits(2).says(&["a regular file"]);
+    folder.plcc("convert r.plcrec --to vcd -o /dev/null").exits(0);
 }
 
 /// A record that is cut within its first checkpoint, or after it, has nothing that went as recorded.

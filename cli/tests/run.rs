@@ -269,11 +269,13 @@ fn upper_local_variables_survive_and_pots_are_only_their_first_content() {
 #[test]
 fn outputs_do_not_overwrite_what_is_read() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("s.csv", "tick,name,value\n")]);
+    std::fs::hard_link(folder.path().join("a.pmi"), folder.path().join("link.pmi")).unwrap();
     for line in [
         "--trace a.pmi",
         "--dump s.csv --stimulus s.csv",
         "--trace x --dump x",
         "--trace x --image x",
+        "--trace link.pmi",
     ] {
         folder.plcc(&format!("run a.pmi --ticks 1 --watch N {line}")).exits(2).says(&["overwrite"]);
     }

@@ -192,6 +192,11 @@ impl Link {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => {
                         format!("{what}: the control does not answer")
                     }
+                    ErrorKind::BrokenPipe
+                    | ErrorKind::ConnectionReset
+                    | ErrorKind::UnexpectedEof => {
+                        format!("{what}: the control has closed the connection")
+                    }
                     _ => format!("{what}: {error}"),
                 };
                 self.stream = None;

@@ -196,6 +196,42 @@ pub(crate) fn resolve_links(path: &Path) -> PathBuf {
     }
 }
 
+/// Which file a path means, so that two paths of one file are known as such: symbolic links and, where the file exists, hard
+/// links are seen through.
+#[derive(Clone, Debug)]
+pub struct FileIdentity {
+    path: PathBuf,
+    inode: Option<(u64, u64)>,
+}
+
+impl FileIdentity {
+    /// The file of a path, which need not exist yet.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let path = resolve_links(path);
+        let inode = fs::metadata(&path).ok().as_ref().and_then(inode_of);
+        Self { path, inode }
+    }
+
+    /// Whether both are the same file.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.path == other.path || self.inode.is_some() && self.inode == other.inode
+    }
+}
+
+/// The device and the number of a file on it, by which hard links are recognised.
+#[cfg(unix)]
+fn inode_of(about: &Metadata) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    Some((about.dev(), about.ino()))
+}
+
+#[cfg(not(unix))]
+fn inode_of(_: &Metadata) -> Option<(u64, u64)> {
+    None
+}
+
 /// How many attempts are made to replace a file while another process replaces it too.
 const REPLACE_ATTEMPTS: u32 = 200;
 /// The pause between two of these attempts.

@@ -147,10 +147,14 @@ impl Session<'_> {
 
     pub(super) fn force(&mut self, name: &str, value: &str) -> Result<Reply, Refusal> {
         if !self.allows("force") {
-            return Err(Refusal::new(match self.link {
-                Some(_) => "the control was started without --allow force",
-                None => "nothing can be forced in a recording",
-            }));
+            let Some(link) = &mut self.link else {
+                return Err(Refusal::new("nothing can be forced in a recording"));
+            };
+            // A control that does not answer may allow it.
+            link.ask_status()?;
+            if !self.allows("force") {
+                return Err(Refusal::new("the control was started without --allow force"));
+            }
         }
         if !self.io.confirmed {
             return Err(Refusal {

@@ -612,3 +612,20 @@ fn watch_lists_have_an_end_and_a_name() {
     session.apply(Command::ChooseList { list: " second ".into() }).unwrap();
     session.apply(watch(&["Q0..1000"])).unwrap();
 }
+
+/// What a control allows is not known before it answers.
+#[test]
+fn nothing_is_said_of_what_a_control_allows_that_does_not_answer() {
+    let mut session = crate::Session::open(crate::Target {
+        kind: crate::view::TargetKind::Control,
+        name: "gone.sock".into(),
+        run: None,
+        socket: Some("/nonexistent/gone.sock".into()),
+        state_folder: None,
+        speed: 1.0,
+        rebuilder: None,
+    });
+    let force = Command::Force { name: "A".into(), value: "1".into() };
+    let refusal = session.apply(force).unwrap_err();
+    assert!(refusal.message.ends_with("there is no such socket"), "{refusal}");
+}

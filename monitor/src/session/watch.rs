@@ -212,7 +212,6 @@ impl Session<'_> {
         let value: i64 = value
             .parse()
             .map_err(|_| Refusal::new(format!("`{value}` is no whole number, which {name} is")))?;
-        let may_swap = self.allows("swap");
         let (Some(link), Some(rebuilder)) = (&mut self.link, &mut self.rebuilder) else {
             return Err(Refusal::new(format!(
                 "{name} stands in the source; only in a control that runs, named by its socket and --record, can it be \
@@ -221,7 +220,7 @@ impl Session<'_> {
         };
         // Another change may just have been made, which must not be lost.
         let status = link.ask_status()?;
-        if !may_swap {
+        if !status.allow.iter().any(|word| word == "swap") {
             return Err(Refusal::new(format!(
                 "{name} stands in the source, so a change is another program: the control was started without --allow swap"
             )));

@@ -245,6 +245,23 @@ fn statements_that_are_too_long_go_on_in_further_rows() {
 }
 
 #[test]
+fn long_messages_take_more_rows_and_typed_text_shows_its_end() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
+    let message = format!("{} THE END", "words ".repeat(24).trim_end());
+    screen.app.message = Some((message, true));
+    let text = screen.drawn();
+    assert!(text.contains("! words") && text.contains("THE END"), "{text}");
+    screen.app.message = Some(("word ".repeat(200), false));
+    assert!(screen.drawn().contains('…'));
+    screen.keys("2i");
+    screen.keys(&"A,".repeat(300));
+    screen.keys("LAST");
+    let text = screen.drawn();
+    assert!(text.contains("LAST_"), "{text}");
+    assert!(text.contains("F7/B rollback"), "{text}");
+}
+
+#[test]
 fn all_keys_and_the_help_are_seen_on_80_columns() {
     let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
     for (page, _) in super::app::PAGES {

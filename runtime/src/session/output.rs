@@ -8,7 +8,7 @@ use plcc_abi::Program;
 
 use crate::args::RunArgs;
 use crate::files::{
-    can_replace, open_output, replace, resolve_links, temporary_of, why_not_written,
+    FileIdentity, can_replace, open_output, replace, resolve_links, temporary_of, why_not_written,
 };
 use crate::retain;
 
@@ -240,12 +240,11 @@ pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
 }
 
 /// What a path of the command line means.
-#[derive(PartialEq, Eq)]
 enum Target {
     /// Standard output.
     StandardOutput,
-    /// A file, which may not exist yet, by its path without links.
-    File(PathBuf),
+    /// A file, which may not exist yet.
+    File(FileIdentity),
     /// A device (`/dev/null`) or something else that several options may name.
     Shared,
 }
@@ -257,12 +256,16 @@ impl Target {
         } else if fs::metadata(path).is_ok_and(|about| !about.is_file()) {
             Self::Shared
         } else {
-            Self::File(resolve_links(path))
+            Self::File(FileIdentity::of(path))
         }
     }
 
     /// Whether an output that goes here would damage the other.
     fn excludes(&self, other: &Self) -> bool {
-        *self != Self::Shared && self == other
+        match (self, other) {
+            (Self::StandardOutput, Self::StandardOutput) => true,
+            (Self::File(file), Self::File(other)) => file.is_same(other),
+            _ => false,
+        }
     }
 }

@@ -48,7 +48,13 @@ impl Fst {
             date: String::new(),
             file_type: FstFileType::Verilog,
         };
-        let file = BufWriter::new(open_output(path, false)?);
+        let file = open_output(path, false)?;
+        if !file.metadata()?.is_file() {
+            // The head is written last, when the file's length is known.
+            let what = "an FST is written to a regular file";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
+        let file = BufWriter::new(file);
         let mut head = FstHeaderWriter::new(file, &info).map_err(io_error)?;
         head.scope("plc", "plc", FstScopeType::Module).map_err(io_error)?;
         let mut signals = vec![];

@@ -17,14 +17,18 @@ use crate::view::{Body, Status, View};
 
 /// How many rows the keys of a page may take, so that a narrow screen has room for the page.
 const MOST_KEY_ROWS: usize = 3;
+/// How many rows a message may take.
+const MOST_MESSAGE_ROWS: usize = 3;
 
 pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
-    let bar_rows = bar_lines(app, frame.area().width);
+    let width = frame.area().width;
+    let message_rows = message_lines(app, view.status.note.as_deref(), width);
+    let bar_rows = bar_lines(app, width);
     let rows = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Min(1),
-        Constraint::Length(1),
+        Constraint::Length(message_rows.len() as u16),
         Constraint::Length(bar_rows.len() as u16),
     ]);
     let [head, time, body, message, bar] = rows.areas(frame.area());
@@ -45,7 +49,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         }
         (other, _) => lists::draw(app, other, frame, body),
     }
-    frame.render_widget(Paragraph::new(message_line(app, &view.status)), message);
+    frame.render_widget(Paragraph::new(message_rows), message);
     frame.render_widget(Paragraph::new(bar_rows), bar);
     if let Some((warning, _)) = &app.warning {
         draw_warning(warning, frame);
@@ -99,23 +103,56 @@ fn time_line(status: &Status, width: u16) -> Line<'static> {
     Line::raw(text)
 }
 
-/// What is being typed, or the last message.
-fn message_line(app: &App, status: &Status) -> Line<'static> {
-    if let Some(prompt) = &app.prompt {
-        return Line::raw(format!("{}: {}_", prompt.title, prompt.text));
-    }
-    match &app.message {
-        Some((text, true)) => {
-            Line::styled(format!("! {text}"), Style::new().add_modifier(Modifier::BOLD))
+/// What is being typed, or the last message, in as many rows as it needs up to [`MOST_MESSAGE_ROWS`]. Of a longer text that is
+/// being typed the end is seen.
+fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>> {
+    let width = usize::from(width);
+    let (text, style) = match (&app.prompt, &app.message) {
+        (Some(prompt), _) => {
+            let text: Vec<char> = format!("{}: {}_", prompt.title, prompt.text).chars().collect();
+            let rows: Vec<String> =
+                text.chunks(width.max(1)).map(|row| row.iter().collect()).collect();
+            let first = rows.len().saturating_sub(MOST_MESSAGE_ROWS);
+            return rows.into_iter().skip(first).map(Line::raw).collect();
         }
-        Some((text, false)) => Line::raw(text.clone()),
-        None => Line::raw(status.note.clone().unwrap_or_default()),
+        (None, Some((text, true))) => {
+            (format!("! {text}"), Style::new().add_modifier(Modifier::BOLD))
+        }
+        (None, Some((text, false))) => (text.clone(), Style::new()),
+        (None, None) => (note.unwrap_or_default().to_owned(), Style::new()),
+    };
+    let mut rows = word_rows(&text, width);
+    if rows.len() > MOST_MESSAGE_ROWS {
+        rows.truncate(MOST_MESSAGE_ROWS);
+        if let Some(last) = rows.last_mut() {
+            *last = fitted(&format!("{} …", last.trim_end()), width);
+        }
     }
+    rows.into_iter().map(|row| Line::styled(row, style)).collect()
+}
+
+/// A text in rows of at most `width` cells, divided between words where that is possible; at least one row.
+fn word_rows(text: &str, width: usize) -> Vec<String> {
+    let mut rows = vec![String::new()];
+    for word in text.split(' ') {
+        let word: Vec<char> = word.chars().collect();
+        for (number, part) in word.chunks(width.max(1)).enumerate() {
+            let used = rows.last().map_or(0, |row| row.chars().count());
+            let gap = usize::from(number == 0 && used > 0);
+            if used > 0 && used + gap + part.len() > width {
+                rows.push(part.iter().collect());
+            } else if let Some(row) = rows.last_mut() {
+                row.extend(std::iter::repeat_n(' ', gap));
+                row.extend(part);
+            }
+        }
+    }
+    rows
 }
 
 /// How many rows a screen of this width has besides those of the page itself.
 pub(super) fn rows_around(app: &App, width: u16) -> usize {
-    3 + bar_lines(app, width).len()
+    2 + message_lines(app, None, width).len() + bar_lines(app, width).len()
 }
 
 /// The keys of the page, in as many rows as they need, and the pages.
