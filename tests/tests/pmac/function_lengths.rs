@@ -1,6 +1,8 @@
 //! How long the functions are into which long PLCs are divided: long where the program works on single bits,
 //! which pays (`BIT_CHUNK` in frontend/src/pmac/lower/mod.rs), and short elsewhere, where it would not.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fmt::Write as _;
 
 use plcc_abi::Dialect;
