@@ -356,6 +356,11 @@ pub trait Executive {
         Err("can't be forced")
     }
 
+    /// Whether forces on two variables would hold some of the same bits, of which only one can win.
+    fn shares_forced_bits(&self, _a: VariableKey, _b: VariableKey) -> bool {
+        false
+    }
+
     /// Whether each task of the program runs when its turn comes, by the tasks' numbers. Empty in languages
     /// whose tasks always run.
     fn task_statuses(&self) -> Vec<TaskStatus> {

@@ -49,6 +49,11 @@ impl<K: PartialEq, F> ForceList<K, F> {
         Some(self)
     }
 
+    /// The forces with their keys, in the order in which they were first set.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&K, &F)> {
+        self.list.iter().map(|(key, force)| (key, force))
+    }
+
     /// The forces, in the order in which they were first set.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &F> {
         self.list.iter().map(|(_, force)| force)

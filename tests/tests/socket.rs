@@ -526,6 +526,93 @@ fn pmi_programs_are_exchanged_and_taken_back() {
     assert_eq!(events.lines().count(), 1, "a fault that stays is told once: {events}");
 }
 
+/// The message of a request that is refused.
+fn message(control: &Control, request: &Json) -> String {
+    let reply = control.reply(request);
+    reply["error"]["message"].as_str().unwrap_or_else(|| panic!("{reply}")).to_owned()
+}
+
+fn force(values: &[(&str, i64)]) -> Json {
+    let values = values.iter().map(|(name, value)| json!({"name": name, "value": value}));
+    json!({"request": "force", "values": values.collect::<Vec<_>>()})
+}
+
+/// A program of a PMAC moves its variables while it runs, so only the executive that runs knows whether and
+/// where one can be forced.
+#[test]
+fn variables_that_a_program_has_moved_are_forced_where_they_are() {
+    let shop = Shop::new("forced-moved");
+    let source = "CLOSE\nM1->Y:$FFC2,8\nM3->Y:$FFC2,10\nM4->*\n\
+                  OPEN PLC 1 CLEAR\n\
+                  COMMAND\"M1->*\"\nCOMMAND\"M3->Y:$FFC2,9\"\nCOMMAND\"M4->Y:$FFC2,12\"\n\
+                  COMMAND\"P2=1\"\nP1=1\nDISABLE PLC 1\nCLOSE\nENABLE PLC 1\nI5=2\n";
+    let artifact = shop.build("one", Dialect::Pmac, source);
+    let other = shop.build("other", Dialect::Pmac, &source.replace("P1=1", "P1=2"));
+    let control = shop.start(&artifact, &["--allow", "write,force,swap"]);
+    while control.get("P2") != 1 {
+        control.tick();
+    }
+    let forces = || control.ask(&json!({"request": "status"}))["forces"].clone();
+
+    let refused = message(&control, &force(&[("M3", 1), ("M1", 1)]));
+    assert!(refused.contains("`M1` is no field of an X or Y word"), "{refused}");
+    assert_eq!(forces(), json!([]), "all are forced or none");
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0);
+
+    control.ask(&force(&[("M3", 1), ("M4", 1)]));
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0x1200);
+    let swap = json!({"request": "swap", "path": other});
+    let refused = message(&control, &swap);
+    assert!(
+        refused.contains("M4 is forced"),
+        "after its load the other program has no M4: {refused}"
+    );
+    control.ask(&json!({"request": "unforce", "names": ["M4"]}));
+    control.ask(&swap);
+    control.assign("set", "Y:$FFC2", 0);
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0x200, "the force holds the bit that it held before");
+    control.ask(&json!({"request": "rollback"}));
+    control.assign("set", "Y:$FFC2", 0);
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0x200);
+    assert_eq!(forces(), json!([{"name": "M3", "value": "1"}]));
+    control.ask(&json!({"request": "unforce", "all": true}));
+    control.assign("set", "Y:$FFC2", 0);
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0);
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+}
+
+/// Of two forces on the same bits only one would be in effect, though both were told.
+#[test]
+fn bits_that_are_forced_are_not_forced_by_another_name() {
+    let shop = Shop::new("forced-twice");
+    let pmac = "CLOSE\nM1->Y:$FFC2,8\nM2->Y:$FFC2,8,8\nM3->Y:$FFC2,9\n";
+    let nct = ":000 J0\n:001 J1\n";
+    for (name, dialect, source, taken, others, free) in [
+        ("pmac", Dialect::Pmac, pmac, "M1", ["M2", "Y:$FFC2"], "M3"),
+        ("nct", Dialect::Nct, nct, "Y003", ["Y00", "O003"], "Y004"),
+        ("nct-inputs", Dialect::Nct, nct, "I00", ["I007", "P010"], "I020"),
+    ] {
+        let artifact = shop.build(name, dialect, source);
+        let control = shop.start(&artifact, &["--allow", "force"]);
+        control.assign("force", taken, 1);
+        control.assign("force", taken, 0);
+        for other in others {
+            let refused = message(&control, &force(&[(other, 0)]));
+            assert!(refused.contains("shares bits with `"), "{name}: {refused}");
+        }
+        control.assign("force", free, 1);
+        control.ask(&json!({"request": "unforce", "names": [taken, free]}));
+        control.assign("force", others[0], 1);
+        control.end();
+    }
+}
+
 /// Neither a change that was accepted nor a rollback makes a force on an input one on an output.
 #[test]
 fn a_force_does_not_pass_to_another_input_or_output() {

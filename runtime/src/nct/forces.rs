@@ -45,6 +45,22 @@ impl Default for Forces {
     }
 }
 
+/// Whether two inputs or two outputs have bits in common: a bit and its word, or two words.
+pub(super) fn share_bits(a: NctName, b: NctName) -> bool {
+    let bits = |name| {
+        let (is_input, byte, bit) = match name {
+            NctName::I { byte, bit } | NctName::P { byte, bit } => (true, byte, bit),
+            NctName::Y { byte, bit } | NctName::O { byte, bit } => (false, byte, bit),
+            _ => return None,
+        };
+        let first = u32::from(byte) * 8 + bit.map_or(0, u32::from);
+        Some((is_input, first..first + if bit.is_some() { 1 } else { 16 }))
+    };
+    bits(a).zip(bits(b)).is_some_and(|((a_is_input, a), (b_is_input, b))| {
+        a_is_input == b_is_input && a.start < b.end && b.start < a.end
+    })
+}
+
 impl Forces {
     /// Forces a bit or a word to a value (`Some`), or ends its force (`None`).
     ///

@@ -365,6 +365,13 @@ impl Executive for NctExecutive {
         }
     }
 
+    fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
+        match (a.0, b.0) {
+            (DialectVariable::Nct(a), DialectVariable::Nct(b)) => super::forces::share_bits(a, b),
+            _ => false,
+        }
+    }
+
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }

@@ -24,11 +24,27 @@ pub(super) struct Forces {
     list: ForceList<PmacName, Force>,
 }
 
+/// Whether two variables have bits of a word of memory in common.
+pub(super) fn share_bits(a: Definition, b: Definition) -> bool {
+    let bits = |definition| match definition {
+        Definition::X { address, field } => Some((true, address, field)),
+        Definition::Y { address, field } => Some((false, address, field)),
+        _ => None,
+    };
+    let (Some((a_is_x, a_address, a)), Some((b_is_x, b_address, b))) = (bits(a), bits(b)) else {
+        return false;
+    };
+    (a_is_x, a_address) == (b_is_x, b_address)
+        && a.offset < b.offset.saturating_add(b.width)
+        && b.offset < a.offset.saturating_add(a.width)
+}
+
 impl Forces {
     /// Forces the variable of a name, which now is at `field`.
     ///
     /// # Errors
-    /// When it is not in a word of memory, or there are too many forces.
+    /// When it is not in a word of memory, or shares bits with another one that is forced, or there are too
+    /// many forces.
     pub(super) fn set(
         &mut self,
         name: PmacName,
@@ -42,6 +58,11 @@ impl Forces {
         };
         if bits.width == 1 && value != 0.0 && value != 1.0 {
             return Err(ONE_BIT);
+        }
+        let shares =
+            |(other, force): (&PmacName, &Force)| *other != name && share_bits(force.field, field);
+        if self.list.entries().any(shares) {
+            return Err("shares bits with a variable that is forced; end that force first");
         }
         self.list.set(name, Force { field, value })
     }

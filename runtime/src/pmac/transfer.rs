@@ -162,6 +162,8 @@ impl PmacExecutive {
         state.queue.clear();
         std::mem::swap(&mut state.sparse, &mut was.sparse);
         std::mem::swap(&mut state.saved, &mut was.saved);
+        // They hold the words that they held before, also those of variables that the program has moved.
+        std::mem::swap(&mut state.forces, &mut was.forces);
         // What the former download has saved stays its own until this one saves, so that the next
         // start carries it over as this one's text asks.
         state.saved.origin.get_or_insert_with(|| Arc::clone(&old.host.origin));

@@ -22,12 +22,21 @@ pub(crate) struct Item {
     pub(crate) key: VariableKey,
     /// What it is set or forced to; nothing for reading and for ending a force.
     pub(crate) setting: Option<Setting>,
+    /// What it was forced to before, in a batch that forces.
+    pub(crate) before: Option<Setting>,
     /// The value that was read.
     pub(crate) value: Value,
 }
 
+impl Item {
+    /// A variable that is read, set to a value, or whose force ends.
+    pub(crate) fn new(key: VariableKey, setting: Option<Setting>) -> Self {
+        Self { key, setting, before: None, value: Value::Int(0) }
+    }
+}
+
 /// Some variables that are read, set or forced. All are done in one tick where they are at most
-/// `ITEMS_PER_TICK`, else in as many as it takes.
+/// `ITEMS_PER_TICK`, else in as many as it takes. Forces are never more than that.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) items: Vec<Item>,
@@ -35,13 +44,15 @@ pub(crate) struct Batch {
     pub(crate) done: usize,
     /// How many forces are in effect afterwards, for a batch that forces.
     pub(crate) forces: u64,
+    /// Which item could not be forced, and why; then none of them is.
+    pub(crate) refused: Option<(usize, &'static str)>,
     /// The tick before which the first item was done.
     pub(crate) first_tick: u64,
 }
 
 impl Batch {
     pub(crate) fn new(items: Vec<Item>) -> Self {
-        Self { items, done: 0, forces: 0, first_tick: 0 }
+        Self { items, done: 0, forces: 0, refused: None, first_tick: 0 }
     }
 }
 

@@ -8,6 +8,7 @@ use plcc_image::monotonic_ns;
 
 use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::Executive;
+use crate::executive::MAX_FORCES;
 use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
 use crate::swap::ReplaceableExecutive;
@@ -87,11 +88,10 @@ impl OutsideHook {
                 })
             }
             Command::Force(batch) => {
-                let done = do_items(batch, tick, left, |item| {
-                    // The socket's thread has tried it on an executive of the same program.
-                    let _ = executive.force(item.key, item.setting);
-                });
-                self.forces = batch.forces;
+                let done = force_all(batch, executive, left);
+                if done && batch.refused.is_none() {
+                    self.forces = batch.forces;
+                }
                 done
             }
             Command::Stop => {
@@ -143,6 +143,31 @@ fn do_items(
     *left -= done;
     batch.done += done;
     batch.done == batch.items.len()
+}
+
+// So that all forces of a batch can be done before one tick.
+const _: () = assert!(MAX_FORCES <= ITEMS_PER_TICK);
+
+/// Forces all variables of a batch, or, if one of them can't be forced, none: only the executive that runs
+/// knows that, since a program of a PMAC may move its variables. Gives whether the batch is done; if
+/// `left` does not suffice it is done before the next tick.
+fn force_all(batch: &mut Batch, executive: &mut dyn Executive, left: &mut usize) -> bool {
+    if batch.items.len() > *left {
+        *left = 0;
+        return false;
+    }
+    *left -= batch.items.len();
+    for (number, item) in batch.items.iter().enumerate() {
+        if let Err(why) = executive.force(item.key, item.setting) {
+            for done in batch.items.iter().take(number).rev() {
+                // It had this force before, so it can have it again. Ending a force never fails.
+                let _ = executive.force(done.key, done.before);
+            }
+            batch.refused = Some((number, why));
+            break;
+        }
+    }
+    true
 }
 
 impl Hook for OutsideHook {

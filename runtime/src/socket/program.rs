@@ -1,6 +1,5 @@
 //! The program as the socket's thread knows it: an executive of its own, which never runs, finds
-//! variables by their names and checks values and forces before the thread that runs the ticks is
-//! asked.
+//! variables by their names and checks values before the thread that runs the ticks is asked.
 
 use std::sync::Arc;
 
@@ -9,6 +8,7 @@ use serde_json::{Value as Json, json};
 
 use super::commands::Item;
 use super::protocol::{Assignment, Failure, MAX_NAMES};
+use crate::executive::MAX_FORCES;
 use crate::swap::{Change, Comparison};
 use crate::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
 
@@ -20,6 +20,12 @@ pub(super) struct Force {
     pub(super) setting: Setting,
     /// The value as it was given.
     pub(super) text: String,
+}
+
+/// What is to be done to force variables or to end forces, and the forces in effect when it is done.
+pub(super) struct ForceChange {
+    pub(super) items: Vec<Item>,
+    pub(super) forces: Vec<Force>,
 }
 
 /// A name in a request, and which items of its batch belong to it: as many as it has elements.
@@ -94,8 +100,7 @@ impl Served {
             let keys = self.executive.keys(variable);
             let is_array = matches!(self.executive.get(variable), Value::Array(_));
             named.push(Named { name, elements: is_array.then_some(keys.len()) });
-            let item = |key| Item { key, setting: None, value: Value::Int(0) };
-            items.extend(keys.into_iter().map(item));
+            items.extend(keys.into_iter().map(|key| Item::new(key, None)));
             if items.len() > MAX_NAMES {
                 return Err(too_many());
             }
@@ -118,85 +123,75 @@ impl Served {
             let variable = self.executive.find(&assignment.name, Purpose::Stimulus);
             let variable = variable.map_err(|error| unknown(&error))?;
             let setting = self.setting(variable, assignment)?;
-            let item = |key| Item { key, setting: Some(setting), value: Value::Int(0) };
-            items.extend(self.executive.keys(variable).into_iter().map(item));
+            let keys = self.executive.keys(variable).into_iter();
+            items.extend(keys.map(|key| Item::new(key, Some(setting))));
         }
         Ok(items)
     }
 
-    /// Forces variables of this executive: all of them, or, if one can't be forced, none. Gives what is to
-    /// be forced in the executive that runs.
-    pub(super) fn force(&mut self, assignments: &[Assignment]) -> Result<Vec<Item>, Failure> {
-        let mut forces: Vec<Force> = vec![];
+    /// Forces variables.
+    ///
+    /// # Errors
+    /// A name is unknown or an array's, or a value is none, or two forces would hold the same bits. Other
+    /// reasons are found by the executive that runs.
+    pub(super) fn force(&mut self, assignments: &[Assignment]) -> Result<ForceChange, Failure> {
+        let refused = |text| Failure::new("refused", text);
+        let (mut items, mut forces) = (vec![], self.forces.clone());
         for assignment in assignments {
             let variable = self.executive.find(&assignment.name, Purpose::Watch);
             let variable = variable.map_err(|error| unknown(&error))?;
             let setting = self.setting(variable, assignment)?;
             let [key] = self.executive.keys(variable)[..] else {
-                let text = format!("{} is an array; name an element", assignment.name);
-                return Err(Failure::new("refused", text));
+                return Err(refused(format!("{} is an array; name an element", assignment.name)));
             };
             let name = self.executive.canonical(variable);
+            let shares = |other: &&Force| {
+                other.key != key && self.executive.shares_forced_bits(other.key, key)
+            };
+            if let Some(other) = forces.iter().find(shares) {
+                let other = &other.name;
+                return Err(refused(format!(
+                    "`{name}` shares bits with `{other}`, which is forced; end that force first"
+                )));
+            }
+            let before = self.forces.iter().find(|old| old.key == key).map(|old| old.setting);
+            items.push(Item { before, ..Item::new(key, Some(setting)) });
+            forces.retain(|old| old.key != key);
             forces.push(Force { name, key, setting, text: assignment.text() });
-        }
-        for (number, force) in forces.iter().enumerate() {
-            if let Err(why) = self.executive.force(force.key, Some(force.setting)) {
-                for done in forces.iter().take(number) {
-                    let before = self.forces.iter().find(|old| old.key == done.key);
-                    // It had this force before, so it can have it again.
-                    let _ = self.executive.force(done.key, before.map(|old| old.setting));
-                }
-                return Err(Failure::new("refused", format!("`{}` {why}", force.name)));
+            if forces.len() > MAX_FORCES || items.len() > MAX_FORCES {
+                let text = format!("at most {MAX_FORCES} variables can be forced");
+                return Err(refused(text));
             }
         }
-        let item = |force: &Force| Item {
-            key: force.key,
-            setting: Some(force.setting),
-            value: Value::Int(0),
-        };
-        let items = forces.iter().map(item).collect();
-        for force in forces {
-            self.forces.retain(|old| old.key != force.key);
-            self.forces.push(force);
-        }
-        Ok(items)
+        Ok(ForceChange { items, forces })
     }
 
-    /// Ends forces of this executive: those of some variables, or all. Gives the names, and what is to be
-    /// done in the executive that runs.
+    /// Ends the forces of some variables, or all. Gives the names of the variables, too.
+    ///
+    /// # Errors
+    /// A name is unknown, or its variable is not forced.
     pub(super) fn unforce(
         &mut self,
         names: &[String],
         all: bool,
-    ) -> Result<(Vec<String>, Vec<Item>), Failure> {
-        let mut ended = vec![];
-        if all {
-            ended = std::mem::take(&mut self.forces);
-        } else {
-            let mut keys = vec![];
-            for name in names {
-                let variable = self.executive.find(name, Purpose::Watch);
-                let variable = variable.map_err(|error| unknown(&error))?;
-                let found = self.executive.keys(variable);
-                if !self.forces.iter().any(|force| found.contains(&force.key)) {
-                    return Err(Failure::new("not_found", format!("`{name}` is not forced")));
-                }
-                keys.extend(found);
+    ) -> Result<(Vec<String>, ForceChange), Failure> {
+        let mut keys = vec![];
+        for name in names {
+            let variable = self.executive.find(name, Purpose::Watch);
+            let variable = variable.map_err(|error| unknown(&error))?;
+            let found = self.executive.keys(variable);
+            if !self.forces.iter().any(|force| found.contains(&force.key)) {
+                return Err(Failure::new("not_found", format!("`{name}` is not forced")));
             }
-            self.forces.retain(|force| {
-                let stays = !keys.contains(&force.key);
-                if !stays {
-                    ended.push(force.clone());
-                }
-                stays
-            });
+            keys.extend(found);
         }
-        for force in &ended {
-            // Ending a force never fails.
-            let _ = self.executive.force(force.key, None);
-        }
-        let items = ended.iter().map(|f| Item { key: f.key, setting: None, value: Value::Int(0) });
-        Ok((ended.iter().map(|force| force.name.clone()).collect(), items.collect()))
+        let ends = |force: &Force| all || keys.contains(&force.key);
+        let (ended, forces): (Vec<Force>, Vec<Force>) = self.forces.iter().cloned().partition(ends);
+        let item =
+            |force: &Force| Item { before: Some(force.setting), ..Item::new(force.key, None) };
+        let items = ended.iter().map(item).collect();
+        let names = ended.into_iter().map(|force| force.name).collect();
+        Ok((names, ForceChange { items, forces }))
     }
 
     /// Checks that no force passes to another input or output of the same name when the program is replaced: what
@@ -222,24 +217,30 @@ impl Served {
         Ok(())
     }
 
-    /// Ends the forces of this executive and takes over those of another program.
-    pub(super) fn take_forces(&mut self, other: &Self) -> Result<(), String> {
-        self.unforce(&[], true).map_err(|failure| failure.message)?;
-        for force in &other.forces {
+    /// The forces of another program as forces of this one, by their names. `force` puts them into effect.
+    ///
+    /// # Errors
+    /// Which one can't be taken over, and why.
+    pub(super) fn take_forces(
+        &mut self,
+        other: &Self,
+        mut force: impl FnMut(VariableKey, Setting) -> Result<(), &'static str>,
+    ) -> Result<(), String> {
+        self.forces.clear();
+        for old in &other.forces {
             let missing = |why: String| {
+                let name = &old.name;
                 format!(
-                    "{} is forced, and the new program can't do that ({why}); end its force",
-                    force.name
+                    "{name} is forced, and the new program can't do that ({why}); end its force"
                 )
             };
-            let variable = self.executive.find(&force.name, Purpose::Watch);
+            let variable = self.executive.find(&old.name, Purpose::Watch);
             let variable = variable.map_err(|error| missing(error.to_string()))?;
             let [key] = self.executive.keys(variable)[..] else {
                 return Err(missing("it is an array".into()));
             };
-            let forced = self.executive.force(key, Some(force.setting));
-            forced.map_err(|why| missing(format!("it {why}")))?;
-            self.forces.push(Force { key, ..force.clone() });
+            force(key, old.setting).map_err(|why| missing(format!("it {why}")))?;
+            self.forces.push(Force { key, ..old.clone() });
         }
         Ok(())
     }

@@ -10,8 +10,8 @@ use plcc_abi::{Engine, Program};
 use plcc_image::latch::Rule;
 use serde_json::{Value as Json, json};
 
-use super::commands::{Answer, Batch, Command, Item, Reached, SocketEnd};
-use super::program::{Named, Served};
+use super::commands::{Answer, Batch, Command, Reached, SocketEnd};
+use super::program::{Force, ForceChange, Named, Served};
 use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::{EntryKind, Journal};
@@ -85,6 +85,8 @@ enum OnAnswer {
     Show(Vec<Named>),
     /// These entries, which say who did what, are written into the journal.
     Tell(Vec<EntryKind>),
+    /// If nothing was refused, these are the forces in effect, and these entries are written.
+    Force { forces: Vec<Force>, entries: Vec<EntryKind> },
     /// The online change is finished.
     Exchange(Box<Exchange>),
 }
@@ -114,8 +116,8 @@ pub(crate) struct Requests {
     reached: Arc<Reached>,
     /// What is done with the next answers, in the order in which they come.
     on_answers: VecDeque<OnAnswer>,
-    /// Whether an online change is under way.
-    replacing: bool,
+    /// Whether an online change or a force is under way.
+    is_exclusive: bool,
     /// How many online changes there have been, rollbacks among them.
     generation: u64,
     surroundings: Surroundings,
@@ -147,16 +149,17 @@ impl Requests {
             queues,
             reached,
             on_answers: VecDeque::new(),
-            replacing: false,
+            is_exclusive: false,
             generation: 0,
             surroundings,
             journal,
         }
     }
 
-    /// Whether an online change is under way. Until it has ended no request is taken.
-    pub(super) fn is_replacing(&self) -> bool {
-        self.replacing
+    /// Whether an online change or a force is under way. Until it has ended no request is taken, so that each
+    /// one knows which program runs and what is forced.
+    pub(super) fn is_exclusive(&self) -> bool {
+        self.is_exclusive
     }
 
     /// Carries out a request, or has it carried out.
@@ -197,22 +200,19 @@ impl Requests {
                 self.ask(Command::Write(Box::new(Batch::new(items))), on_answer)
             }
             Request::Force { values } => {
-                // Checked before anything is noted as forced.
-                self.check_room()?;
-                let items = self.served.force(&values)?;
+                let change = self.served.force(&values)?;
                 let entries = values.into_iter().map(|assignment| {
                     let value = Some(assignment.text());
                     EntryKind::Force { name: assignment.name, value, by: by.clone() }
                 });
-                self.ask_to_force(items, entries.collect())
+                self.ask_to_force(change, entries.collect())
             }
             Request::Unforce { names, all } => {
-                self.check_room()?;
-                let (names, items) = self.served.unforce(&names, all)?;
+                let (names, change) = self.served.unforce(&names, all)?;
                 let entries = names.into_iter();
                 let entries =
                     entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
-                self.ask_to_force(items, entries.collect())
+                self.ask_to_force(change, entries.collect())
             }
             Request::Stop => {
                 let entry = EntryKind::Control { request: "stop", by: by.clone() };
@@ -229,12 +229,14 @@ impl Requests {
 
     fn ask_to_force(
         &mut self,
-        items: Vec<Item>,
+        ForceChange { items, forces }: ForceChange,
         entries: Vec<EntryKind>,
     ) -> Result<Handled, Failure> {
-        let forces = self.served.forces.len() as u64;
-        let batch = Batch { forces, ..Batch::new(items) };
-        self.ask(Command::Force(Box::new(batch)), OnAnswer::Tell(entries))
+        let batch = Batch { forces: forces.len() as u64, ..Batch::new(items) };
+        let on_answer = OnAnswer::Force { forces, entries };
+        let asked = self.ask(Command::Force(Box::new(batch)), on_answer)?;
+        self.is_exclusive = true;
+        Ok(asked)
     }
 
     /// Hands a command to the thread that runs the ticks.
@@ -282,17 +284,31 @@ impl Requests {
         Some(match (command, on_answer) {
             (Command::Read(batch), OnAnswer::Show(named)) => Ok(values(&named, &batch, tick)),
             (Command::Replace(replacement), OnAnswer::Exchange(exchange)) => {
-                self.replacing = false;
+                self.is_exclusive = false;
                 self.exchange(*replacement, *exchange, tick, took)
             }
-            (_, OnAnswer::Tell(entries)) => {
-                let count = entries.len();
-                entries.into_iter().for_each(|entry| self.journal.write(entry));
-                Ok(json!({"ticks": tick, "count": count, "forces": self.served.forces_json()}))
+            (Command::Force(batch), OnAnswer::Force { forces, entries }) => {
+                self.is_exclusive = false;
+                if let Some((number, why)) = batch.refused {
+                    let key = batch.items.get(number).map(|item| item.key);
+                    let force = forces.iter().find(|force| Some(force.key) == key);
+                    let name = force.map_or("", |force| force.name.as_str());
+                    return Some(Err(refused(format!("`{name}` {why}"))));
+                }
+                self.served.forces = forces;
+                Ok(self.tell(entries, tick))
             }
+            (_, OnAnswer::Tell(entries)) => Ok(self.tell(entries, tick)),
             // Answers come in the order of the commands.
             _ => Err(Failure::new("internal", "the answer belongs to another request")),
         })
+    }
+
+    /// Writes entries into the journal, and gives the reply that a command was carried out before a tick.
+    fn tell(&self, entries: Vec<EntryKind>, tick: u64) -> Json {
+        let count = entries.len();
+        entries.into_iter().for_each(|entry| self.journal.write(entry));
+        json!({"ticks": tick, "count": count, "forces": self.served.forces_json()})
     }
 
     /// Compares another artifact with the program that runs, and has it take its place.
@@ -367,8 +383,10 @@ impl Requests {
             (self.surroundings.recorder_program)(exchange.next.recorded, executive.as_ref());
         let replacement =
             Replacement { executive, engine, plan, recorder_program, publisher, failure: None };
-        self.replacing = true;
-        self.ask(Command::Replace(Box::new(replacement)), OnAnswer::Exchange(Box::new(exchange)))
+        let on_answer = OnAnswer::Exchange(Box::new(exchange));
+        let asked = self.ask(Command::Replace(Box::new(replacement)), on_answer)?;
+        self.is_exclusive = true;
+        Ok(asked)
     }
 
     /// Puts a program that was to run again back to where it waited.
@@ -391,11 +409,8 @@ impl Requests {
         executive: &mut (dyn Executive + Send),
     ) -> Result<Option<Publisher>, Failure> {
         self.check_room()?;
-        next.take_forces(&self.served).map_err(refused)?;
-        for force in &next.forces {
-            let forced = executive.force(force.key, Some(force.setting));
-            forced.map_err(|why| refused(format!("`{}` {why}", force.name)))?;
-        }
+        let force = |key, setting| executive.force(key, Some(setting));
+        next.take_forces(&self.served, force).map_err(refused)?;
         for (name, number) in self.surroundings.found.iter().zip(0..) {
             let found = executive.find(name, Purpose::Watch);
             if found != Ok(Variable(number)) {

@@ -311,7 +311,7 @@ impl SocketThread {
                     return false;
                 }
             }
-            while !requests.is_replacing()
+            while !requests.is_exclusive()
                 && let Some(line) = connection.next_line(now)
             {
                 let Ok(line) = line else {

@@ -1,10 +1,12 @@
 //! Requests to a run whose thread carries out no command.
 
+use std::time::Duration;
+
 use plcc_abi::pmi::{Format, Lines, PORTS, PmiTables, Role, Symbol, Type};
 use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
-use super::commands::{ScanEnd, queues};
+use super::commands::{Answer, ScanEnd, queues};
 use super::protocol::{Assignment, Permission, Request};
 use super::requests::{Handled, Requests, Surroundings};
 use crate::Peer;
@@ -67,11 +69,16 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
 
 #[test]
 fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
-    let (mut requests, _scan_end) = requests();
+    let (mut requests, mut scan_end) = requests();
     let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
     let force =
         || Request::Force { values: vec![Assignment { name: "LAMP".into(), value: 1.into() }] };
     assert!(matches!(requests.handle(force(), &by), Handled::Waits));
+    assert!(requests.is_exclusive(), "until the thread that runs the ticks has answered");
+    assert_eq!(status(&mut requests)["forces"], json!([]));
+    let command = scan_end.commands.pop().unwrap();
+    scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
+    assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
     while matches!(requests.handle(Request::Stop, &by), Handled::Waits) {}
     for request in [Request::Unforce { names: vec![], all: true }, force()] {
         let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
