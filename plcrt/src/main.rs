@@ -186,6 +186,7 @@ fn default_record(path: &Path, options: &[configuration::Word]) -> OsString {
 /// All of them.
 fn check_config(path: &Path) -> Result<u8, String> {
     let (configuration, mut mistakes) = configuration::open(path, &Cli::command())?;
+    let mut warnings = vec![];
     let wrong = |line: usize, message: String| Mistake { line, message };
     if let Some((line, configured_artifact)) = &configuration.artifact {
         let options = configuration.options.iter().map(|word| word.text.as_str());
@@ -209,16 +210,20 @@ fn check_config(path: &Path) -> Result<u8, String> {
                 }
                 let control = wiring_control(&configuration.options);
                 let checked = check_wiring(&configuration.wiring, &program, &control)?;
-                for warning in &checked.warnings {
-                    let path = path.display();
-                    let _ = writeln!(io::stderr(), "warning: {path}: {}", printable(warning));
-                }
+                warnings = checked.warnings;
                 mistakes.extend(checked.mistakes.into_iter().map(Mistake::from));
             }
         }
     }
     mistakes.sort();
-    if mistakes.is_empty() { Ok(session::DONE) } else { Err(Mistakes(path, &mistakes).to_string()) }
+    if !mistakes.is_empty() {
+        // An output that no entry takes to the outside may be that of an entry with a mistake.
+        return Err(Mistakes(path, &mistakes).to_string());
+    }
+    for warning in &warnings {
+        let _ = writeln!(io::stderr(), "warning: {}: {}", path.display(), printable(warning));
+    }
+    Ok(session::DONE)
 }
 
 /// The settings of the control among the options of a configuration.

@@ -176,7 +176,8 @@ fn entry(
     line_of: &dyn Fn(usize) -> usize,
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Entry> {
-    let before = mistakes.len();
+    // An entry with a key that there is not is given all the same, so that its other mistakes are found too.
+    let mut is_usable = true;
     let mut entry = Entry {
         line,
         name: String::new(),
@@ -239,6 +240,7 @@ fn entry(
                             names.join(", ")
                         );
                         mistakes.push(Mistake { line, message });
+                        is_usable = false;
                         continue;
                     }
                 }
@@ -259,13 +261,15 @@ fn entry(
         };
         if let Err(expected) = expected {
             mistakes.push(Mistake { line, message: format!("`{key}`: {expected} is expected") });
+            is_usable = false;
         }
     }
     for key in ["name", "driver"] {
         if !table.contains_key(key) {
             let message = format!("the key `{key}` is missing in this [[io]]");
             mistakes.push(Mistake { line, message });
+            is_usable = false;
         }
     }
-    (mistakes.len() == before).then_some(entry)
+    is_usable.then_some(entry)
 }

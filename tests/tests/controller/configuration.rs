@@ -60,17 +60,19 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     }
     let run = plcrt(&shop, "--config bad.toml --ticks 1");
     assert_eq!(run.status.code(), Some(2));
-    let types = "artifact = \"p.plcx\"\nwatchdog = 5\n[[io]]\nname = \"LAMP\"\n\
+    let wiring = "artifact = \"p.plcx\"\nwatchdog = 5\n[[io]]\nname = \"LMP\"\n\
                  driver = \"other\"\ntimeout = 5\n";
-    fs::write(shop.path("types.toml"), types).unwrap();
-    let output = plcrt(&shop, "--check-config types.toml");
+    fs::write(shop.path("wiring.toml"), wiring).unwrap();
+    let output = plcrt(&shop, "--check-config wiring.toml");
     let text = String::from_utf8(output.stderr).unwrap();
     for part in [
-        "types.toml:2: `watchdog`: a text in quotes is expected, as in \"60ms\"",
-        "did you mean `timeout_ms`?",
+        "wiring.toml:2: `watchdog`: a text in quotes is expected, as in \"60ms\"",
+        "wiring.toml:3: the program has no variable named `LMP`; did you mean `LAMP`?",
+        "wiring.toml:6: there is no key `timeout` in [[io]]; did you mean `timeout_ms`?",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
+    assert!(!text.contains("warning"), "the entry for LAMP is the one with the mistakes: {text}");
     fs::write(shop.path("other.toml"), "artifact = \"missing.plcx\"\n").unwrap();
     let output = plcrt(&shop, "--check-config other.toml");
     assert_eq!(output.status.code(), Some(2));
