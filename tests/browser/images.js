@@ -32,8 +32,8 @@ await images("pmi", {}, async (page, take) => {
   await page.locator(".value.forced").filter({ hasText: "1" }).waitFor();
   await take("io");
 });
-// The trigger is met in tick 130, two seconds and a half after the start.
-await images("pmi", {}, async (page, take) => {
+// The trigger is met in tick 130, and again when the stimulus has begun again.
+await images("pmiAgain", {}, async (page, take) => {
   await page.keyboard.press("7");
   await page.keyboard.press("F1");
   await answer(page, { names: "@CP101 @CP102 @CL101 @CL102 @JGINC BEEPER" });
@@ -44,7 +44,7 @@ await images("pmi", {}, async (page, take) => {
   await page.keyboard.press("F7");
   await page.keyboard.press("Shift+ArrowLeft");
   await page.keyboard.press("F8");
-  await page.keyboard.press("Shift+ArrowRight");
+  for (let steps = 0; steps < 4; steps += 1) await page.keyboard.press("Shift+ArrowRight");
   await page.waitForTimeout(3000);
   await take("scope");
 });

@@ -13,6 +13,8 @@ export const root = path.resolve(fileURLToPath(import.meta.url), "../../..");
 
 export const EXAMPLES = {
   pmi: ["examples/pmi/lathe.pmi", "--stimulus", "examples/pmi/lathe.csv"],
+  // The ticks 0 to 352 of the stimulus again and again.
+  pmiAgain: ["examples/pmi/lathe.pmi", "--stimulus", "examples/pmi/lathe.csv", "--", "--repeat"],
   nct: ["examples/nct/sample.plc", "--stimulus", "examples/nct/sample.csv"],
   pmac: ["examples/pmac/mill.pmc", "--stimulus", "examples/pmac/mill/tool/stimulus.csv"],
 };
@@ -25,7 +27,7 @@ export function startBrowser() {
 // Runs `plcc monitor … --web` on a free port, with watch lists in a folder of its own.
 export async function startMonitor(args) {
   const folder = mkdtempSync(path.join(tmpdir(), "plcc-browser-"));
-  const child = spawn(process.env.PLCC, ["monitor", ...args, "--web=127.0.0.1:0"], {
+  const child = spawn(process.env.PLCC, ["monitor", "--web=127.0.0.1:0", ...args], {
     cwd: root, env: { ...process.env, XDG_STATE_HOME: folder }, stdio: ["ignore", "ignore", "pipe"],
   });
   const urls = [];

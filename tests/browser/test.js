@@ -144,7 +144,8 @@ test("a forced output has its physical value, and the program's beside it", asyn
 });
 
 test("the scope triggers on a variable that is not shown", async () => {
-  await withPage("pmi", async (page) => {
+  // The stimulus begins again after its last tick, so that the trigger comes however late this page is ready.
+  await withPage("pmiAgain", async (page) => {
     await page.keyboard.press("7");
     await page.keyboard.press("F1");
     await answer(page, { names: "MCHON @FRO" });
@@ -153,7 +154,8 @@ test("the scope triggers on a variable that is not shown", async () => {
     await answer(page, { expression: "@CP101", edge: "rising", before: "20" });
     const state = page.locator(".scope-state");
     await state.filter({ hasText: "was triggered" }).waitFor({ timeout: 60_000 });
-    assert.match(await state.textContent(), /trigger: rising edge of @CP101 in tick 110/);
+    const [, tick] = /trigger: rising edge of @CP101 in tick (\d+)/.exec(await state.textContent());
+    assert([110, 120].includes(Number(tick) % 353), tick);
     await page.locator("canvas").focus();
     await page.keyboard.press("ArrowRight");
     await page.locator("tr", { hasText: "@FRO" }).locator("td").nth(1).filter({ hasText: /^\d+$/ }).waitFor();

@@ -98,19 +98,23 @@ impl Session<'_> {
         if debugger.program().tables().dialect() != Dialect::Pmac {
             return None;
         }
-        let opens = self.text.rows.get(..=row)?.iter().rev().find_map(|row| {
-            let text = row.text().to_uppercase().replace(char::is_whitespace, "");
-            let rest = text.strip_prefix("OPENPLC")?.to_owned();
-            let (letters, rest) = match rest.strip_prefix('C') {
-                Some(rest) if !rest.starts_with('L') => ("PLCC", rest.to_owned()),
-                _ => ("PLC", rest),
-            };
-            let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
-            Some(format!("{letters}{digits}"))
-        })?;
+        let opens =
+            self.text.rows.get(..=row)?.iter().rev().find_map(|row| opened_plc(&row.text()))?;
         let tasks = &debugger.program().tables().tasks;
         tasks.iter().position(|task| task.name == opens)
     }
+}
+
+/// The PLC that a line opens, `PLC3` or `PLCC3`; `None` if it opens none.
+pub(super) fn opened_plc(line: &str) -> Option<String> {
+    let text = line.to_uppercase().replace(char::is_whitespace, "");
+    let rest = text.strip_prefix("OPENPLC")?;
+    let (letters, rest) = match rest.strip_prefix('C') {
+        Some(rest) if !rest.starts_with('L') => ("PLCC", rest),
+        _ => ("PLC", rest),
+    };
+    let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+    Some(format!("{letters}{digits}"))
 }
 
 /// Numbers as a list of ranges.

@@ -629,3 +629,18 @@ fn nothing_is_said_of_what_a_control_allows_that_does_not_answer() {
     let refusal = session.apply(force).unwrap_err();
     assert!(refusal.message.ends_with("there is no such socket"), "{refusal}");
 }
+
+/// ELSE and ENDIF are no statements of their own, and belong to the text.
+#[test]
+fn list_plc_gives_every_line_of_the_plc_that_was_opened_last() {
+    let program = "I5=2\nOPEN PLC 3 CLEAR\nP2=1\nCLOSE\nOPEN PLC 3 CLEAR\nIF (P1>2)\n P1=0\n#define A P1\nELSE\n \
+                   A=A+1\nENDIF\nCLOSE\nOPEN PLC 4 CLEAR P3=1 CLOSE\nENABLE PLC 3,4\n";
+    let mut session = open(Dialect::Pmac, program, "");
+    let mut list = |number: u32| {
+        let line = format!("LIST PLC {number}");
+        session.apply(Command::Online { line }).unwrap().text.unwrap()
+    };
+    assert_eq!(list(3), "IF (P1>2)\n P1=0\nELSE\n A=A+1\nENDIF\nRETURN");
+    assert_eq!(list(4), "OPEN PLC 4 CLEAR P3=1 CLOSE\nRETURN");
+    assert_eq!(list(5), "RETURN");
+}

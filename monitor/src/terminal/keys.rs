@@ -175,7 +175,7 @@ pub(super) const HELP: &[&str] = &[
     "Insert, Delete                        add or remove a watched variable",
     "B (on screen 2)                       take the last online change back",
     "",
-    "_underlined_ is true. A point before a line: this scan has not executed it.",
+    "_underlined_ is true. A full stop before a line: this scan has not executed it.",
     "An override is shown in reverse and with an exclamation mark.",
     "* stands behind a value that has just changed.",
     "q, F10: leave    Esc: back    ?: this help",

@@ -14,6 +14,7 @@ use plcc_abi::{Dialect, Tables};
 use plcc_runtime::value::number;
 
 use super::Session;
+use super::tasks::opened_plc;
 use crate::view::{TerminalLine, TerminalView};
 use crate::{Refusal, Reply};
 
@@ -262,17 +263,22 @@ impl Session<'_> {
         let wrong = || Refusal::new("ERR003: LIST PLC takes a number from 0 to 31");
         let number: u32 = number.parse().map_err(|_| wrong())?;
         let name = format!("PLC{number}");
-        let task = {
-            let tasks = &self.debugger()?.program().tables().tasks;
-            tasks.iter().position(|task| task.name == name)
-        };
-        let rows = (0..self.text.rows.len()).filter(|&row| {
-            task.is_some()
-                && self.plc_of_row(row) == task
-                && self.text.rows.get(row).is_some_and(|row| !row.statements.is_empty())
-        });
-        let lines = rows.filter_map(|row| Some(self.text.rows.get(row)?.text()));
-        let mut text: Vec<String> = lines.collect();
+        // A program may open the buffer several times; what was downloaded last counts.
+        let rows = &self.text.rows;
+        let open = rows.iter().rposition(|row| opened_plc(&row.text()).as_ref() == Some(&name));
+        let mut text: Vec<String> = vec![];
+        for (at, row) in rows.iter().enumerate().skip(open.unwrap_or(rows.len())) {
+            let line = row.text();
+            let is_close = has_word(&line, "CLOSE");
+            // Statements may stand in the line of OPEN or CLOSE. A line of the preprocessor is not in the buffer.
+            let is_within = open != Some(at) && !is_close && !line.trim_start().starts_with('#');
+            if is_within || !row.statements.is_empty() {
+                text.push(line);
+            }
+            if is_close {
+                break;
+            }
+        }
         text.push("RETURN".into());
         Ok(text.join("\n"))
     }
@@ -400,4 +406,11 @@ pub(super) fn definition_text(definition: Definition) -> String {
         Definition::F { address } => format!("F:${address:X}"),
         Definition::Tw { address } => format!("TW:{address}"),
     }
+}
+
+/// Whether a line has a word (in capitals) outside of texts.
+fn has_word(line: &str, word: &str) -> bool {
+    let outside = line.split('"').step_by(2);
+    let mut words = outside.flat_map(|part| part.split(|c: char| !c.is_ascii_alphanumeric()));
+    words.any(|found| found.eq_ignore_ascii_case(word))
 }

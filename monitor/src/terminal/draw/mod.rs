@@ -133,6 +133,9 @@ fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>
 
 /// A text in rows of at most `width` cells, divided between words where that is possible; at least one row.
 fn word_rows(text: &str, width: usize) -> Vec<String> {
+    if text.chars().count() <= width {
+        return vec![text.to_owned()];
+    }
     let mut rows = vec![String::new()];
     for word in text.split(' ') {
         let word: Vec<char> = word.chars().collect();

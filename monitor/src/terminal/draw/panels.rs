@@ -7,7 +7,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
-use super::{first_shown, fitted};
+use super::{first_shown, fitted, word_rows};
 use crate::terminal::app::App;
 use crate::view::{Panel, PanelCell, PanelsView};
 
@@ -28,7 +28,8 @@ pub(super) fn draw(app: &mut App, view: &PanelsView, frame: &mut Frame<'_>, area
     app.columns = columns;
     let mut lines =
         vec![Line::styled(fitted(&title, width), Style::new().add_modifier(Modifier::BOLD))];
-    let room = usize::from(area.height).saturating_sub(2).max(1);
+    let note = panel.note.as_deref().map_or_else(Vec::new, |note| word_rows(note, width));
+    let room = usize::from(area.height).saturating_sub(1 + note.len()).max(1);
     let rows: Vec<&[PanelCell]> = panel.cells.chunks(columns).collect();
     let first = first_shown(app.selected / columns, rows.len(), room);
     for (row, cells) in rows.iter().enumerate().skip(first).take(room) {
@@ -44,9 +45,7 @@ pub(super) fn draw(app: &mut App, view: &PanelsView, frame: &mut Frame<'_>, area
             .collect();
         lines.push(Line::from(spans.into_iter().flatten().collect::<Vec<_>>()));
     }
-    if let Some(note) = &panel.note {
-        lines.push(Line::raw(fitted(note, width)));
-    }
+    lines.extend(note.into_iter().map(Line::raw));
     frame.render_widget(Paragraph::new(lines), area);
 }
 

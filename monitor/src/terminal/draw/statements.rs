@@ -6,15 +6,21 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::fitted;
+use super::{fitted, word_rows};
 use crate::view::{Execution, Role, StatementLayout, StatementLine, StatementsView, Token};
 
 /// Cells in front of a statement: the cursor, the mark of what was not executed, the line number.
 const MARGIN: usize = 8;
 
+/// How many rows the tick and the tasks that are shown may take: a PMAC has a row's worth of PLCs.
+const MOST_FOOT_ROWS: usize = 2;
+
 pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
-    let height = usize::from(area.height).saturating_sub(1);
     let width = usize::from(area.width);
+    let shown = if view.chosen { "chosen statements" } else { "program" };
+    let mut foot = word_rows(&format!("line {}  {shown}  {}", view.last_number, view.scan), width);
+    foot.truncate(MOST_FOOT_ROWS);
+    let height = usize::from(area.height).saturating_sub(foot.len());
     let mut lines: Vec<Line<'static>> = vec![];
     // Statements of two rows need more room than the view has counted on: the cursor stays in sight.
     let mut cursor_end = 0;
@@ -38,9 +44,8 @@ pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
         lines.push(Line::raw("no statement is shown: F1 directory, F4 name, F8 the whole program"));
     }
     lines.resize(height, Line::raw(""));
-    let shown = if view.chosen { "chosen statements" } else { "program" };
-    let foot = format!("line {}  {shown}  {}", view.last_number, view.scan);
-    lines.push(Line::styled(fitted(&foot, width), Style::new().add_modifier(Modifier::REVERSED)));
+    let reversed = Style::new().add_modifier(Modifier::REVERSED);
+    lines.extend(foot.into_iter().map(|row| Line::styled(fitted(&row, width), reversed)));
     frame.render_widget(Paragraph::new(lines), area);
 }
 
