@@ -157,6 +157,10 @@ host_fns! {
     /// PMAC: a value brought into an integer range: the value, the range's first and its last
     /// number.
     PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64;
+    /// PMAC: executes a statement by the definitions of M-variables as they are now: its index among the
+    /// [statements](crate::pmac::Statement). Of a condition it gives whether that holds, 1 or 0; of an
+    /// assignment 0.
+    PmacStatement = 127, "pmac_statement", effect, (I32) -> I32;
 }
 
 /// What a pure function on doubles gives where all its operands are integers; -0 is one, and counts as 0.

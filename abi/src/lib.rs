@@ -74,4 +74,4 @@ pub use symbols::{BitField, ImageSymbol, ImageType};
 /// The version of everything in this crate. An artifact of another version is refused, so it is
 /// raised with every change after which an older artifact would be misread: of the tables, the
 /// context, outcomes, or the numbers of host functions and trap codes.
-pub const ABI_VERSION: u32 = 6;
+pub const ABI_VERSION: u32 = 7;

@@ -103,8 +103,7 @@ impl Target {
     /// runs, such as the general version of a PLC that also has specialised code, is compiled in half the
     /// time, and its code is a fifth longer.
     pub(crate) fn isa_for(&self, module: &Module, func: &FuncData) -> &dyn TargetIsa {
-        let mut blocks = func.blocks().filter(|(_, data)| !data.insts.is_empty());
-        let seldom_runs = blocks.all(|(_, data)| data.optimize_for_size);
+        let seldom_runs = func.is_optimized_for_size();
         let length = || module.funcs().map(|(_, func)| func.inst_count()).sum::<usize>();
         if seldom_runs && length() >= self.quick_from { &*self.quick_isa } else { &*self.isa }
     }

@@ -206,13 +206,16 @@ impl ChunkBuilder {
         if let Some(long) = self.long_statement {
             return statement(long);
         }
-        let current = self.current.func().inst_count();
-        let tasks = INSTRUCTIONS_PER_TASK * self.module.tasks.len();
-        let count = self.finished_instructions + current + tasks;
-        if count <= MAX_INSTRUCTIONS && !self.is_long_statement() {
+        if self.instruction_count() <= MAX_INSTRUCTIONS && !self.is_long_statement() {
             return None;
         }
         statement(self.current.loc())
+    }
+
+    /// How many instructions the program has so far; a task counts as several.
+    pub fn instruction_count(&self) -> usize {
+        let current = self.current.func().inst_count();
+        self.finished_instructions + current + INSTRUCTIONS_PER_TASK * self.module.tasks.len()
     }
 
     /// Whether the current function has more instructions than a statement may have.

@@ -360,6 +360,13 @@ impl FuncData {
         }
     }
 
+    /// Whether all of the function's code is [optimised for size](BlockData::optimize_for_size), since it
+    /// seldom runs.
+    pub fn is_optimized_for_size(&self) -> bool {
+        let mut blocks = self.blocks.iter().filter(|data| !data.insts.is_empty());
+        blocks.all(|data| data.optimize_for_size)
+    }
+
     /// Adds an instruction to the tables. It stands in no block yet.
     pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> Inst {
         let inst = Inst(self.insts.len() as u32);

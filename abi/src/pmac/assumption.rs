@@ -4,8 +4,9 @@
 //! or it calls the host. A count in the image says how many assumed definitions differ from the
 //! variables' own. While it is 0, specialised code runs; a guard at the beginning of a scan, at
 //! resume points and after statements that may change a definition looks at the count, and where
-//! it is not 0, general code goes on, which calls the host for every M-variable. So a definition
-//! that a program changes is noticed by the next statement, and one that comes back to what was
+//! it is not 0, general code goes on. Before each statement it looks whether one of the M-variables that the
+//! statement names has another definition than the code assumes, and has the host execute the statement then
+//! ([`Statement`](super::Statement)). So a definition that a program changes is noticed by the next statement, and one that comes back to what was
 //! assumed makes the specialised code valid again.
 
 use super::definition::{Definition, Field, Format};

@@ -1,12 +1,13 @@
 //! What the compiler, the engines and the executive of PMAC share: the [tables] of a program, the
 //! [layout] of memory in the image, how [memory] is accessed by definitions that are known only at
-//! run time, the [formats](fixed) of its words, the [names](name) of variables, the language's
+//! run time, the [values of expressions](expression), the [formats](fixed) of its words, the [names](name) of variables, the language's
 //! [arithmetic], and what compiled code [assumes](assumption).
 
 pub mod arithmetic;
 pub mod assumption;
 mod controller;
 pub mod definition;
+pub mod expression;
 pub mod fixed;
 pub mod layout;
 pub mod memory;
@@ -26,4 +27,4 @@ pub use name::{PmacName, PmacNameError};
 pub use range::Range;
 pub use sparse_memory::SparseMemory;
 pub(crate) use symbols::{bit_fields, symbols};
-pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Text, Variable};
+pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable};

@@ -1,5 +1,6 @@
 //! The host functions that depend on nothing but their arguments.
 
+use super::expression::{self, Bin};
 use super::{arithmetic, fixed, range};
 use crate::HostFn;
 
@@ -9,10 +10,10 @@ pub fn call(function: HostFn, args: [u64; 4]) -> Option<u64> {
     let [a, b, c, _] = args.map(f64::from_bits);
     let rad = args[1] as u32 != 0;
     let value = match function {
-        HostFn::PmacMod => arithmetic::modulo(a, b),
-        HostFn::PmacAnd => arithmetic::and(a, b),
-        HostFn::PmacOr => arithmetic::or(a, b),
-        HostFn::PmacXor => arithmetic::xor(a, b),
+        HostFn::PmacMod => expression::binary(Bin::Mod, a, b),
+        HostFn::PmacAnd => expression::binary(Bin::And, a, b),
+        HostFn::PmacOr => expression::binary(Bin::Or, a, b),
+        HostFn::PmacXor => expression::binary(Bin::Xor, a, b),
         HostFn::PmacSin => arithmetic::sin(a, rad),
         HostFn::PmacCos => arithmetic::cos(a, rad),
         HostFn::PmacTan => arithmetic::tan(a, rad),

@@ -5,7 +5,7 @@ use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    controller::Controller, definition::Definition, layout::Run, range::Range,
+    controller::Controller, definition::Definition, expression::Op, layout::Run, range::Range,
     sparse_memory::SparseMemory,
 };
 
@@ -162,6 +162,17 @@ pub struct Output {
     pub definition: Definition,
 }
 
+/// A statement of a PLC that names M-variables, as the host function `pmac_statement` executes it. General
+/// code calls that while one of these variables has another definition than code assumes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Statement {
+    /// The kind and number of the variable to which the value is assigned; `None` for a condition, which
+    /// holds if its value is not 0.
+    pub target: Option<(Kind, u16)>,
+    /// The value, in postfix order.
+    pub value: Vec<Op>,
+}
+
 /// The tables of a PMAC download.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PmacTables {
@@ -173,6 +184,8 @@ pub struct PmacTables {
     pub texts: Vec<Text>,
     /// What `pmac_define` does, by its index.
     pub defines: Vec<Define>,
+    /// What `pmac_statement` executes, by its index.
+    pub statements: Vec<Statement>,
     /// The ranges of I-variables, by rising number; others take any value.
     pub ranges: Vec<(u32, Range)>,
     /// The definitions of L-variables, by rising number: `X` and `Y` only.

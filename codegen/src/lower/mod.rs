@@ -324,6 +324,12 @@ impl Lowering<'_> {
         }
     }
 
+    /// A constant with zeros above its bits, as an integer of 64 bits; of a double its bits.
+    fn iconst_extended(&mut self, ty: Type, value: i64) -> ClifValue {
+        let mask = if ty.bits() == 64 { -1 } else { (1 << ty.bits()) - 1 };
+        self.builder.ins().iconst(types::I64, value & mask)
+    }
+
     fn iconst(&mut self, ty: Type, value: i64) -> ClifValue {
         // CLIF wants a narrow constant's high bits clear.
         let mask = if ty.bits() == 64 { -1 } else { (1 << ty.bits()) - 1 };
@@ -346,6 +352,11 @@ impl Lowering<'_> {
         let number = self.builder.ins().iconst(types::I32, i64::from(function as u32));
         let mut operands = vec![self.context, number];
         for &arg in args {
+            if let Some(constant) = self.func.constant(arg) {
+                // A constant that was extended afterwards would be loaded from memory.
+                operands.push(self.iconst_extended(self.func.ty(arg), constant));
+                continue;
+            }
             let value = self.value(arg)?;
             operands.push(match self.func.ty(arg) {
                 Type::F64 => self.builder.ins().bitcast(types::I64, MemFlagsData::new(), value),

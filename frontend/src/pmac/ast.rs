@@ -10,39 +10,11 @@
 //! | `P1+P2*3` | `Var(P, 1)`, `Var(P, 2)`, `Const(3)`, `Bin(Mul)`, `Bin(Add)` |
 //! | `IF (P1=1) P2=0 ENDIF P3=0` | 0: `If(P1=1, 2)`, 1: `Assign(P2, 0)`, 2: `Assign(P3, 0)` |
 
+pub(crate) use plcc_abi::pmac::expression::{Bin, Cmp, Func, Op};
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
 use super::origin::{Origins, TextRange};
 use crate::common::Controller;
-
-/// A mathematical function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Func {
-    /// Sine.
-    Sin,
-    /// Cosine.
-    Cos,
-    /// Tangent.
-    Tan,
-    /// Inverse sine.
-    Asin,
-    /// Inverse cosine.
-    Acos,
-    /// Inverse tangent.
-    Atan,
-    /// Angle in all four quadrants whose sine is the argument and whose cosine is Q0.
-    Atan2,
-    /// Square root.
-    Sqrt,
-    /// Natural logarithm.
-    Ln,
-    /// Exponential.
-    Exp,
-    /// Absolute value.
-    Abs,
-    /// The largest integer that is not above the argument.
-    Int,
-}
 
 /// Every function with its name. A name stands before the names that it begins with (`ATAN2`
 /// before `ATAN`), so that the first match is the right one.
@@ -60,72 +32,6 @@ pub(crate) const FUNCTIONS: &[(&str, Func)] = &[
     ("ABS", Func::Abs),
     ("INT", Func::Int),
 ];
-
-/// A comparator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Cmp {
-    /// `=`
-    Eq,
-    /// `!=`
-    Ne,
-    /// `>`
-    Gt,
-    /// `!>`: less or equal.
-    NotGt,
-    /// `<`
-    Lt,
-    /// `!<`: greater or equal.
-    NotLt,
-    /// `~`: the two differ by less than one.
-    Near,
-    /// `!~`: the two differ by one or more.
-    NotNear,
-}
-
-/// An operation on two numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Bin {
-    /// `+`
-    Add,
-    /// `-`
-    Sub,
-    /// `*`
-    Mul,
-    /// `/`
-    Div,
-    /// `%`
-    Mod,
-    /// `&`
-    And,
-    /// `|`
-    Or,
-    /// `^`
-    Xor,
-}
-
-/// One operation of an expression or condition in postfix order. It takes its operands from a
-/// stack and puts its result there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Op {
-    /// A literal.
-    Const(f64),
-    /// A variable's value.
-    Var(Kind, u16),
-    /// The value of the variable whose number is on top of the stack: `P(…)`.
-    Indirect(Kind),
-    /// Unary minus.
-    Neg,
-    /// An operator on two numbers.
-    Bin(Bin),
-    /// A function of the number on top of the stack.
-    Call(Func),
-    /// A comparison of two numbers, which gives a truth value.
-    Cmp(Cmp),
-    /// AND of two truth values.
-    Both,
-    /// OR of two truth values.
-    Either,
-}
 
 /// An expression or condition: its place in [`Download::ops`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -21,7 +21,6 @@ use plcc_abi::pmac::{Definition, Kind, Layout, Place, Space, SparseMemory, View,
 use plcc_diag::{Diagnostic, SourceMap, Span};
 
 use super::Program;
-use super::analyse::eval;
 use super::ast::{Func, Op};
 use super::read::{expr::Reader, preprocess};
 use crate::common::{Evaluate, EvaluationError, Expression, Value};
@@ -153,8 +152,12 @@ impl Evaluate for Postfix {
             if kind == Kind::M { view.read_m(number) } else { view.read(defined) }
         };
         let radians = read(Kind::I, 15) != 0.0;
-        let value =
-            arithmetic::finite(eval::expression(&self.ops, &mut Vec::new(), radians, &mut read));
+        let value = arithmetic::finite(plcc_abi::pmac::expression::evaluate(
+            &self.ops,
+            &mut Vec::new(),
+            radians,
+            &mut read,
+        ));
         match outside {
             Some(name) => Err(EvaluationError::OutsideImage { name }),
             None if self.condition => Ok(Value::Logical(value != 0.0)),

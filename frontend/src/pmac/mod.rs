@@ -18,6 +18,7 @@ mod ast;
 mod explain_arithmetic;
 pub mod expression;
 mod fingerprint;
+mod host_statements;
 mod language;
 mod lower;
 mod oracle;

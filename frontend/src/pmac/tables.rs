@@ -6,6 +6,7 @@ use plcc_abi::{Program, Tables, Task};
 use super::analyse::load::Loaded;
 use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
 use super::fingerprint::fingerprint;
+use super::host_statements;
 use super::outputs;
 use super::tasks::{TaskKind, tasks};
 
@@ -45,6 +46,7 @@ pub(crate) fn program(
         programs,
         texts,
         defines: download.defines.clone(),
+        statements: host_statements::table(download, &tasks),
         ranges: loaded.ranges.clone(),
         l: download.l_defs.iter().map(|(&number, &def)| (u32::from(number), def)).collect(),
         named,

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{
     Host, HostFn, TimeLimit,
-    image::{read_u32, write_f64},
+    image::{read_f64, read_u32, write_f64},
     pmac::{
         Definition, Kind, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
-        pure_functions,
+        expression, pure_functions,
     },
 };
 
@@ -68,6 +68,11 @@ pub(super) fn next_revision() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
+/// The number of operations of the longest statement that the host executes.
+fn longest(tables: &PmacTables) -> usize {
+    tables.statements.iter().map(|statement| statement.value.len()).max().unwrap_or(0)
+}
+
 /// A PMAC without its image: the tables, the state, and what a tick produces.
 pub(super) struct PmacHost {
     pub(super) tables: PmacTables,
@@ -75,6 +80,8 @@ pub(super) struct PmacHost {
     texts: Vec<PreparedText>,
     pub(super) layout: Layout,
     pub(super) state: State,
+    /// The operands of the expression that is evaluated; kept here so that no scan allocates.
+    operands: Vec<f64>,
     /// The context of what is running; set before each scan.
     pub(super) running: u32,
     /// The events of this tick so far.
@@ -93,6 +100,7 @@ impl PmacHost {
         Self {
             origin,
             state: State::new(&tables, &layout),
+            operands: Vec::with_capacity(longest(&tables)),
             texts: tables.texts.iter().map(PreparedText::new).collect(),
             tables,
             layout,
@@ -193,16 +201,52 @@ impl PmacHost {
         let VariableRange { kind, first, count, step } = range;
         let value = finite(value);
         for k in 0..count {
-            let number = first.wrapping_add(k * step);
-            match kind {
-                Kind::P => write_f64(image, self.layout.p_offset(number), value),
-                Kind::Q => write_f64(image, self.layout.q_offset(number), value),
-                Kind::I => self.write_i(image, number, value),
-                Kind::M => self.memory(image).write_m(number, value),
-                Kind::L => {
-                    let definition = self.l_definition(number);
-                    self.memory(image).write(definition, value);
-                }
+            self.write(image, kind, first.wrapping_add(k * step), value);
+        }
+    }
+
+    /// Assigns a finite value to a variable. A Q's number is that among the variables of all coordinate
+    /// systems.
+    fn write(&mut self, image: &mut [u8], kind: Kind, number: u32, value: f64) {
+        match kind {
+            Kind::P => write_f64(image, self.layout.p_offset(number), value),
+            Kind::Q => write_f64(image, self.layout.q_offset(number), value),
+            Kind::I => self.write_i(image, number, value),
+            Kind::M => self.memory(image).write_m(number, value),
+            Kind::L => {
+                let definition = self.l_definition(number);
+                self.memory(image).write(definition, value);
+            }
+        }
+    }
+
+    /// Executes a statement by the definitions of M-variables as they are now, by its index in the
+    /// tables. Gives whether a condition holds; `false` for an assignment.
+    fn statement(&mut self, image: &mut [u8], index: u32) -> bool {
+        let Some(statement) = self.tables.statements.get(index as usize) else {
+            return false;
+        };
+        let mut operands = std::mem::take(&mut self.operands);
+        let target = statement.target;
+        let layout = &self.layout;
+        let first_q = read_u32(image, layout.q_base_at(self.running));
+        let radians = read_f64(image, layout.i_offset(15)) != 0.0;
+        let view = self.view(image);
+        let mut read = |kind, number: u32| match kind {
+            Kind::P => read_f64(image, layout.p_offset(number)),
+            Kind::Q => read_f64(image, layout.q_offset(first_q.wrapping_add(number))),
+            Kind::I => read_f64(image, layout.i_offset(number)),
+            Kind::M => view.read_m(number),
+            Kind::L => view.read(self.l_definition(number)),
+        };
+        let value = expression::evaluate(&statement.value, &mut operands, radians, &mut read);
+        self.operands = operands;
+        match target {
+            None => value != 0.0,
+            Some((kind, number)) => {
+                let first = if kind == Kind::Q { first_q } else { 0 };
+                self.write(image, kind, first.wrapping_add(u32::from(number)), finite(value));
+                false
             }
         }
     }
@@ -265,6 +309,7 @@ impl Host for PmacHost {
                 self.save(image);
                 0
             }
+            HostFn::PmacStatement => u64::from(self.statement(image, a as u32)),
             HostFn::PmacRangeWrite => {
                 if let Some(kind) = Kind::from_number(a as u32) {
                     let (count, step) = (c as u32 & 0xFFFF, c as u32 >> 16);

@@ -1,6 +1,6 @@
 //! Whether the tables of a PMAC program fit its image.
 
-use plcc_abi::pmac::{Definition, Field, Kind, Layout, Output, PmacTables, Run, Text};
+use plcc_abi::pmac::{Definition, Field, Kind, Layout, Output, PmacTables, Run, Statement, Text};
 
 use crate::artifact::validate::{Check, Image, ensure};
 #[cfg(feature = "args")]
@@ -29,6 +29,7 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
         programs,
         texts,
         defines,
+        statements,
         ranges,
         l,
         named,
@@ -53,6 +54,11 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
             "a definition names bits or variables that do not exist".into()
         })?;
     }
+    let assigned = |statement: &Statement| statement.target.map(|(_, number)| number);
+    let fits = |statement: &Statement| {
+        assigned(statement).is_none_or(|number| u32::from(number) < layout.count)
+    };
+    ensure(statements.iter().all(fits), || "a statement assigns to no variable".into())?;
     let rising = ranges.is_sorted_by_key(|&(number, _)| number)
         && l.is_sorted_by_key(|&(number, _)| number)
         && l.iter().all(|&(_, definition)| sound(definition));

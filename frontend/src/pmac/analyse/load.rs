@@ -7,7 +7,6 @@ use plcc_abi::pmac::{
     fixed, layout::CONTEXTS,
 };
 
-use super::eval;
 use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
 use crate::pmac::reference::tables;
 
@@ -208,12 +207,14 @@ impl OnlineExecutor {
             let out = &mut self.out;
             let memory =
                 Memory { image: &mut out.image, layout: &out.layout, sparse: &mut out.sparse };
-            eval::expression(ops, &mut stack, radians, &mut |kind, number| match kind {
-                Kind::P => read_f64(memory.image, layout.p_offset(number)),
-                Kind::Q => read_f64(memory.image, layout.q_offset(base.wrapping_add(number))),
-                Kind::I => read_f64(memory.image, layout.i_offset(number)),
-                Kind::M => memory.read_m(number),
-                Kind::L => 0.0,
+            plcc_abi::pmac::expression::evaluate(ops, &mut stack, radians, &mut |kind, number| {
+                match kind {
+                    Kind::P => read_f64(memory.image, layout.p_offset(number)),
+                    Kind::Q => read_f64(memory.image, layout.q_offset(base.wrapping_add(number))),
+                    Kind::I => read_f64(memory.image, layout.i_offset(number)),
+                    Kind::M => memory.read_m(number),
+                    Kind::L => 0.0,
+                }
             })
         };
         self.stack = stack;

@@ -3,7 +3,6 @@
 
 pub(crate) mod assumptions;
 pub(crate) mod cross_reference;
-pub(crate) mod eval;
 pub(crate) mod lints;
 pub(crate) mod load;
 pub(crate) mod out_of_range;

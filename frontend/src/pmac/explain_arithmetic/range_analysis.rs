@@ -175,7 +175,7 @@ fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Bounds> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pmac::analyse::eval;
+    use plcc_abi::pmac::expression;
 
     /// Every pair of integers at the edges of some bounds: the integer result is the double's.
     #[test]
@@ -205,7 +205,7 @@ mod tests {
                         _ => a ^ b,
                     };
                     assert_eq!(
-                        eval::binary(op, a as f64, b as f64) + 0.0,
+                        expression::binary(op, a as f64, b as f64) + 0.0,
                         exact as f64,
                         "{a} {op:?} {b}"
                     );
@@ -225,7 +225,7 @@ mod tests {
                     let Bounds::Int(low, high) = bounds else { panic!("{op:?}") };
                     for x in a.0..=a.1 {
                         for y in b.0..=b.1 {
-                            let value = eval::binary(op, x as f64, y as f64) as i64;
+                            let value = expression::binary(op, x as f64, y as f64) as i64;
                             assert!((low..=high).contains(&value), "{x} {op:?} {y}: {value}");
                         }
                     }
@@ -240,7 +240,7 @@ mod tests {
             let bounds = Bounds::binary(Bin::Mod, Bounds::Int(-40, 40), Bounds::Int(by, by));
             let Bounds::Int(low, high) = bounds else { panic!("{by}") };
             for x in -40..=40 {
-                let value = eval::binary(Bin::Mod, f64::from(x), by as f64) as i64;
+                let value = expression::binary(Bin::Mod, f64::from(x), by as f64) as i64;
                 assert!((low..=high).contains(&value), "{x} % {by}: {value}");
             }
         }

@@ -194,7 +194,7 @@ pub(crate) fn binary(
     right: Operand,
 ) -> Result<Operand, InternalError> {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
-        return Ok(Operand::Const(crate::pmac::analyse::eval::binary(op, x, y)));
+        return Ok(Operand::Const(plcc_abi::pmac::expression::binary(op, x, y)));
     }
     let (x, y) = (left.float(b), right.float(b));
     let value = match op {
@@ -246,7 +246,7 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
 /// The truth value of a comparator.
 pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
-        let truth = crate::pmac::analyse::eval::compare(cmp, x, y);
+        let truth = plcc_abi::pmac::expression::compare(cmp, x, y);
         return Operand::Truth(b.iconst(Type::I1, i64::from(truth)));
     }
     if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =

@@ -64,7 +64,7 @@ impl Lowerer<'_> {
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
         {
-            return Ok(Operand::Const(crate::pmac::analyse::eval::function(
+            return Ok(Operand::Const(plcc_abi::pmac::expression::function(
                 func, value, 0.0, false,
             )));
         }

@@ -2,7 +2,8 @@
 //! COMMAND.
 //!
 //! PLCs are lowered twice, which is a kind of speculation: specialised code accesses M-variables at
-//! the places that the assumed definitions give, general code accesses them through the host. The
+//! the places that the assumed definitions give, general code looks before each statement whether the
+//! variables that it names still have these definitions, and has the host execute it if not ([`general`]). The
 //! guard that decides which of the two runs is a word of the image that is not 0 once a definition
 //! differs from the assumed one. It is checked at the entry of the task, at every WHILE at which a
 //! suspended scan goes on, and after every statement that may change a definition. From there
@@ -14,6 +15,7 @@
 pub(crate) mod emit;
 mod expression;
 mod field;
+mod general;
 mod integer;
 mod variables;
 
@@ -28,6 +30,7 @@ use crate::common::{InternalError, LowerError};
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
+use crate::pmac::host_statements;
 use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::Regions;
@@ -104,6 +107,7 @@ pub(crate) fn lower(
         i: find(region::I)?,
         mdef: find(region::MDEF)?,
         words: find(region::WORDS)?,
+        differing_definitions: find(region::DIFFERING_DEFINITIONS)?,
         exec: find(region::EXEC)?,
     };
     let mut builder = builder;
@@ -126,6 +130,8 @@ pub(crate) fn lower(
         has_specialised_code: false,
         may_change_definitions: false,
         single_bits: SingleBits::default(),
+        host_statements: Vec::new(),
+        next_host_statement: 0,
         stack: Vec::new(),
     };
     for id in (0..sources.len() as u32).map(FileId) {
@@ -168,6 +174,10 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) may_change_definitions: bool,
     /// How often the current function works on single bits.
     pub(crate) single_bits: SingleBits,
+    /// For each statement of the current task its number among those that the host executes.
+    host_statements: Vec<Option<u32>>,
+    /// The number of the first such statement of the next task.
+    next_host_statement: u32,
     /// The operands of the current expression; kept here so that its memory is used again.
     pub(crate) stack: Vec<Operand>,
 }
@@ -198,6 +208,8 @@ impl Lowerer<'_> {
     fn task(&mut self, kind: TaskKind, code: &[Stmt]) -> Result<(), InternalError> {
         self.context = kind.context();
         self.has_address_statements = has_address_statements(kind, code);
+        let next = &mut self.next_host_statement;
+        self.host_statements = host_statements::numbers(self.download, kind, code, next);
         let entry = self.builder.place();
         self.builder.bind(entry);
         self.builder.task(kind.name(), entry);
@@ -279,7 +291,10 @@ impl Lowerer<'_> {
             }
             self.begin_statement(stmt);
             self.may_change_definitions = false;
-            let lowered = self.statement(stmt, version, resumes);
+            let lowered = match entered {
+                true => self.general_statement(index, stmt, version, resumes),
+                false => self.statement(stmt, version, resumes),
+            };
             lowered.map_err(|error| self.with_place(error, stmt))?;
             if self.may_change_definitions
                 && let Some(other) = other

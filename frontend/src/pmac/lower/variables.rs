@@ -29,6 +29,7 @@ pub(crate) struct Regions {
     pub(crate) i: RegionId,
     pub(crate) mdef: RegionId,
     pub(crate) words: RegionId,
+    pub(crate) differing_definitions: RegionId,
     pub(crate) exec: RegionId,
 }
 

@@ -32,6 +32,8 @@
 //! nothing but read and write single bits ([`analysis`]), if that happens so often that it pays for unpacking and packing
 //! ([`cost`]). Functions with loops are left alone, since it is not known how often their blocks are executed.
 //!
+//! Functions that are optimised for size are left alone, too: they seldom run, and call the host often.
+//!
 //! The pass comes first, while each bit is read and written by the instructions that front ends make of it.
 
 mod analysis;
@@ -84,7 +86,7 @@ impl Word {
 /// Runs the pass; gives whether it changed anything. Words of `regions` have a highest byte that is 0. With
 /// `always`, bits become bytes also where that does not pay.
 pub(super) fn run(func: &mut FuncData, regions: &[RegionId], always: bool) -> bool {
-    if regions.is_empty() {
+    if regions.is_empty() || func.is_optimized_for_size() && !always {
         return false;
     }
     let graph = Graph::new(func);

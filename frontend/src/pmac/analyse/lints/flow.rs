@@ -6,8 +6,8 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::Checked;
-use crate::pmac::analyse::eval;
 use crate::pmac::ast::{Action, Buffer, Expr, Op, StmtKind, Target};
+use plcc_abi::pmac::expression;
 
 /// What is known of a condition without running the program.
 enum Known {
@@ -109,11 +109,11 @@ fn truth(ops: &[Op]) -> Option<bool> {
             Op::Bin(bin) => {
                 let right = numbers.pop()?;
                 let left = numbers.pop()?;
-                numbers.push(eval::binary(bin, left, right));
+                numbers.push(expression::binary(bin, left, right));
             }
             Op::Cmp(cmp) => {
                 let right = numbers.pop()?;
-                truths.push(eval::compare(cmp, numbers.pop()?, right));
+                truths.push(expression::compare(cmp, numbers.pop()?, right));
             }
             Op::Both => {
                 let right = truths.pop()?;

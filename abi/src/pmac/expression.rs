@@ -1,15 +1,119 @@
-//! The values of expressions in floating point: for on-line commands that are executed at load, and
-//! for expressions outside of programs. The statement interpreter has its own evaluation, since it
-//! has to tell when others are wrong.
+//! Expressions in floating point, in postfix order, and their values: for on-line commands that are
+//! executed at load, for expressions outside of programs, and for statements that general code has
+//! executed by the host ([`Statement`](super::Statement)). The statement interpreter has its own
+//! evaluation, since it has to tell when others are wrong.
+//!
+//! | source | operations |
+//! | --- | --- |
+//! | `P1+P2*3` | `Var(P, 1)`, `Var(P, 2)`, `Const(3)`, `Bin(Mul)`, `Bin(Add)` |
 
-use plcc_abi::pmac::{Kind, arithmetic};
+use alloc::vec::Vec;
 
-use crate::pmac::ast::{Bin, Cmp, Func};
+use serde::{Deserialize, Serialize};
+
+use super::arithmetic;
+use super::fixed;
+use super::tables::Kind;
+
+/// A mathematical function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Func {
+    /// Sine.
+    Sin,
+    /// Cosine.
+    Cos,
+    /// Tangent.
+    Tan,
+    /// Inverse sine.
+    Asin,
+    /// Inverse cosine.
+    Acos,
+    /// Inverse tangent.
+    Atan,
+    /// Angle in all four quadrants whose sine is the argument and whose cosine is Q0.
+    Atan2,
+    /// Square root.
+    Sqrt,
+    /// Natural logarithm.
+    Ln,
+    /// Exponential.
+    Exp,
+    /// Absolute value.
+    Abs,
+    /// The largest integer that is not above the argument.
+    Int,
+}
+
+/// A comparator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Cmp {
+    /// `=`
+    Eq,
+    /// `!=`
+    Ne,
+    /// `>`
+    Gt,
+    /// `!>`: less or equal.
+    NotGt,
+    /// `<`
+    Lt,
+    /// `!<`: greater or equal.
+    NotLt,
+    /// `~`: the two differ by less than one.
+    Near,
+    /// `!~`: the two differ by one or more.
+    NotNear,
+}
+
+/// An operation on two numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Bin {
+    /// `+`
+    Add,
+    /// `-`
+    Sub,
+    /// `*`
+    Mul,
+    /// `/`
+    Div,
+    /// `%`
+    Mod,
+    /// `&`
+    And,
+    /// `|`
+    Or,
+    /// `^`
+    Xor,
+}
+
+/// One operation of an expression or condition in postfix order. It takes its operands from a
+/// stack and puts its result there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Op {
+    /// A literal.
+    Const(f64),
+    /// A variable's value.
+    Var(Kind, u16),
+    /// The value of the variable whose number is on top of the stack: `P(…)`.
+    Indirect(Kind),
+    /// Unary minus.
+    Neg,
+    /// An operator on two numbers.
+    Bin(Bin),
+    /// A function of the number on top of the stack.
+    Call(Func),
+    /// A comparison of two numbers, which gives a truth value.
+    Cmp(Cmp),
+    /// AND of two truth values.
+    Both,
+    /// OR of two truth values.
+    Either,
+}
 
 /// What an operator gives for two numbers. The remainder and bit operators have a shortcut for
 /// integers.
 #[inline]
-pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
+pub fn binary(op: Bin, a: f64, b: f64) -> f64 {
     match op {
         Bin::Add => a + b,
         Bin::Sub => a - b,
@@ -43,7 +147,7 @@ fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
 
 /// What a function gives. `cosine` is Q0, which ATAN2 alone reads; angles are in `radians` where
 /// I15 is not 0, else in degrees.
-pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
+pub fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     match func {
         Func::Sin => arithmetic::sin(x, radians),
         Func::Cos => arithmetic::cos(x, radians),
@@ -62,14 +166,14 @@ pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
 
 /// Whether a comparator holds. NaN equals nothing, and is neither above nor below anything.
 #[inline]
-pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
+pub fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
     match cmp {
         Cmp::Eq => a == b,
-        Cmp::Ne => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Equal)),
+        Cmp::Ne => !matches!(a.partial_cmp(&b), Some(core::cmp::Ordering::Equal)),
         Cmp::Gt => a > b,
-        Cmp::NotGt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Greater)),
+        Cmp::NotGt => !matches!(a.partial_cmp(&b), Some(core::cmp::Ordering::Greater)),
         Cmp::Lt => a < b,
-        Cmp::NotLt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Less)),
+        Cmp::NotLt => !matches!(a.partial_cmp(&b), Some(core::cmp::Ordering::Less)),
         Cmp::Near => arithmetic::near(a, b),
         Cmp::NotNear => !arithmetic::near(a, b),
     }
@@ -78,13 +182,12 @@ pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
 /// The value of an expression, or 1 or 0 for a condition that is true or false. `stack` is emptied
 /// first; it is passed so that no call allocates. `read` gives the value of a variable by its kind
 /// and number.
-pub(crate) fn expression(
-    ops: &[crate::pmac::ast::Op],
+pub fn evaluate(
+    ops: &[Op],
     stack: &mut Vec<f64>,
     radians: bool,
-    read: &mut dyn FnMut(Kind, u32) -> f64,
+    read: &mut impl FnMut(Kind, u32) -> f64,
 ) -> f64 {
-    use crate::pmac::ast::Op;
     stack.clear();
     for op in ops {
         let value = match *op {
@@ -92,7 +195,7 @@ pub(crate) fn expression(
             Op::Var(kind, number) => read(kind, u32::from(number)),
             Op::Indirect(kind) => {
                 let index = stack.pop().unwrap_or(0.0);
-                read(kind, plcc_abi::pmac::fixed::index(index, u32::MAX))
+                read(kind, fixed::index(index, u32::MAX))
             }
             Op::Neg => -stack.pop().unwrap_or(0.0),
             Op::Call(func) => {
