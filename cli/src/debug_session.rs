@@ -45,6 +45,7 @@ pub(crate) fn run_command(arguments: &LaunchArguments) -> Result<RunCommand, Str
     }
 }
 
+/// A report without colours, since an editor or the monitor may show what it says.
 fn report() -> Report {
     Report::new(clap::ColorChoice::Never)
 }

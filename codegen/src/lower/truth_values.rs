@@ -32,14 +32,14 @@ pub(super) struct TruthValues {
     enabled: bool,
     /// For each value the one in 32 bits, if it has one.
     wide: Vec<Option<ClifValue>>,
-    /// For each truth value the number of its uses, and the block of the last one.
+    /// For each value the number of its uses, and the block of the last one.
     uses: Vec<(u32, Block)>,
     /// The loads that wait for their use, each with its offset in the image.
     waiting: Vec<(Value, Address, i64)>,
-    /// For each byte of the image that was stored the number of the instruction that did it.
-    stored: HashMap<i64, u32>,
-    /// The number of the current instruction.
-    now: u32,
+    /// For each byte of the image that was stored, by its offset, the number of the instruction that stored it last.
+    last_stores: HashMap<i64, u32>,
+    /// The number of the current instruction of the IR, counted over the function.
+    current: u32,
 }
 
 impl TruthValues {
@@ -62,7 +62,7 @@ impl TruthValues {
             }
         }
         let wide = vec![None; uses.len()];
-        Self { enabled, wide, uses, waiting: vec![], stored: HashMap::new(), now: 0 }
+        Self { enabled, wide, uses, waiting: vec![], last_stores: HashMap::new(), current: 0 }
     }
 
     /// Whether a value is in 32 bits, or can be loaded so.
@@ -79,7 +79,7 @@ impl TruthValues {
 impl Lowering<'_> {
     /// Begins with the next instruction of the IR.
     pub(super) fn count_instruction(&mut self) {
-        self.truth_values.now += 1;
+        self.truth_values.current += 1;
     }
 
     /// Lowers the load of a truth value; gives whether it did, since it leaves volatile loads, loads
@@ -199,11 +199,14 @@ impl Lowering<'_> {
     fn can_load_four_bytes(&self, offset: i64) -> bool {
         let truths = &self.truth_values;
         let recent = |byte| {
-            truths.stored.get(&byte).is_some_and(|&then| truths.now - then < STORED_RECENTLY)
+            truths
+                .last_stores
+                .get(&byte)
+                .is_some_and(|&then| truths.current - then < STORED_RECENTLY)
         };
-        let is_whole =
+        let are_readable =
             offset + 4 <= i64::from(self.module.image_size) || offset >= self.local_bits.offset;
-        is_whole && !(offset..offset + 4).any(recent)
+        are_readable && !(offset..offset + 4).any(recent)
     }
 
     /// Takes a value off the loads that wait, if it is among them.
@@ -242,8 +245,8 @@ impl Lowering<'_> {
             self.define_wide(value, wide);
         }
         if let Some(bytes) = bytes.filter(|bytes| bytes.end - bytes.start <= WIDEST_STORE) {
-            let now = self.truth_values.now;
-            self.truth_values.stored.extend(bytes.map(|byte| (byte, now)));
+            let current = self.truth_values.current;
+            self.truth_values.last_stores.extend(bytes.map(|byte| (byte, current)));
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ use crate::hits::{Found, Hit, HitFinder, What};
 use crate::names::Target;
 use crate::observers::Observed;
 
-/// How many ticks are searched at once, in the order of time, on the way back.
+/// On the way back so many ticks are searched at once, each of these segments in the order of time.
 const SEGMENT: u64 = 64;
 
 impl Debugger<'_> {
@@ -39,12 +39,12 @@ impl Debugger<'_> {
     ) -> Result<Option<Stopped>, DebugError> {
         let begun = Instant::now();
         for _ in 0..ticks {
-            let met = match direction {
+            let stopped = match direction {
                 Direction::Forward => self.run_tick()?,
                 Direction::Back => self.search_back()?,
             };
-            if met.is_some() {
-                return Ok(met);
+            if stopped.is_some() {
+                return Ok(stopped);
             }
             if begun.elapsed() >= time {
                 break;
@@ -64,7 +64,7 @@ impl Debugger<'_> {
         let count = found.steps;
         self.is_fresh = false;
         for hit in found.hits.iter().filter(|hit| hit.step >= from) {
-            if let Some(stopped) = self.meet(hit, true) {
+            if let Some(stopped) = self.reason_to_stop(hit, true) {
                 self.position = Position { tick, step: hit.step };
                 return Ok(Some(stopped));
             }
@@ -109,7 +109,7 @@ impl Debugger<'_> {
             return Ok(None);
         };
         for (tick, hit) in found.into_iter().rev() {
-            if let Some(stopped) = self.meet(&hit, false) {
+            if let Some(stopped) = self.reason_to_stop(&hit, false) {
                 self.position = Position { tick, step: hit.step };
                 return Ok(Some(stopped));
             }
@@ -168,9 +168,9 @@ impl Debugger<'_> {
         Ok((found, result))
     }
 
-    /// Counts a hit, and gives why the run stops there, if it does. `tell` says whether texts of logpoints are shown
-    /// to the user.
-    fn meet(&mut self, hit: &Hit, tell: bool) -> Option<Stopped> {
+    /// Counts a hit of a breakpoint, and gives why the run stops there, if it does. With `show_logs`, the text of a
+    /// logpoint is shown to the user.
+    fn reason_to_stop(&mut self, hit: &Hit, show_logs: bool) -> Option<Stopped> {
         if !self.breakpoints.counts(hit) {
             return None;
         }
@@ -181,7 +181,7 @@ impl Debugger<'_> {
             }
             What::Event(text) => Some(Stopped::Event(text.clone())),
             What::Log(_, text) => {
-                if tell {
+                if show_logs {
                     self.output.push(text.clone());
                 }
                 None
@@ -203,11 +203,11 @@ impl Debugger<'_> {
         for event in events {
             let step = match &event.body {
                 EventBody::Fault { name, state: "on", .. } if faults => {
-                    self.switched(tick, name)?
+                    self.last_change_in(tick, name)?
                 }
                 EventBody::Message { name, flag, state: "on", .. } if messages => {
                     match name.as_ref().or(flag.as_ref()) {
-                        Some(name) => self.switched(tick, name)?,
+                        Some(name) => self.last_change_in(tick, name)?,
                         None => None,
                     }
                 }
@@ -229,8 +229,8 @@ impl Debugger<'_> {
         Ok(None)
     }
 
-    /// The last step of a tick that changed a variable.
-    fn switched(&mut self, tick: u64, name: &str) -> Result<Option<usize>, DebugError> {
+    /// The last step of a tick that changed the value of a variable; `None` if there is none.
+    fn last_change_in(&mut self, tick: u64, name: &str) -> Result<Option<usize>, DebugError> {
         let changes = self.writes(tick, name, true)?;
         Ok(changes.last().map(|hit| hit.step))
     }

@@ -220,9 +220,9 @@ impl SocketThread {
             })
             .collect();
         let mut fds = vec![PollFd::new(&self.listener, listened)];
-        let of = self.connections.iter().zip(flags);
+        let streams = self.connections.iter().zip(flags);
         fds.extend(
-            of.map(|(connection, flags)| {
+            streams.map(|(connection, flags)| {
                 PollFd::from_borrowed_fd(connection.stream.as_fd(), flags)
             }),
         );
@@ -300,14 +300,14 @@ impl SocketThread {
                 return false;
             }
             if ready {
-                let goes = match connection.has_output() {
+                let state = match connection.has_output() {
                     true => connection.flush(now),
                     false if connection.wants_input(now) => connection.read(now),
                     false if connection.is_limited() => Connected::Open,
                     // It waits for an answer, and its client has gone.
                     false => connection.check_alive(),
                 };
-                if goes == Connected::Closed {
+                if state == Connected::Closed {
                     return false;
                 }
             }
