@@ -46,7 +46,8 @@ export class Frame {
       element("button", {
         type: "button", "aria-current": screen === this.app.screen ? "page" : null, "data-screen": screen.name,
         onclick: () => this.app.open(screen.name),
-      }, element("kbd", {}, String(this.app.screens.indexOf(screen) + 1)), " ", screen.title)));
+      }, element("kbd", {}, String(this.app.screens.indexOf(screen) + 1)), " ", screen.title,
+      screen.name === "events" && this.announced > 0 && element("strong", { class: "announced" }, `${this.announced} on`))));
   }
 
   drawMenu() {
@@ -71,6 +72,10 @@ export class Frame {
     setText(this.follow, status.following ? "❚❚ stay" : "▶ follow");
     this.follow.setAttribute("aria-pressed", String(status.following));
     this.drawForces(status.forces);
+    if (status.announced !== this.announced) {
+      this.announced = status.announced;
+      this.drawScreens();
+    }
     this.note.hidden = !status.note;
     setText(this.note, status.note ?? "");
   }

@@ -1,5 +1,7 @@
 //! Faults, messages and texts (PMI 3.1.6, 3.1.7; NCT `:198`, `:199`; PMAC's SEND and DISPLAY).
 
+use std::collections::BTreeSet;
+
 use plcc_abi::Tables;
 use plcc_abi::pmi::{Announcement, TextItem, Type};
 use plcc_runtime::{Event, EventBody};
@@ -24,6 +26,25 @@ impl Session<'_> {
         let log = past.iter().map(line).collect();
         let display = display(&past);
         Ok(EventsView { active, log, display })
+    }
+
+    /// How many faults and messages are on at the end of the tick that is shown. It comes from the events alone, so that it
+    /// can stand around every screen.
+    pub(super) fn announced(&self) -> usize {
+        let mut on = BTreeSet::new();
+        for event in self.events.iter().filter(|event| event.tick <= self.time.shown) {
+            let (EventBody::Fault { state, .. } | EventBody::Message { state, .. }) = &event.body
+            else {
+                continue;
+            };
+            let Some(name) = name_of(&event.body) else { continue };
+            if *state == "on" {
+                on.insert(name);
+            } else {
+                on.remove(name);
+            }
+        }
+        on.len()
     }
 
     /// What is announced at the end of the tick that is shown.

@@ -260,6 +260,7 @@ impl<'a> Session<'a> {
             last_tick: self.time.run_until.saturating_sub(1).max(first),
             tick_ns,
             forces: self.forces(),
+            announced: self.announced(),
             may_write: self.allows("write"),
             may_force: self.allows("force"),
             may_swap: self.allows("swap"),

@@ -565,6 +565,10 @@ fn timers_unfold_and_inputs_are_forced() {
     let Body::Events(events) = session.view(&Screen::Events).body else { panic!() };
     assert_eq!(events.active.len(), 1);
     assert!(events.active[0].text.starts_with("TOO MANY "), "{events:?}");
+    // The indicator around every screen.
+    assert_eq!(session.status().announced, 1);
+    session.apply(Command::GoToTick { tick: 0 }).unwrap();
+    assert_eq!(session.status().announced, 0);
 }
 
 #[test]

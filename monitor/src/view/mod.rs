@@ -152,6 +152,9 @@ pub struct Status {
     pub control_ticks: Option<u64>,
     /// The variables that are forced, with their values.
     pub forces: Vec<NamedValue>,
+    /// How many faults and messages are on at the tick that is shown (the indicator of PMI 3.1.6), as far as the events
+    /// that were taken in say.
+    pub announced: usize,
     /// Whether variables may be set.
     pub may_write: bool,
     /// Whether inputs and outputs may be forced.

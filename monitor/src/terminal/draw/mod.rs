@@ -69,8 +69,15 @@ fn head_line(app: &App, status: &Status, width: u16) -> Line<'static> {
         1 => "! 1 OVERRIDE !".to_owned(),
         count => format!("! {count} OVERRIDES !"),
     };
+    // The indicator of PMI 3.1.6, which flashes where the terminal can.
+    let announced = match status.announced {
+        0 => String::new(),
+        1 => "! 1 FAULT/MESSAGE !".to_owned(),
+        count => format!("! {count} FAULTS/MESSAGES !"),
+    };
     let title = PAGES.iter().find(|(page, _)| *page == app.page).map_or("", |(_, title)| title);
-    let right = format!("{forces} {title}");
+    let gap_between = if announced.is_empty() || forces.is_empty() { "" } else { " " };
+    let right = format!("{announced}{gap_between}{forces} {title}");
     let room = usize::from(width).saturating_sub(right.chars().count() + 1);
     let left: String = left.chars().take(room).collect();
     let gap =
@@ -79,6 +86,8 @@ fn head_line(app: &App, status: &Status, width: u16) -> Line<'static> {
     Line::from(vec![
         Span::styled(left, style),
         Span::raw(gap),
+        Span::styled(announced, style.add_modifier(Modifier::REVERSED | Modifier::SLOW_BLINK)),
+        Span::raw(gap_between),
         Span::styled(forces, style.add_modifier(Modifier::REVERSED)),
         Span::raw(format!(" {title}")),
     ])
