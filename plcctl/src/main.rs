@@ -8,6 +8,7 @@ mod show;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser};
 use serde_json::{Value as Json, json};
 
@@ -20,8 +21,24 @@ const REFUSED: u8 = 1;
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    ExitCode::from(run(&cli))
+    ExitCode::from(match Cli::try_parse() {
+        Ok(cli) => run(&cli),
+        Err(error) => match unknown_command(&error) {
+            Some(message) => fail(USAGE, &message),
+            None => error.exit(),
+        },
+    })
+}
+
+/// What to say of a word that stands where a command is expected and is none; `None` for other mistakes.
+fn unknown_command(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidArg) else { return None };
+    let line = Cli::command();
+    let names: Vec<&str> = line.get_subcommands().map(clap::Command::get_name).collect();
+    let has_command = std::env::args().any(|arg| names.contains(&arg.as_str()));
+    let is_command = error.kind() == ErrorKind::UnknownArgument && !word.starts_with('-');
+    (is_command && !has_command)
+        .then(|| format!("there is no command `{word}`; the commands are {}", names.join(", ")))
 }
 
 fn run(cli: &Cli) -> u8 {

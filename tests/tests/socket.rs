@@ -365,7 +365,10 @@ fn plcctl_shows_and_sets() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8(refused.stderr).unwrap().contains("--allow stop"));
     assert_eq!(control.plcctl(&["get", "NOTHING"]).status.code(), Some(1));
-    assert_eq!(control.plcctl(&["fly"]).status.code(), Some(2));
+    let fly = control.plcctl(&["fly"]);
+    assert_eq!(fly.status.code(), Some(2));
+    let message = String::from_utf8(fly.stderr).unwrap();
+    assert!(message.starts_with("error: there is no command `fly`; the commands are status"));
     for (path, why) in
         [("/nowhere/socket", "no such socket"), (artifact.to_str().unwrap(), "it is no socket")]
     {
