@@ -122,7 +122,67 @@ class Session(Plant):
         leave(super().__exit__, how)
 
 
+class HalrunSession(Plant):
+    """The plant whose session of HAL halrun starts."""
+
+    def __init__(self, wiring):
+        self.halrun = None
+        super().__init__(wiring)
+
+    def start_driver(self):
+        plcio, configuration = os.environ["PLCIO"], self.folder / "c.toml"
+        text = f"loadrt threads name1=servo period1=1000000\nloadusr -Wn lathe {plcio} {configuration}\n"
+        (self.folder / "session.hal").write_text(text + "net door lathe.door\nnet pump lathe.pump\nstart\n")
+        self.start_halrun()
+
+    def start_halrun(self):
+        with open(self.folder / "halrun.err", "ab") as output:
+            words = ["halrun", "-I", "-f", "session.hal"]
+            self.halrun = subprocess.Popen(words, cwd=self.folder, stdin=subprocess.PIPE, stdout=output, stderr=output)
+
+    def halrun_says(self):
+        return (self.folder / "halrun.err").read_text()
+
+    def end_session(self):
+        """As a user does whose halrun was killed."""
+        with tempfile.TemporaryFile() as output:
+            subprocess.run(["halrun", "-U"], stdout=output, stderr=output, check=True)
+
+    def __exit__(self, *how):
+        self.halrun.kill()
+        self.halrun.wait()
+        leave(super().__exit__, how)
+
+
+def halrun_is_killed():
+    """The session goes on without halrun; it is ended by `halrun -U`, and a new one has the component again."""
+    with HalrunSession(WIRING) as plant:
+        def runs():
+            wait_until("the control runs", lambda: get("lathe.running") == "TRUE")
+            for door, pump in (("0", "TRUE"), ("1", "FALSE"), ("0", "TRUE")):
+                wait_until("the session is there", lambda: "ERROR" not in halcmd("sets", "door", door, check=False))
+                wait_until("the pump follows the door", lambda: get("lathe.pump") == pump)
+
+        runs()
+        plant.halrun.kill()
+        plant.halrun.wait()
+        runs()
+        assert not plant.events("lost"), plant.events("lost")
+        plant.start_halrun()
+        plant.halrun.wait()
+        assert "already running" in plant.halrun_says(), plant.halrun_says()
+        runs()
+        driver = process([os.environ["PLCIO"], str(plant.folder / "c.toml")])
+        released = plant.input_changes("released")
+        plant.end_session()
+        wait_until("plcio has ended", lambda: not pathlib.Path(f"/proc/{driver}").exists())
+        wait_until("the inputs are safe", lambda: plant.input_changes("released") > released)
+        plant.start_halrun()
+        runs()
+
+
 def main():
+    halrun_is_killed()
     with Session(WIRING) as plant:
         types = {line.split()[4]: line.split()[1:3] for line in halcmd("-s", "show", "pin").splitlines() if " lathe." in line}
         expected = {
