@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 
 import paho.mqtt.client as mqtt
 from pysparkplug import Message, MessageType, Metric, DataType, NCmd, Topic, get_current_timestamp
@@ -285,6 +286,27 @@ def a_host_floods(host, plant):
     host.command(write("SPEED", DataType.INT32, 1234))
     host.metric("SPEED", 1234)
     assert len(plant.events("refused")) <= 100, len(plant.events("refused"))
+    # Values are published while commands come without a pause, too.
+    stop = threading.Event()
+
+    def commands_without_a_pause():
+        topic, number = "spBv1.0/shop/NCMD/lathe", 0
+        while not stop.is_set():
+            number += 1
+            payload = NCmd(timestamp=1, metrics=[write("SPEED", DataType.INT32, number % 1000)])
+            # No more than the broker takes: it drops what is too much.
+            host.client.publish(topic, payload.encode(), qos=1).wait_for_publish(PATIENCE)
+
+    flood = [threading.Thread(target=commands_without_a_pause) for _ in range(4)]
+    for thread in flood:
+        thread.start()
+    try:
+        for _ in range(20):
+            assert "SPEED" in metrics(host.next("NDATA"))
+    finally:
+        stop.set()
+        for thread in flood:
+            thread.join()
 
 
 main()

@@ -23,6 +23,7 @@ use serde_json::Value as Json;
 use tokio::sync::mpsc;
 use tokio::sync::watch::Receiver;
 use tokio::task::JoinSet;
+use tokio::time::MissedTickBehavior;
 
 pub(crate) use settings::{Settings, is_name};
 use sparkplug::{DataType, Metric, Payload, Value, now};
@@ -198,6 +199,9 @@ impl Publisher {
             Some(Err(error)) => error.to_string(),
             _ => "the connection is closed".into(),
         };
+        // A time that begins anew with each command would never be over in a flood of them.
+        let mut period = tokio::time::interval(self.shared.settings.poll.max(PERIOD));
+        period.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 packet = packets.recv() => match packet {
@@ -221,9 +225,7 @@ impl Publisher {
                     Some(_) => {}
                     None => return Err(over(task.join_next().await)),
                 },
-                () = tokio::time::sleep(self.shared.settings.poll.max(PERIOD)), if *connected => {
-                    self.report(&client);
-                }
+                _ = period.tick(), if *connected => self.report(&client),
                 _ = ended.changed() => {
                     if *connected {
                         self.report(&client);
