@@ -2,6 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
@@ -20,7 +21,10 @@ impl Events {
     /// Why the file can't be opened.
     pub(crate) fn open(log: Option<&Path>) -> Result<Self, String> {
         let open = |path: &Path| {
-            let file = OpenOptions::new().create(true).append(true).open(path);
+            // Nothing waits for whoever reads a pipe.
+            let nonblock = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+            let mut options = OpenOptions::new();
+            let file = options.create(true).append(true).custom_flags(nonblock).open(path);
             file.map_err(|error| format!("{}: {error}", path.display()))
         };
         Ok(Self(Arc::new(Mutex::new(log.map(open).transpose()?))))

@@ -10,6 +10,7 @@
 //! | `events.rs` | the log |
 //! | `gpio/` | lines of Linux's GPIO character device (feature `gpio`) |
 //! | `hal/` | the component of LinuxCNC's hardware abstraction layer |
+//! | `input_file.rs` | files that are read: regular ones, up to a size |
 //! | `modbus/` | Modbus: clients, which ask devices, and the server, which others ask |
 //! | `mqtt/` | the publisher for MQTT with Sparkplug B (feature `mqtt`) |
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
@@ -19,6 +20,7 @@ mod events;
 mod gpio;
 mod hal;
 mod hub;
+mod input_file;
 mod modbus;
 #[cfg(feature = "mqtt")]
 mod mqtt;

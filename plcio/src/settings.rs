@@ -2,12 +2,15 @@
 //! `[plcio]`.
 
 use std::io::ErrorKind;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use plcc_abi::closest;
-use plcc_image::configuration::{self, Driver, Entry, Mistake};
+use plcc_image::configuration::{self, Driver, Entry, LineNumbers, Mistake};
 use toml::de::{DeTable, DeValue};
+
+use crate::input_file;
 
 /// The settings.
 #[derive(Clone, Debug)]
@@ -38,6 +41,8 @@ pub(crate) struct Settings {
     pub(crate) hal_python: PathBuf,
     /// The log.
     pub(crate) log: Option<PathBuf>,
+    /// Files of the control, which the log must not be, with their keys.
+    other_files: Vec<(&'static str, PathBuf)>,
 }
 
 const KEYS: [&str; 18] = [
@@ -59,6 +64,14 @@ const KEYS: [&str; 18] = [
     "hal-component",
     "hal-python",
     "log",
+];
+
+/// The keys of the control's own files, and how a message names them.
+const FILES: [(&str, &str); 4] = [
+    ("artifact", "`artifact`"),
+    ("log", "the control's own log"),
+    ("record", "`record`"),
+    ("retain", "`retain`"),
 ];
 
 /// The features of `plcio` that drivers need, with which it was built or not.
@@ -103,13 +116,31 @@ impl Settings {
     /// All mistakes, for people.
     pub(crate) fn open(path: &Path) -> Result<Self, String> {
         let shown = path.display();
-        let text = std::fs::read_to_string(path);
+        let text = input_file::read_text(path);
         let text = text.map_err(|error| format!("{shown}: {}", why_not_read(&error)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::read(&text, folder).map_err(|mistakes| {
+        let settings = Self::read(&text, folder);
+        let settings = settings.and_then(|settings| match settings.log_that_overwrites(path) {
+            Some(message) => Err(vec![Mistake { line: 1, message }]),
+            None => Ok(settings),
+        });
+        settings.map_err(|mistakes| {
             let line = |Mistake { line, message }: &Mistake| format!("{shown}:{line}: {message}");
             mistakes.iter().map(line).collect::<Vec<_>>().join("\nerror: ")
         })
+    }
+
+    /// Why the log can't be written where it is to be, if it is a file that is something else already.
+    fn log_that_overwrites(&self, configuration: &Path) -> Option<String> {
+        let log = self.log.as_ref()?;
+        let identity =
+            |path: &Path| std::fs::metadata(path).ok().map(|about| (about.dev(), about.ino()));
+        let own = identity(log);
+        let is_log = |path: &Path| path == log || own.is_some() && identity(path) == own;
+        let mut others = vec![("the configuration", configuration), ("`image`", &self.image)];
+        others.extend(self.other_files.iter().map(|(key, path)| (*key, path.as_path())));
+        let (name, _) = others.into_iter().find(|(_, path)| is_log(path))?;
+        Some(format!("`log` in [plcio]: {} is {name}", log.display()))
     }
 
     /// A name for the control: that of its image file.
@@ -120,10 +151,8 @@ impl Settings {
 
     fn read(text: &str, folder: &Path) -> Result<Self, Vec<Mistake>> {
         let (table, errors) = DeTable::parse_recoverable(text);
-        let line_of = |at: usize| {
-            let before = text.as_bytes().get(..at).unwrap_or_default();
-            before.iter().filter(|&&byte| byte == b'\n').count() + 1
-        };
+        let lines = LineNumbers::new(text);
+        let line_of = |at: usize| lines.line(at);
         let no_toml = |error: &toml::de::Error| Mistake {
             line: line_of(error.span().map_or(0, |span| span.start)),
             message: format!("this is not valid TOML: {}", error.message()),
@@ -157,7 +186,13 @@ impl Settings {
             hal_component: String::new(),
             hal_python: "/usr/bin/python3".into(),
             log: None,
+            other_files: vec![],
         };
+        for (key, shown) in FILES {
+            if let Some(file) = table.get(key).and_then(|path| path.get_ref().as_str()) {
+                settings.other_files.push((shown, folder.join(file)));
+            }
+        }
         match table.get("image").and_then(|image| image.get_ref().as_str()) {
             Some(image) => settings.image = folder.join(image),
             None => {
@@ -274,6 +309,29 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
+
+    #[test]
+    fn the_log_is_no_other_file() {
+        let folder = std::env::temp_dir().join(format!("plcio-settings-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("c.toml");
+        std::fs::write(folder.join("i"), "").unwrap();
+        std::fs::hard_link(folder.join("i"), folder.join("j")).unwrap();
+        for (log, expected) in [
+            ("c.toml", "is the configuration"),
+            ("i", "is `image`"),
+            ("j", "is `image`"),
+            ("p.plcx", "is `artifact`"),
+            ("own.jsonl", "is the control's own log"),
+            ("l", ""),
+        ] {
+            let text = "artifact = \"p.plcx\"\nimage = \"i\"\nlog = \"own.jsonl\"\n[plcio]\n";
+            std::fs::write(&path, format!("{text}log = \"{log}\"\n")).unwrap();
+            let why = Settings::open(&path).err().unwrap_or_default();
+            assert!(why.ends_with(expected) && why.is_empty() == expected.is_empty(), "{why}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn settings_have_defaults_and_mistakes_have_lines() {

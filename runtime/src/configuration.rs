@@ -178,10 +178,8 @@ pub fn open(path: &Path, command: &Command) -> Result<(Configuration, Vec<Mistak
 /// of their lines.
 pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mistake>) {
     let (table, errors) = DeTable::parse_recoverable(text);
-    let line_of = |at: usize| {
-        let before = text.as_bytes().get(..at).unwrap_or_default();
-        before.iter().filter(|&&byte| byte == b'\n').count() + 1
-    };
+    let lines = wiring::LineNumbers::new(text);
+    let line_of = |at: usize| lines.line(at);
     let mut mistakes: Vec<Mistake> = errors
         .iter()
         .map(|error| Mistake {

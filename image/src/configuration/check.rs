@@ -1,6 +1,6 @@
 //! Compares entries with the variables of a program.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use plcc_abi::closest;
 
@@ -10,6 +10,13 @@ use super::range::names;
 use super::{Driver, Entry, Mistake};
 use crate::latch::{Rule, Safe};
 use crate::symbol::{Direction, Number, Place, Symbol};
+
+/// How many points a configuration may have.
+const MAX_POINTS: usize = 1 << 16;
+/// After how many mistakes no more are looked for.
+const MAX_MISTAKES: usize = 1000;
+/// For how many unknown names the nearest one is looked for.
+const MAX_HINTS: usize = 20;
 
 /// Where a point lies outside, for drivers whose points have addresses.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -110,7 +117,19 @@ pub fn points(
     // The lines of entries that give a variable, and that take a value for a point outside.
     let mut given: HashMap<Place, usize> = HashMap::new();
     let mut driven: HashMap<Address, usize> = HashMap::new();
+    let mut hints = 0;
     for entry in entries {
+        let message = if checked.mistakes.len() >= MAX_MISTAKES {
+            "further mistakes are not shown".into()
+        } else if checked.points.len() > MAX_POINTS {
+            format!("there are more than {MAX_POINTS} points")
+        } else {
+            String::new()
+        };
+        if !message.is_empty() {
+            checked.mistakes.push(Mistake { line: entry.line, message });
+            break;
+        }
         let mut wrong =
             |message: String| checked.mistakes.push(Mistake { line: entry.line, message });
         let names = match names(&entry.name, ends_in_bit) {
@@ -131,7 +150,10 @@ pub fn points(
             let upper = name.to_ascii_uppercase();
             let symbol = by_name.get(name.as_str()).or_else(|| by_name.get(upper.as_str()));
             let Some(&symbol) = symbol else {
-                let near = closest(&upper, symbols.iter().map(|symbol| symbol.name.as_str()));
+                hints += 1;
+                let near = (hints <= MAX_HINTS)
+                    .then(|| closest(&upper, symbols.iter().map(|symbol| symbol.name.as_str())))
+                    .flatten();
                 let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
                 wrong(format!("the program has no variable named `{name}`{hint}"));
                 continue;
@@ -168,7 +190,7 @@ pub fn points(
         }
     }
     read_and_driven(&mut checked, &driven);
-    let taken: Vec<Place> =
+    let taken: HashSet<Place> =
         checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
     let is_taken = |name: &String| {
         by_name.get(name.as_str()).is_none_or(|symbol| taken.contains(&symbol.outside()))
@@ -307,7 +329,8 @@ mod tests {
 
     fn check(text: &str) -> Checked {
         let table = DeTable::parse(text).unwrap();
-        let line_of = |at: usize| text[..at].matches('\n').count() + 1;
+        let lines = super::super::LineNumbers::new(text);
+        let line_of = |at: usize| lines.line(at);
         let mut mistakes = vec![];
         let io = &table.get_ref()["io"];
         let entries = super::super::entries(io.get_ref(), &line_of, &mut mistakes);
@@ -354,6 +377,20 @@ mod tests {
         assert_eq!(checked.points[4].outside(Number::Int(20)), 20.0);
         assert_eq!(checked.points[4].inside(1e9), None, "beyond an integer");
         assert_eq!(checked.points[4].inside(f64::NAN), None);
+    }
+
+    #[test]
+    fn large_configurations_have_an_end() {
+        let many = |name: &str, count| {
+            format!("[[io]]\nname = \"{name}\"\ndriver = \"other\"\n").repeat(count)
+        };
+        let checked = check(&many("LAMP1..LAMP4096", 10_000));
+        assert_eq!(checked.mistakes.len(), 4096 + 1, "an entry is read to its end");
+        let last = |checked: &Checked| checked.mistakes.last().map(|m| m.message.clone());
+        assert_eq!(last(&checked).as_deref(), Some("further mistakes are not shown"));
+        let checked = check(&many("PUMP", MAX_POINTS + 2));
+        assert_eq!(last(&checked).as_deref(), Some("there are more than 65536 points"));
+        assert_eq!(check(&many("PUMP", MAX_POINTS)).mistakes, []);
     }
 
     #[test]

@@ -15,6 +15,7 @@
 
 mod check;
 mod gpio_line;
+mod line_numbers;
 mod modbus_address;
 mod range;
 
@@ -23,6 +24,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 pub use check::{Address, Checked, Point, points};
 pub use gpio_line::{Circuit, GpioLine};
+pub use line_numbers::LineNumbers;
 pub use modbus_address::{Format, Medium, ModbusAddress, Table};
 
 use crate::latch::Safe;

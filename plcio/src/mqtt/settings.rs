@@ -102,7 +102,7 @@ fn password(path: &PathBuf) -> Result<String, String> {
     if about.mode() & 0o077 != 0 {
         return Err(failed(&"others may read the password in it: chmod 600 is needed"));
     }
-    let text = std::fs::read_to_string(path).map_err(|error| failed(&error))?;
+    let text = crate::input_file::read_text(path).map_err(|error| failed(&error))?;
     Ok(text.trim_end_matches(['\r', '\n']).to_owned())
 }
 

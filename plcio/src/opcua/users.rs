@@ -48,7 +48,7 @@ impl Users {
         if about.mode() & 0o077 != 0 {
             return Err("others may read the passwords in it: chmod 600 is needed".into());
         }
-        let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+        let text = crate::input_file::read_text(path).map_err(|error| error.to_string())?;
         let lines = text.lines().zip(1..).map(|(line, number)| (line.trim(), number));
         let lines = lines.filter(|(line, _)| !line.is_empty() && !line.starts_with('#'));
         let user = |(line, number): (&str, usize)| match line.split_once(':') {
