@@ -109,11 +109,13 @@ enum Conduct {
     SendsGarbage,
     SendsTooFewValues,
     AnswersAnotherRequest,
+    SendsHalf,
+    SendsByteByByte,
     Refuses,
     Floods,
 }
 
-const CONDUCTS: [Conduct; 9] = [
+const CONDUCTS: [Conduct; 11] = [
     Conduct::Answers,
     Conduct::SaysNothing,
     Conduct::Closes,
@@ -121,6 +123,8 @@ const CONDUCTS: [Conduct; 9] = [
     Conduct::SendsGarbage,
     Conduct::SendsTooFewValues,
     Conduct::AnswersAnotherRequest,
+    Conduct::SendsHalf,
+    Conduct::SendsByteByByte,
     Conduct::Refuses,
     Conduct::Floods,
 ];
@@ -174,7 +178,8 @@ fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Optio
     let mut request = vec![0; usize::from(u16::from_be_bytes([head[4], head[5]])) - 1];
     stream.read_exact(&mut request).ok()?;
     let mut answer = answer(&request, coil);
-    match CONDUCTS[usize::from(conduct.load(Ordering::Relaxed))] {
+    let conduct = CONDUCTS[usize::from(conduct.load(Ordering::Relaxed))];
+    match conduct {
         Conduct::Answers => {}
         Conduct::SaysNothing => return Some(()),
         Conduct::Closes => return None,
@@ -182,6 +187,7 @@ fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Optio
         Conduct::SendsGarbage => return stream.write_all(&[0xA5; 300]).ok(),
         Conduct::SendsTooFewValues => answer = vec![request[0], 0],
         Conduct::AnswersAnotherRequest => head[1] ^= 0x55,
+        Conduct::SendsHalf | Conduct::SendsByteByByte => {}
         Conduct::Refuses => answer = vec![request[0] | 0x80, 2],
         Conduct::Floods => {
             for _ in 0..2000 {
@@ -191,7 +197,16 @@ fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Optio
         }
     }
     head[4..6].copy_from_slice(&(answer.len() as u16 + 1).to_be_bytes());
-    stream.write_all(&[&head[..], &answer].concat()).ok()
+    let whole = [&head[..], &answer].concat();
+    match conduct {
+        Conduct::SendsHalf => stream.write_all(whole.get(..whole.len() / 2)?).ok(),
+        // The whole answer takes longer than the device has for it.
+        Conduct::SendsByteByByte => whole.chunks(1).try_for_each(|byte| {
+            std::thread::sleep(Duration::from_millis(50));
+            stream.write_all(byte).ok()
+        }),
+        _ => stream.write_all(&whole).ok(),
+    }
 }
 
 #[test]

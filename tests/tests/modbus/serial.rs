@@ -111,6 +111,10 @@ fn serve(mut line: File, conduct: &AtomicU8, coil: &AtomicBool, pulled: &AtomicB
         }
         let right = answer(&whole[1..length - 2], coil);
         let function = whole[1];
+        let half = |mut whole: Vec<u8>| {
+            whole.truncate(whole.len() / 2);
+            whole
+        };
         let sent = match CONDUCTS[usize::from(conduct.load(Ordering::Relaxed))] {
             Conduct::Answers => frame(1, &right),
             // A line has nothing that could be closed.
@@ -122,6 +126,14 @@ fn serve(mut line: File, conduct: &AtomicU8, coil: &AtomicBool, pulled: &AtomicB
             Conduct::SendsGarbage => vec![0xA5; 300],
             Conduct::SendsTooFewValues => frame(1, &[function, 0]),
             Conduct::AnswersAnotherRequest => frame(2, &right),
+            Conduct::SendsHalf => half(frame(1, &right)),
+            Conduct::SendsByteByByte => {
+                for byte in frame(1, &right) {
+                    std::thread::sleep(Duration::from_millis(50));
+                    let _ = line.write(&[byte]);
+                }
+                continue;
+            }
             Conduct::Refuses => frame(1, &[function | 0x80, 2]),
             Conduct::Floods => frame(1, &[0x83, 2]).repeat(2000),
         };
