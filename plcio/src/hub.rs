@@ -38,7 +38,7 @@ pub(crate) enum ControlState {
     Ended,
 }
 
-#[cfg(any(feature = "opcua", feature = "mqtt"))]
+#[cfg(any(feature = "opcua", feature = "mqtt", feature = "zenoh"))]
 impl ControlState {
     /// The word for it that others see.
     pub(crate) fn name(self) -> &'static str {
@@ -110,7 +110,7 @@ impl Hub {
     }
 
     /// The tick that was read last, with safe outputs where the control is silent; `None` before the first.
-    #[cfg(feature = "opcua")]
+    #[cfg(any(feature = "opcua", feature = "zenoh"))]
     pub(crate) fn tick(&self) -> Option<&Snapshot> {
         self.tick.as_ref()
     }

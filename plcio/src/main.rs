@@ -14,6 +14,7 @@
 //! | `modbus/` | Modbus: clients, which ask devices, and the server, which others ask |
 //! | `mqtt/` | the publisher for MQTT with Sparkplug B (feature `mqtt`) |
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
+//! | `plant/` | values, events and records for other computers of a plant, by zenoh (feature `zenoh`) |
 
 mod events;
 #[cfg(feature = "gpio")]
@@ -26,6 +27,8 @@ mod modbus;
 mod mqtt;
 #[cfg(feature = "opcua")]
 mod opcua;
+#[cfg(feature = "zenoh")]
+mod plant;
 mod session;
 mod settings;
 
@@ -83,9 +86,10 @@ modbus-server: where the Modbus server listens, as in 0.0.0.0:502.\n\n\
 idle_ms: a client of the Modbus server that asks nothing for so long is disconnected (60000).\n\n\
 opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for OPC UA.\n\n\
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
+zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name, zenoh-history: zenoh.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
-OPC UA, MQTT and GPIO are there only if plcio was built with them (features opcua, mqtt and gpio); plcio --drivers names \
+OPC UA, MQTT, zenoh and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh and gpio); plcio --drivers names \
 all that are there. \
 plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";

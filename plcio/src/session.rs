@@ -125,6 +125,12 @@ impl Session {
                 // `Settings` refuses what this `plcio` was built without.
                 #[cfg(not(feature = "mqtt"))]
                 Driver::Mqtt => {}
+                #[cfg(feature = "zenoh")]
+                Driver::Zenoh => {
+                    tasks.spawn(crate::plant::run(shared.clone(), points, ended.clone()));
+                }
+                #[cfg(not(feature = "zenoh"))]
+                Driver::Zenoh => {}
                 #[cfg(feature = "gpio")]
                 Driver::Gpio => {
                     for chip in crate::gpio::chips(&shared, &points) {

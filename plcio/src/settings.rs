@@ -35,6 +35,9 @@ pub(crate) struct Settings {
     /// The publisher for MQTT.
     #[cfg(feature = "mqtt")]
     pub(crate) mqtt: crate::mqtt::Settings,
+    /// The keys of zenoh.
+    #[cfg(feature = "zenoh")]
+    pub(crate) zenoh: crate::plant::Settings,
     /// The name of the component of LinuxCNC's HAL.
     pub(crate) hal_component: String,
     /// The Python that has LinuxCNC's modules.
@@ -45,7 +48,7 @@ pub(crate) struct Settings {
     other_files: Vec<(&'static str, PathBuf)>,
 }
 
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 23] = [
     "poll_ms",
     "answer_ms",
     "silence_ms",
@@ -61,6 +64,11 @@ const KEYS: [&str; 18] = [
     "mqtt-user",
     "mqtt-password",
     "mqtt-ca",
+    "zenoh-connect",
+    "zenoh-listen",
+    "zenoh-prefix",
+    "zenoh-name",
+    "zenoh-history",
     "hal-component",
     "hal-python",
     "log",
@@ -75,9 +83,10 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 /// The features of `plcio` that drivers need, with which it was built or not.
-const FEATURES: [(Driver, &str, bool); 3] = [
+const FEATURES: [(Driver, &str, bool); 4] = [
     (Driver::OpcUa, "opcua", cfg!(feature = "opcua")),
     (Driver::Mqtt, "mqtt", cfg!(feature = "mqtt")),
+    (Driver::Zenoh, "zenoh", cfg!(feature = "zenoh")),
     (Driver::Gpio, "gpio", cfg!(feature = "gpio")),
 ];
 
@@ -124,10 +133,18 @@ impl Settings {
             Some(message) => Err(vec![Mistake { line: 1, message }]),
             None => Ok(settings),
         });
-        settings.map_err(|mistakes| {
+        let settings = settings.map_err(|mistakes| {
             let line = |Mistake { line, message }: &Mistake| format!("{shown}:{line}: {message}");
             mistakes.iter().map(line).collect::<Vec<_>>().join("\nerror: ")
-        })
+        });
+        #[cfg(feature = "zenoh")]
+        let settings = settings.map(|mut settings: Self| {
+            if settings.zenoh.record.as_os_str().is_empty() {
+                settings.zenoh.record = path.with_extension("plcrec");
+            }
+            settings
+        });
+        settings
     }
 
     /// Why the log can't be written where it is to be, if it is a file that is something else already.
@@ -182,6 +199,16 @@ impl Settings {
                 user: None,
                 password: None,
                 authority: None,
+            },
+            #[cfg(feature = "zenoh")]
+            zenoh: crate::plant::Settings {
+                connect: None,
+                listen: None,
+                prefix: "plcc".into(),
+                name: String::new(),
+                history: None,
+                control_log: None,
+                record: PathBuf::new(),
             },
             hal_component: String::new(),
             hal_python: "/usr/bin/python3".into(),
@@ -267,6 +294,20 @@ impl Settings {
                 }
                 #[cfg(feature = "mqtt")]
                 "mqtt-ca" => text().map(|path| settings.mqtt.authority = Some(folder.join(path))),
+                #[cfg(feature = "zenoh")]
+                "zenoh-connect" => text().map(|at| settings.zenoh.connect = Some(at.into())),
+                #[cfg(feature = "zenoh")]
+                "zenoh-listen" => text().map(|at| settings.zenoh.listen = Some(at.into())),
+                #[cfg(feature = "zenoh")]
+                "zenoh-prefix" | "zenoh-name" => text().and_then(|name| {
+                    let own = &mut settings.zenoh;
+                    let is_prefix = key == "zenoh-prefix";
+                    *(if is_prefix { &mut own.prefix } else { &mut own.name }) = name.into();
+                    let fits = crate::plant::is_prefix(name) && (is_prefix || !name.contains('/'));
+                    fits.then_some(()).ok_or("a name without * $ ? # is expected")
+                }),
+                #[cfg(feature = "zenoh")]
+                "zenoh-history" => text().map(|path| settings.zenoh.history = Some(path.into())),
                 "hal-component" => text().and_then(|name| {
                     settings.hal_component = name.into();
                     let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
@@ -295,6 +336,18 @@ impl Settings {
         #[cfg(feature = "mqtt")]
         if settings.mqtt.node.is_empty() {
             settings.mqtt.node = settings.name().replace(['+', '#'], "-");
+        }
+        #[cfg(feature = "zenoh")]
+        if settings.zenoh.name.is_empty() {
+            settings.zenoh.name = settings.name().replace(['*', '$', '?', '#'], "-");
+        }
+        #[cfg(feature = "zenoh")]
+        {
+            let path = |key: &str| Some(folder.join(table.get(key)?.get_ref().as_str()?));
+            settings.zenoh.control_log = path("log");
+            // As plcrt chooses it.
+            let beside = || path("retain").map(|path| path.with_extension("plcrec"));
+            settings.zenoh.record = path("record").or_else(beside).unwrap_or_default();
         }
         if settings.hal_component.is_empty() {
             settings.hal_component = plcc_image::hal_pin_name(&settings.name());

@@ -7,6 +7,7 @@ use plcc_abi::closest;
 use super::gpio_line::{Circuit, GpioLine};
 use super::modbus_address::{ModbusAddress, Table};
 use super::range::names;
+use super::zenoh_variable::ZenohVariable;
 use super::{Driver, Entry, Mistake};
 use crate::latch::{Rule, Safe};
 use crate::symbol::{Direction, Number, Place, Symbol};
@@ -25,6 +26,8 @@ pub enum Address {
     Modbus(ModbusAddress),
     /// A line of a GPIO chip.
     Gpio(GpioLine),
+    /// A variable of another control.
+    Zenoh(ZenohVariable),
 }
 
 impl Address {
@@ -33,13 +36,14 @@ impl Address {
         match self {
             Self::Modbus(address) => address.nth(index).map(Self::Modbus),
             Self::Gpio(line) => line.nth(index).map(Self::Gpio),
+            Self::Zenoh(variable) => variable.nth(index).map(Self::Zenoh),
         }
     }
 
     /// The same address without what does not belong to the place.
     fn place(&self) -> Self {
         match self {
-            Self::Modbus(_) => self.clone(),
+            Self::Modbus(_) | Self::Zenoh(_) => self.clone(),
             Self::Gpio(line) => Self::Gpio(GpioLine { circuit: Circuit::Plain, ..line.clone() }),
         }
     }
@@ -162,7 +166,13 @@ pub fn points(
                 Some(first) => match first.nth(index) {
                     Some(address) => Some(address),
                     None => {
-                        wrong(format!("the address of `{name}` is beyond the last number"));
+                        wrong(match first {
+                            Address::Zenoh(_) => format!(
+                                "`{}` is a range, but its address names a single variable",
+                                entry.name
+                            ),
+                            _ => format!("the address of `{name}` is beyond the last number"),
+                        });
                         break;
                     }
                 },
@@ -232,11 +242,14 @@ fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
         Driver::ModbusRtu => parse(false, true),
         Driver::ModbusServer => parse(false, false),
         Driver::Gpio => GpioLine::parse(&entry.address).map(|line| Some(Address::Gpio(line))),
+        Driver::Zenoh if !entry.address.is_empty() => {
+            ZenohVariable::parse(&entry.address).map(|variable| Some(Address::Zenoh(variable)))
+        }
         Driver::OpcUa | Driver::Mqtt | Driver::Hal if !entry.address.is_empty() => Err(format!(
             "`address`: points of the driver {} have the names of their variables, and no address",
             entry.driver.name()
         )),
-        Driver::OpcUa | Driver::Mqtt | Driver::Hal | Driver::Other => Ok(None),
+        Driver::OpcUa | Driver::Mqtt | Driver::Zenoh | Driver::Hal | Driver::Other => Ok(None),
     }
 }
 
@@ -249,6 +262,12 @@ fn unfit(Point { entry, symbol, address, is_input }: &Point) -> Option<String> {
     if *is_input && symbol.slot.is_none() {
         let what = symbol.direction.name();
         return Some(format!("is {what}, and can't be given from outside"));
+    }
+    if let (Some(Address::Zenoh(_)), false) = (address, is_input) {
+        return Some(
+            "goes outside by its own name, but the address names a variable that it would follow"
+                .into(),
+        );
     }
     if let Some(Address::Gpio(line)) = address {
         if !place.is_bit() {
@@ -391,6 +410,47 @@ mod tests {
         let checked = check(&many("PUMP", MAX_POINTS + 2));
         assert_eq!(last(&checked).as_deref(), Some("there are more than 65536 points"));
         assert_eq!(check(&many("PUMP", MAX_POINTS)).mistakes, []);
+    }
+
+    #[test]
+    fn inputs_follow_variables_of_other_controls() {
+        let io = |name: &str, address: &str| {
+            format!("[[io]]\nname = \"{name}\"\ndriver = \"zenoh\"\naddress = \"{address}\"\n")
+        };
+        let text = [
+            io("LS1..LS2", "mill"),
+            io("LS3..LS4", "mill/READY"),
+            io("COUNT", "m*"),
+            io("PUMP", "mill"),
+            io("LAMP", ""),
+        ];
+        let checked = check(&text.concat());
+        let shown: Vec<_> = checked
+            .points
+            .iter()
+            .map(|point| match &point.address {
+                Some(Address::Zenoh(ZenohVariable { control, variable })) => {
+                    (point.symbol.name.as_str(), control.as_str(), variable.as_deref())
+                }
+                _ => (point.symbol.name.as_str(), "", None),
+            })
+            .collect();
+        let expected = [
+            ("LS1", "mill", None),
+            ("LS2", "mill", None),
+            ("LS3", "mill", Some("READY")),
+            ("LAMP", "", None),
+        ];
+        assert_eq!(shown, expected);
+        let expected = [
+            (5, "`LS3..LS4` is a range, but its address names a single variable"),
+            (9, "`m*` is no address"),
+            (13, "`PUMP` goes outside by its own name"),
+        ];
+        assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
+        for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {
+            assert!(mistake.line == line && mistake.message.contains(part), "{mistake:?} {part}");
+        }
     }
 
     #[test]

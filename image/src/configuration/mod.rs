@@ -18,6 +18,7 @@ mod gpio_line;
 mod line_numbers;
 mod modbus_address;
 mod range;
+mod zenoh_variable;
 
 use plcc_abi::{closest, printable};
 use toml::de::{DeArray, DeTable, DeValue};
@@ -26,6 +27,7 @@ pub use check::{Address, Checked, Point, points};
 pub use gpio_line::{Circuit, GpioLine};
 pub use line_numbers::LineNumbers;
 pub use modbus_address::{Format, Medium, ModbusAddress, Table};
+pub use zenoh_variable::{ZenohVariable, is_key_part};
 
 use crate::latch::Safe;
 use crate::symbol::Number;
@@ -55,6 +57,9 @@ pub enum Driver {
     OpcUa,
     /// MQTT with Sparkplug B: `plcio` publishes the point, and takes commands.
     Mqtt,
+    /// zenoh: `plcio` publishes the point for other computers of a plant, takes values that others write, and follows variables
+    /// of other controls.
+    Zenoh,
     /// A pin of LinuxCNC's hardware abstraction layer.
     Hal,
     /// Lines of Linux's GPIO character device.
@@ -65,12 +70,13 @@ pub enum Driver {
 
 impl Driver {
     /// All drivers by their names.
-    pub const ALL: [(&str, Self); 8] = [
+    pub const ALL: [(&str, Self); 9] = [
         ("modbus-tcp", Self::ModbusTcp),
         ("modbus-rtu", Self::ModbusRtu),
         ("modbus-server", Self::ModbusServer),
         ("opcua", Self::OpcUa),
         ("mqtt", Self::Mqtt),
+        ("zenoh", Self::Zenoh),
         ("hal", Self::Hal),
         ("gpio", Self::Gpio),
         ("other", Self::Other),

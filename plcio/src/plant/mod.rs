@@ -1,0 +1,344 @@
+//! Carries the points of the driver `zenoh`, events and the record of a control to other computers of a plant, and takes values for the
+//! points that are given from outside.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `settings.rs` | what the configuration says |
+//! | `values.rs` | the points, their values as JSON, and the message with all of them |
+//! | `follow.rs` | inputs that follow variables of other controls |
+//! | `log_tail.rs` | the logs, of which each new line is an event for others |
+//! | `recorder.rs` | queries of history |
+//!
+//! docs/plant.md lists the keys.
+//!
+//! zenoh works on threads of its own, and the driver has one, too: where it waits for zenoh, no other driver waits.
+
+mod follow;
+mod log_tail;
+mod recorder;
+mod settings;
+mod values;
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde_json::Value as Json;
+use tokio::sync::watch::Receiver;
+use tokio::task::JoinSet;
+use tokio::time::MissedTickBehavior;
+use zenoh::Session;
+use zenoh::handlers::RingChannel;
+use zenoh::key_expr::KeyExpr;
+use zenoh::query::Query;
+use zenoh::sample::{Locality, Sample, SampleKind};
+
+pub(crate) use settings::{Settings, is_prefix};
+
+use crate::session::Shared;
+use follow::Follower;
+use log_tail::{LogTail, last_lines};
+use recorder::Recorder;
+use values::{Points, Values, json_of, number_of};
+
+/// The shortest and the longest pause before a session is opened again.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
+/// How often values are compared with those that were published, unless `poll_ms` is longer.
+const PERIOD: Duration = Duration::from_millis(20);
+/// How often the message with all values is published at least, so that others see that the control is there.
+const BEAT: Duration = Duration::from_millis(100);
+/// How many values that others write, or queries, may wait; the oldest are dropped.
+const QUEUE: usize = 256;
+/// How many values that others have written are taken over together.
+const BATCH: usize = 64;
+/// How many names of refused values are reported in the time [`REFUSED`].
+const MAX_REFUSED: usize = 64;
+/// After this time the same names are reported again.
+const REFUSED: Duration = Duration::from_secs(60);
+
+/// The driver, of one image file.
+struct Publisher {
+    points: Arc<Points>,
+    /// What was published last.
+    published: Option<Values>,
+    /// The names of refused values that were reported in this minute.
+    refused: HashSet<String>,
+    /// When this minute began.
+    refused_since: Instant,
+}
+
+fn report_lost(shared: &Shared, why: &str) {
+    shared.events.write("lost", &[("device", "zenoh".into()), ("why", why.into())]);
+}
+
+/// Works on a thread of its own until the session ends.
+pub(crate) async fn run(shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
+    let (done, finished) = tokio::sync::oneshot::channel::<()>();
+    let for_errors = shared.clone();
+    let work = move || {
+        let runtime =
+            tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+        match runtime {
+            Ok(runtime) => {
+                runtime.block_on(publish(&shared, &points, ended));
+                // A disk that does not answer holds up nothing.
+                runtime.shutdown_background();
+            }
+            Err(error) => report_lost(&shared, &error.to_string()),
+        }
+        drop(done);
+    };
+    match std::thread::Builder::new().name("zenoh".into()).spawn(work) {
+        // The sender is never used: it is dropped at the end of the thread.
+        Ok(_) => drop(finished.await),
+        Err(error) => report_lost(&for_errors, &error.to_string()),
+    }
+}
+
+/// Opens sessions of zenoh until the session of `plcio` ends.
+async fn publish(shared: &Shared, points: &[usize], mut ended: Receiver<bool>) {
+    let points = Arc::new(Points::new(shared.clone(), points));
+    let mut publisher = Publisher {
+        points,
+        published: None,
+        refused: HashSet::new(),
+        refused_since: Instant::now(),
+    };
+    let mut pause = PAUSES.0;
+    let mut reported: Option<String> = None;
+    loop {
+        let Err(why) = publisher.session(&mut ended, &mut pause).await else { return };
+        if reported.as_ref() != Some(&why) {
+            report_lost(shared, &why);
+            reported = Some(why);
+        }
+        tokio::select! {
+            () = tokio::time::sleep(pause) => {}
+            _ = ended.changed() => return,
+        }
+        pause = (pause * 2).min(PAUSES.1);
+    }
+}
+
+/// Publishes each new line of a log, until zenoh ends.
+async fn publish_events(session: Session, key: String, log: PathBuf, period: Duration) {
+    let mut tail = LogTail::new(log);
+    loop {
+        for line in tail.new_lines() {
+            if session.put(&key, line).await.is_err() {
+                return;
+            }
+        }
+        tokio::time::sleep(period).await;
+    }
+}
+
+impl Publisher {
+    /// One session of zenoh, until that of `plcio` ends. zenoh makes lost connections again itself.
+    ///
+    /// # Errors
+    /// Why it can't be opened or used.
+    async fn session(
+        &mut self,
+        ended: &mut Receiver<bool>,
+        pause: &mut Duration,
+    ) -> Result<(), String> {
+        let config = self.points.shared.settings.zenoh.config()?;
+        let session = tokio::select! {
+            session = zenoh::open(config) => session.map_err(|error| error.to_string())?,
+            _ = ended.changed() => return Ok(()),
+        };
+        let done = self.serve(&session, ended, pause).await.map_err(|error| error.to_string());
+        let _ = tokio::time::timeout(Duration::from_secs(1), session.close()).await;
+        done
+    }
+
+    /// Publishes, takes values and answers queries.
+    async fn serve(
+        &mut self,
+        session: &Session,
+        ended: &mut Receiver<bool>,
+        pause: &mut Duration,
+    ) -> zenoh::Result<()> {
+        let points = Arc::clone(&self.points);
+        let (base, settings) = (points.base.as_str(), &points.shared.settings);
+        let token = session.liveliness().declare_token(base).await?;
+        let written = session.declare_subscriber(format!("{base}/set/*"));
+        let written = written.with(RingChannel::new(QUEUE)).await?;
+        let namesakes = session.declare_subscriber(format!("{base}/image"));
+        let namesakes =
+            namesakes.allowed_origin(Locality::Remote).with(RingChannel::new(1)).await?;
+        // They end when the set is dropped.
+        let mut tasks = JoinSet::new();
+        let queries = session.declare_queryable(format!("{base}/**"));
+        let queries = queries.with(RingChannel::new(QUEUE)).await?;
+        let recorder = Recorder::new(settings.zenoh.clone(), base);
+        let for_queries = Arc::clone(&points);
+        tasks.spawn(async move {
+            let mut running = JoinSet::new();
+            while let Ok(query) = queries.recv_async().await {
+                while running.try_join_next().is_some() {}
+                answer(&for_queries, &recorder, query, &mut running).await;
+            }
+        });
+        for follower in Follower::all(&points, session)? {
+            tasks.spawn(follower.run());
+        }
+        let logs = [("control", &settings.zenoh.control_log), ("plcio", &settings.log)];
+        for (part, log) in logs {
+            if let Some(log) = log.clone() {
+                let key = format!("{base}/events/{part}");
+                tasks.spawn(publish_events(session.clone(), key, log, settings.poll.max(BEAT)));
+            }
+        }
+        let mut period = tokio::time::interval(settings.poll.max(PERIOD));
+        period.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let (mut is_connected, mut has_namesake) = (false, false);
+        let mut beat = Instant::now();
+        self.published = None;
+        loop {
+            tokio::select! {
+                _ = period.tick() => {
+                    let is_beat = beat.elapsed() >= BEAT;
+                    if is_beat {
+                        beat = Instant::now();
+                        let info = session.info();
+                        let peers = info.routers_zid().await.next().is_some()
+                            || info.peers_zid().await.next().is_some();
+                        if peers != is_connected {
+                            is_connected = peers;
+                            if is_connected {
+                                *pause = PAUSES.0;
+                                let device = ("device", Json::from("zenoh"));
+                                points.shared.events.write("connected", &[device]);
+                                self.published = None;
+                            } else {
+                                report_lost(&points.shared, "there is no router and no other computer");
+                            }
+                        }
+                    }
+                    self.report(session, is_beat).await?;
+                }
+                sample = written.recv_async() => {
+                    self.take(&sample?);
+                    for _ in 1..BATCH {
+                        let Some(sample) = written.try_recv()? else { break };
+                        self.take(&sample);
+                    }
+                    points.shared.hub().publish();
+                }
+                _ = namesakes.recv_async() => if !std::mem::replace(&mut has_namesake, true) {
+                    let why = ("why", "another control has this name".into());
+                    let about = [("device", "zenoh".into()), ("name", base.into()), why];
+                    points.shared.events.write("refused", &about);
+                },
+                _ = ended.changed() => {
+                    self.report(session, true).await?;
+                    let _ = token.undeclare().await;
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Publishes what has changed, and with `is_beat` the message with all values in any case.
+    async fn report(&mut self, session: &Session, is_beat: bool) -> zenoh::Result<()> {
+        let points = &self.points;
+        let (ticks, values) = points.values();
+        if self.published.as_ref() == Some(&values) && !is_beat {
+            return Ok(());
+        }
+        // What a connection can't take is dropped; the next message has all values again.
+        session
+            .put(format!("{}/image", points.base), points.image(ticks, &values).to_string())
+            .await?;
+        let last = self.published.as_ref();
+        if last.is_none_or(|last| last.state != values.state) {
+            let state = Json::from(values.state).to_string();
+            session.put(format!("{}/state", points.base), state).await?;
+        }
+        for (index, (point, &value)) in points.keyed.iter().zip(&values.values).enumerate() {
+            let before = last.and_then(|last| last.values.get(index)).copied().flatten();
+            if let Some(bits) = value.filter(|_| value != before) {
+                let text = json_of(f64::from_bits(bits), point.is_bit).to_string();
+                session.put(point.key.as_str(), text).await?;
+            }
+        }
+        self.published = Some(values);
+        Ok(())
+    }
+
+    /// Takes a value that somebody has written. The control gets it when the hub publishes.
+    fn take(&mut self, sample: &Sample) {
+        let points = Arc::clone(&self.points);
+        let key = sample.key_expr().as_str();
+        let part = key.rsplit('/').next().unwrap_or_default();
+        let named = |point: &&values::KeyedPoint| point.is_written && point.part() == part;
+        let Some(point) = points.keyed.iter().find(named) else {
+            return self.refuse(part, "nobody may write it");
+        };
+        let value = match sample.kind() {
+            SampleKind::Put => serde_json::from_slice(&sample.payload().to_bytes()).ok(),
+            SampleKind::Delete => None,
+        };
+        let number = value.and_then(|value: Json| number_of(&value, point.is_bit));
+        if number.is_some_and(|number| points.shared.hub().set_input(point.index, number)) {
+            self.refused.remove(part);
+        } else {
+            self.refuse(part, "it can't have this value");
+        }
+    }
+
+    /// Reports that a value is refused: in a minute once for each name, and for at most [`MAX_REFUSED`] names.
+    fn refuse(&mut self, name: &str, why: &str) {
+        if self.refused_since.elapsed() > REFUSED {
+            self.refused.clear();
+            self.refused_since = Instant::now();
+        }
+        if self.refused.len() < MAX_REFUSED && self.refused.insert(name.to_owned()) {
+            let about = [("device", "zenoh".into()), ("name", name.into()), ("why", why.into())];
+            self.points.shared.events.write("refused", &about);
+        }
+    }
+}
+
+/// Answers a query, or begins a task that does.
+async fn answer(points: &Points, recorder: &Recorder, query: Query, running: &mut JoinSet<()>) {
+    let asks_for = |key: &str| {
+        let key = KeyExpr::try_from(format!("{}/{key}", points.base)).ok()?;
+        query.key_expr().intersects(&key).then_some(key)
+    };
+    // Each reply may fail, since who has asked may have left.
+    let key = query.key_expr().as_str();
+    // Wildcards ask for what is small: the record and its history are only given to who names them.
+    if key.strip_prefix(points.base.as_str()) == Some("/history") {
+        let tick = points.values().0.unwrap_or_default();
+        running.spawn(recorder.clone().history(query, tick));
+        return;
+    }
+    if key.strip_prefix(points.base.as_str()).is_some_and(|rest| rest.starts_with("/record/")) {
+        running.spawn(recorder.clone().record(query));
+        return;
+    }
+    let (ticks, values) = points.values();
+    if let Some(key) = asks_for("image") {
+        let _ = query.reply(key, points.image(ticks, &values).to_string()).await;
+    }
+    if let Some(key) = asks_for("state") {
+        let _ = query.reply(key, Json::from(values.state).to_string()).await;
+    }
+    let settings = &points.shared.settings;
+    for (part, log) in [("control", &settings.zenoh.control_log), ("plcio", &settings.log)] {
+        if let (Some(log), Some(key)) = (log, asks_for(&format!("events/{part}"))) {
+            let _ = query.reply(key, last_lines(log).join("\n")).await;
+        }
+    }
+    for (point, value) in points.keyed.iter().zip(values.values) {
+        let Ok(key) = KeyExpr::try_from(point.key.as_str()) else { continue };
+        if let Some(bits) = value.filter(|_| query.key_expr().intersects(&key)) {
+            let text = json_of(f64::from_bits(bits), point.is_bit).to_string();
+            let _ = query.reply(key, text).await;
+        }
+    }
+}
