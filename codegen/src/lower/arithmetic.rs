@@ -275,10 +275,17 @@ impl Lowering<'_> {
         Ok(match op {
             // A truth value is held in 8 bits already.
             ConvertOp::Zext if from == Type::I1 && to == Type::I8 => x,
-            ConvertOp::Zext => match self.zero_extended_index(to, arg) {
-                Some(index) => index,
-                None => self.builder.ins().uextend(wide, x),
-            },
+            ConvertOp::Zext => {
+                let in_32_bits = self.extended_loads.get(&arg).copied();
+                match (self.zero_extended_index(to, arg), in_32_bits) {
+                    (Some(index), _) => index,
+                    (None, Some(wide)) if to == Type::I32 => wide,
+                    (None, Some(loaded)) if to == Type::I64 => {
+                        self.builder.ins().uextend(wide, loaded)
+                    }
+                    _ => self.builder.ins().uextend(wide, x),
+                }
+            }
             ConvertOp::Sext if from == Type::I1 => {
                 let narrow = self.builder.ins().ineg(x);
                 match to {

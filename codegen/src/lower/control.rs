@@ -15,6 +15,10 @@ use super::{InvalidIr, LowerResult, Lowering};
 /// otherwise a search takes less code.
 const MAX_ENTRIES_PER_LABEL: u32 = 8;
 
+/// A function with no more labels than this is always entered by a search: one comparison and a branch for
+/// two labels, two for four. A jump table takes eight instructions.
+const MAX_SEARCHED_LABELS: usize = 4;
+
 /// Bits with lower numbers can be tested by one instruction where they are in their word: its
 /// constant is sign-extended from 32 bits.
 const TESTABLE_BITS: i64 = 31;
@@ -34,7 +38,8 @@ impl Lowering<'_> {
             }
             [(first, _), .., (last, _)] => {
                 let span = last.0 - first.0;
-                if span / MAX_ENTRIES_PER_LABEL <= entries.len() as u32 {
+                let is_dense = span / MAX_ENTRIES_PER_LABEL <= entries.len() as u32;
+                if is_dense && entries.len() > MAX_SEARCHED_LABELS {
                     self.enter_by_table(label, *first, span)?;
                 } else {
                     self.enter_by_search(label)?;
@@ -60,7 +65,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Enters by a binary search, for labels that are far apart.
+    /// Enters by a binary search, for few labels and for labels that are far apart.
     fn enter_by_search(&mut self, label: ClifValue) -> LowerResult<()> {
         let entries = self.func.entries();
         let mut pending = vec![(None, entries)];

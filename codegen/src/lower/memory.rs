@@ -1,9 +1,9 @@
 //! Loads and stores in the process image.
 
-use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue};
+use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
 use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
-use plcc_ir::{Address, RegionId, Type, Value};
+use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
@@ -45,6 +45,29 @@ impl Lowering<'_> {
     pub(super) fn load(&mut self, ty: Type, at: Address) -> LowerResult<ClifValue> {
         let (base, offset) = self.address(ty, at)?;
         Ok(self.builder.ins().load(clif_type(ty), flags(), base, offset))
+    }
+
+    /// Whether a value of 8 or 16 bits is used extended with zeros and also otherwise.
+    pub(super) fn is_also_extended(&self, value: Value) -> bool {
+        matches!(self.func.ty(value), Type::I8 | Type::I16)
+            && self.use_count(value) > 1
+            && self.is_extended.get(value.index()).copied().unwrap_or(false)
+    }
+
+    /// Loads such a value: by the instruction that extends it, so that no further one has to.
+    pub(super) fn load_extended(
+        &mut self,
+        result: Value,
+        ty: Type,
+        at: Address,
+    ) -> LowerResult<ClifValue> {
+        let (base, offset) = self.address(ty, at)?;
+        let wide = match ty {
+            Type::I8 => self.builder.ins().uload8(types::I32, flags(), base, offset),
+            _ => self.builder.ins().uload16(types::I32, flags(), base, offset),
+        };
+        self.extended_loads.insert(result, wide);
+        Ok(self.builder.ins().ireduce(clif_type(ty), wide))
     }
 
     pub(super) fn store(&mut self, at: Address, value: Value) -> LowerResult<()> {
@@ -106,6 +129,19 @@ impl Lowering<'_> {
             Err(_) => (self.builder.ins().iadd_imm_s(base, offset), 0),
         })
     }
+}
+
+/// For each value of a function whether it is an operand of an extension with zeros.
+pub(super) fn extended_values(func: &FuncData) -> Vec<bool> {
+    let mut extended = vec![false; func.value_count()];
+    for inst in func.blocks().flat_map(|(_, block)| &block.insts) {
+        if let InstData::Convert { op: ConvertOp::Zext, to: _, arg } = func.inst(*inst)
+            && let Some(slot) = extended.get_mut(arg.index())
+        {
+            *slot = true;
+        }
+    }
+    extended
 }
 
 /// How the image is accessed: the memory is always there, and little endian on every machine.

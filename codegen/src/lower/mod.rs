@@ -89,6 +89,8 @@ pub(crate) fn function(
         is_x86,
         uses: func.use_counts(),
         truncated: HashMap::new(),
+        is_extended: memory::extended_values(func),
+        extended_loads: HashMap::new(),
         trap_exit: None,
         host_signature: None,
         inst: None,
@@ -172,6 +174,10 @@ struct Lowering<'a> {
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
     truncated: HashMap<Value, ClifValue>,
+    /// For each value whether it is an operand of an extension with zeros.
+    is_extended: Vec<bool>,
+    /// The values of 8 and 16 bits that were loaded with that extension, each with the 32 bits.
+    extended_loads: HashMap<Value, ClifValue>,
     /// The block in which all traps with a site leave the function, once there is such a trap. Its
     /// parameters are the two halves of the outcome.
     trap_exit: Option<ClifBlock>,
@@ -304,7 +310,13 @@ impl Lowering<'_> {
                 Some(self.builder.ins().select(cond, a, b))
             }
             InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)?),
-            InstData::Load { ty, at } => Some(self.load(ty, at)?),
+            InstData::Load { ty, at } => {
+                let result = self.func.result(inst).filter(|&result| self.is_also_extended(result));
+                match result {
+                    Some(result) => Some(self.load_extended(result, ty, at)?),
+                    None => Some(self.load(ty, at)?),
+                }
+            }
             InstData::Store { at, value } => {
                 self.store(at, value)?;
                 None

@@ -86,7 +86,8 @@ struct Walk<'a> {
     used: Vec<bool>,
     /// A byte with this mark is dead.
     stamp: u32,
-    /// The bytes that got this mark, in the order of getting it; some may have lost it.
+    /// The bytes that got this mark, in the order of the stores; a byte may be there twice, and some may have
+    /// lost the mark.
     marked: Vec<u32>,
 }
 
@@ -156,14 +157,12 @@ impl Walk<'_> {
                 let stamp = self.stamp;
                 let first = bytes.start as u32;
                 let marks = self.bytes.marks_mut(bytes);
-                let before = self.marked.len();
-                for (byte, mark) in (first..).zip(marks.iter_mut()) {
-                    if *mark != stamp {
-                        *mark = stamp;
-                        self.marked.push(byte);
-                    }
-                }
-                !marks.is_empty() && self.marked.len() == before
+                let is_dead = !marks.is_empty() && marks.iter().all(|mark| *mark == stamp);
+                // Also bytes that were dead already count as those that are overwritten soonest: a register that
+                // every statement stores would otherwise be forgotten behind many bytes that are stored once.
+                self.marked.extend((first..).take(marks.len()));
+                marks.fill(stamp);
+                is_dead
             }
             // A store through an index: which bytes it writes is not known, and it reads none.
             InstData::Store { at, value: _ } if !at.volatile => false,

@@ -14,7 +14,8 @@
 //!
 //! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window). A
 //! value that is kept longer needs a register all that time or is spilled to the stack, and loading
-//! it again from the image is cheaper.
+//! it again from the image is cheaper. Numbers are forwarded longer: they are fewer than truth values, and
+//! no instruction that computes with 8 or 16 bits takes its operand from the image.
 //!
 //! It must not touch volatile accesses, and after one nothing is known of its bytes. After a call
 //! of a host function that is not pure nothing is known at all.
@@ -27,6 +28,9 @@ use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Valu
 /// The forwarding window: a value is forwarded in this many statements after the one in which it
 /// was stored or loaded.
 pub(super) const FORWARDING_WINDOW: u32 = 8;
+
+/// The same for numbers of up to 32 bits. (In NCT each operation counts as a statement.)
+const FORWARDING_WINDOW_OF_NUMBERS: u32 = 64;
 
 /// A block passes on no more facts than this to the blocks of which it is the sole predecessor.
 const MAX_PASSED_ON: usize = 64;
@@ -134,7 +138,7 @@ impl State<'_> {
         let known = self.facts.get(self.first_fact..).unwrap_or(&[]);
         let now = self.now;
         let recent =
-            known.iter().rev().filter(|fact| fact.valid && now - fact.since <= FORWARDING_WINDOW);
+            known.iter().rev().filter(|fact| fact.valid && now - fact.since <= window(fact.ty));
         let mut facts: Vec<Fact> = recent.take(MAX_PASSED_ON).copied().collect();
         facts.reverse();
         End { facts, now, loc: self.loc }
@@ -224,7 +228,7 @@ impl State<'_> {
         }
         if let Some(number) = self.fact_at(bytes.start)
             && let Some(&fact) = self.facts.get(number)
-            && self.now - fact.since <= FORWARDING_WINDOW
+            && self.now - fact.since <= window(ty)
             && (fact.ty == ty || conversion(fact.ty, ty).is_some())
         {
             return Some((fact.value, fact.ty));
@@ -288,5 +292,13 @@ fn conversion(from: Type, to: Type) -> Option<ConvertOp> {
         (Type::I1, Type::I8) => Some(ConvertOp::Zext),
         (from, to) if from > to => Some(ConvertOp::Trunc),
         _ => None,
+    }
+}
+
+/// The forwarding window of values of a type.
+fn window(ty: Type) -> u32 {
+    match ty {
+        Type::I8 | Type::I16 | Type::I32 => FORWARDING_WINDOW_OF_NUMBERS,
+        Type::I1 | Type::I64 | Type::F64 => FORWARDING_WINDOW,
     }
 }
