@@ -9,87 +9,64 @@
 //! stores a moment too late, when the next scan has begun, does not stop that one.
 //!
 //! Engines look at the epoch where code may jump back, between two chunks, and after each host
-//! function, by a [`Deadline`]:
+//! function, by the [`limit`](crate::Scan::limit) of the scan:
 //!
 //! ```
-//! use std::sync::Arc;
 //! use std::sync::atomic::{AtomicU64, Ordering};
+//! use plcc_abi::TimeLimit;
 //! use plcc_abi::engine::NoHost;
-//! use plcc_abi::{Deadline, TimeLimit};
 //!
-//! let epoch = Arc::new(AtomicU64::new(0));
-//! let limit = TimeLimit { epoch: Arc::clone(&epoch), limit: 5000 };
-//! let mut deadline = Deadline::new(Some(limit));
-//! assert!(!deadline.is_over(&mut NoHost));
+//! let epoch = AtomicU64::new(0);
+//! let mut limit = TimeLimit { epoch: &epoch, limit: 5000 };
+//! assert!(!limit.is_over(&mut NoHost));
 //! epoch.store(5003, Ordering::Relaxed);
-//! assert!(deadline.is_over(&mut NoHost));
+//! assert!(limit.is_over(&mut NoHost));
 //! ```
 
-use alloc::sync::Arc;
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Host;
 
-/// Until when a scan may run.
-#[derive(Clone, Debug)]
-pub struct TimeLimit {
+/// Until when a scan may run. It is part of a [`Scan`](crate::Scan), so that an engine has it without
+/// a call of the host.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeLimit<'a> {
     /// The time as it was when the watchdog stored it last, in nanoseconds since a moment of the
     /// watchdog's choice.
-    pub epoch: Arc<AtomicU64>,
+    pub epoch: &'a AtomicU64,
     /// The scan is late once the epoch has reached this, which is never 0.
     pub limit: u64,
 }
 
-/// A scan's time limit while the scan runs, as an engine holds it.
-#[derive(Debug)]
-pub struct Deadline(Option<TimeLimit>);
+/// The epoch of scans without a limit.
+static NO_EPOCH: AtomicU64 = AtomicU64::new(0);
 
-impl Deadline {
-    /// The deadline of a scan; a scan without a limit may take any time.
-    #[inline]
-    pub fn new(limit: Option<TimeLimit>) -> Self {
-        Self(limit)
-    }
+impl TimeLimit<'_> {
+    /// The limit of a scan that may take any time.
+    pub const NONE: Self = Self { epoch: &NO_EPOCH, limit: u64::MAX };
 
     /// Whether the epoch has reached the limit.
     #[inline]
     pub fn is_late(&self) -> bool {
-        match &self.0 {
-            Some(TimeLimit { epoch, limit }) => epoch.load(Ordering::Relaxed) >= *limit,
-            None => false,
-        }
+        self.epoch.load(Ordering::Relaxed) >= self.limit
     }
 
     /// Whether the scan must be stopped: it is late, and the host does not give it more time.
     #[inline]
     pub fn is_over(&mut self, host: &mut dyn Host) -> bool {
-        self.is_late() && self.ask(host)
+        self.is_late() && self.request_extension(host)
     }
 
     /// Asks the host of a late scan whether that must be stopped, and takes its new limit.
     #[cold]
-    fn ask(&mut self, host: &mut dyn Host) -> bool {
-        match (host.extend_time(), &mut self.0) {
-            (Some(later), Some(TimeLimit { epoch: _, limit })) => {
-                *limit = later;
+    fn request_extension(&mut self, host: &mut dyn Host) -> bool {
+        match host.extend_time() {
+            Some(later) => {
+                self.limit = later;
                 false
             }
-            _ => true,
+            None => true,
         }
-    }
-
-    /// The limit as it is now; a scan without one has the highest number.
-    #[inline]
-    pub fn limit(&self) -> u64 {
-        self.0.as_ref().map_or(u64::MAX, |limit| limit.limit)
-    }
-
-    /// The address of the epoch, for compiled code. It is valid as long as this value.
-    #[inline]
-    pub fn epoch(&self) -> *const AtomicU64 {
-        /// The epoch of scans without a limit.
-        static NEVER: AtomicU64 = AtomicU64::new(0);
-        self.0.as_ref().map_or(&raw const NEVER, |limit| Arc::as_ptr(&limit.epoch))
     }
 }
 
@@ -115,18 +92,16 @@ mod tests {
 
     #[test]
     fn a_host_can_give_a_late_scan_more_time() {
-        let epoch = Arc::new(AtomicU64::new(9));
-        let mut deadline = Deadline::new(Some(TimeLimit { epoch: Arc::clone(&epoch), limit: 10 }));
+        let epoch = AtomicU64::new(9);
+        let mut time = TimeLimit { epoch: &epoch, limit: 10 };
         let mut host = ExtendingHost(alloc::vec![20]);
-        assert!(!deadline.is_late() && !deadline.is_over(&mut host));
+        assert!(!time.is_late() && !time.is_over(&mut host));
         epoch.store(10, Ordering::Relaxed);
-        assert!(deadline.is_late() && !deadline.is_over(&mut host));
-        assert_eq!(deadline.limit(), 20);
-        assert!(!deadline.is_late());
+        assert!(time.is_late() && !time.is_over(&mut host));
+        assert_eq!(time.limit, 20);
+        assert!(!time.is_late());
         epoch.store(25, Ordering::Relaxed);
-        assert!(deadline.is_over(&mut host));
-        let mut never = Deadline::new(None);
-        assert!(!never.is_late() && !never.is_over(&mut host));
-        assert_eq!(never.limit(), u64::MAX);
+        assert!(time.is_over(&mut host));
+        assert!(!TimeLimit::NONE.is_late());
     }
 }

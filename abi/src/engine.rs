@@ -13,12 +13,6 @@ pub trait Host {
     /// the unused ones 0.
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64;
 
-    /// Until when the scan may run; `None` if it may take any time. An engine asks at the beginning of
-    /// a scan.
-    fn time_limit(&self) -> Option<TimeLimit> {
-        None
-    }
-
     /// An engine asks this when the scan is late. Gives a later [limit](TimeLimit::limit), or `None` if
     /// the scan must be stopped; the engine then ends it with the trap
     /// [`TrapCode::Watchdog`](crate::TrapCode::Watchdog).
@@ -33,6 +27,16 @@ pub struct Scan<'a> {
     pub image: &'a mut [u8],
     /// What program code may call.
     pub host: &'a mut dyn Host,
+    /// Until when the scan may run.
+    pub limit: TimeLimit<'a>,
+}
+
+impl<'a> Scan<'a> {
+    /// A scan that may take any time.
+    #[inline]
+    pub fn new(image: &'a mut [u8], host: &'a mut dyn Host) -> Self {
+        Self { image, host, limit: TimeLimit::NONE }
+    }
 }
 
 /// Where a suspended task goes on: the number of a place, counted from 0 in the source's order

@@ -25,7 +25,8 @@
 //! }
 //!
 //! let mut image = [0; 8];
-//! let mut scan = Scan { image: &mut image, host: &mut NoHost };
+//! let mut host = NoHost;
+//! let mut scan = Scan::new(&mut image, &mut host);
 //! assert_eq!(Counter.call(0, None, &mut scan), Outcome::End);
 //! assert_eq!(read_i32(&image, 0), 1);
 //! ```
@@ -58,7 +59,7 @@ pub mod unwind;
 
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
-pub use deadline::{Deadline, TimeLimit};
+pub use deadline::TimeLimit;
 pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use fingerprint::Fnv;
 pub use host::{HostFn, HostType, IntegerForm};

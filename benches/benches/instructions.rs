@@ -158,7 +158,7 @@ fn run(folder: &Path, task: &str, scans: u64) -> Result<(), Box<dyn Error>> {
     };
     image.copy_from_slice(&start);
     for _ in 0..scans {
-        engine.call(task, None, &mut Scan { image, host });
+        engine.call(task, None, &mut Scan::new(image, host));
     }
     Ok(())
 }

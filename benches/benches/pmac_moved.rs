@@ -133,7 +133,7 @@ fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, scans: usize) -> 
         for (k, &input) in inputs.iter().enumerate() {
             write_u32(image, input, (pattern >> (k * 16) & 0xFFFF) as u32);
         }
-        engine.call(0, None, &mut Scan { image, host });
+        engine.call(0, None, &mut Scan::new(image, host));
     }
     start.elapsed().as_secs_f64() * 1e9 / scans as f64
 }

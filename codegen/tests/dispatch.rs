@@ -105,7 +105,7 @@ fn a_loop_over_several_chunks_suspends_and_resumes() {
     for (name, mut engine) in engines(make) {
         let mut image = [0; IMAGE as usize];
         let mut call = |task, from: Option<u32>, image: &mut [u8]| {
-            engine.call(task, from.map(ResumePoint), &mut Scan { image, host: &mut NoHost })
+            engine.call(task, from.map(ResumePoint), &mut Scan::new(image, &mut NoHost))
         };
         let words = |image: &[u8]| [0, 4, 8, 12].map(|offset| image::read_u32(image, offset));
         let mut from = None;
@@ -168,7 +168,8 @@ fn switch_and_goto_indirect_choose_by_number() {
             for task in [0, 1] {
                 let mut image = [0; IMAGE as usize];
                 image::write_i32(&mut image, 0, number);
-                let mut scan = Scan { image: &mut image, host: &mut NoHost };
+                let mut host = NoHost;
+                let mut scan = Scan::new(&mut image, &mut host);
                 let outcome = engine.call(task, None, &mut scan);
                 let result = image::read_i32(&image, 4);
                 match (number, task) {
@@ -206,7 +207,7 @@ fn traps_stop_at_once() {
         for (name, mut engine) in engines(make) {
             let mut image = [0; IMAGE as usize];
             let outcomes: Vec<_> = (0..3)
-                .map(|_| engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost }))
+                .map(|_| engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost)))
                 .collect();
             assert_eq!(outcomes, [Outcome::End, Outcome::End, Outcome::trap(code)], "{name}");
             assert_eq!((image[0], image[4]), (3, 2), "{name}");
@@ -256,8 +257,7 @@ fn a_trap_site_says_what_is_to_blame() {
             let mut image = [0; IMAGE as usize];
             image::write_i32(&mut image, 0, site);
             image::write_i32(&mut image, 4, index);
-            let outcome =
-                engine.call(task, None, &mut Scan { image: &mut image, host: &mut NoHost });
+            let outcome = engine.call(task, None, &mut Scan::new(&mut image, &mut NoHost));
             assert_eq!(outcome, expected, "{name}, task {task}, site {site}, index {index}");
         }
     }
@@ -312,7 +312,7 @@ fn host_calls_pass_and_return_every_type() {
     for (name, mut engine) in engines(calls) {
         let mut image = [0; IMAGE as usize];
         let mut host = Recorder::default();
-        let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+        let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut host));
         assert_eq!(outcome, Outcome::End);
         let (minus, half) = (0xFFFF_FFFF, 0.5_f64.to_bits());
         let expected = [
@@ -363,14 +363,14 @@ fn a_panic_of_the_host_traps_and_no_scan_runs_afterwards() {
             }
             let mut image = [0; IMAGE as usize];
             let mut host = Recorder { panics_at: Some(at), ..Recorder::default() };
-            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+            let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut host));
             assert_eq!(outcome, Outcome::trap(TrapCode::HostPanic), "{name}, call {at}");
             assert_eq!(host.calls.len(), at + 1, "{name}, call {at}: called again");
             assert_eq!(image[40], at as u8 + 1, "{name}, call {at}: what the host did stays");
             assert_eq!(image[41], 0, "{name}, call {at}: a store after the panic stays");
             let before = image;
             host.panics_at = None;
-            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+            let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut host));
             assert_eq!(outcome, Outcome::trap(TrapCode::HostPanic), "{name}: scans again");
             assert_eq!((host.calls.len(), image), (at + 1, before), "{name}: scans again");
         }
@@ -411,7 +411,7 @@ fn labels_far_apart_are_found() {
     let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
     for (task, &i) in order.iter().enumerate() {
         let mut image = [0xFF; IMAGE as usize];
-        engine.call(task, None, &mut Scan { image: &mut image, host: &mut NoHost });
+        engine.call(task, None, &mut Scan::new(&mut image, &mut NoHost));
         assert_eq!(image::read_u32(&image, 0) as usize, i);
     }
 }
@@ -426,7 +426,7 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     let code = compile(&module, &Target::host().unwrap()).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
-    let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+    let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
     assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel));
     let refuse = |code: &Code, program: &Program| {
         assert!(NativeEngine::new(code, program).is_err());
@@ -444,22 +444,22 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
 }
 
 /// A host that makes the scan late in one of its calls, and gives it more time `extensions` times.
-struct LateHost {
-    time: TimeLimit,
+struct LateHost<'a> {
+    time: TimeLimit<'a>,
     calls: u64,
     /// The call, counted from 1, in which the time is up.
     late_at: u64,
     extensions: u64,
 }
 
-impl LateHost {
-    fn new(late_at: u64, extensions: u64) -> Self {
-        let time = TimeLimit { epoch: Arc::new(AtomicU64::new(0)), limit: 1 };
+impl<'a> LateHost<'a> {
+    fn new(epoch: &'a AtomicU64, late_at: u64, extensions: u64) -> Self {
+        let time = TimeLimit { epoch, limit: 1 };
         Self { time, calls: 0, late_at, extensions }
     }
 }
 
-impl Host for LateHost {
+impl Host for LateHost<'_> {
     fn call(&mut self, image: &mut [u8], _: HostFn, _: [u64; 4]) -> u64 {
         self.calls += 1;
         image::write_u64(image, 40, self.calls);
@@ -467,10 +467,6 @@ impl Host for LateHost {
             self.time.epoch.fetch_add(1, Ordering::Relaxed);
         }
         1
-    }
-
-    fn time_limit(&self) -> Option<TimeLimit> {
-        Some(self.time.clone())
     }
 
     fn extend_time(&mut self) -> Option<u64> {
@@ -496,8 +492,11 @@ fn a_scan_ends_behind_the_host_function_in_which_its_time_is_up() {
     for (name, mut engine) in engines(make) {
         for (late_at, extensions, calls) in [(3, 0, 3), (3, 2, 5), (9, 0, 9), (10, 0, 9)] {
             let mut image = [0; IMAGE as usize];
-            let mut host = LateHost::new(late_at, extensions);
-            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+            let epoch = AtomicU64::new(0);
+            let mut host = LateHost::new(&epoch, late_at, extensions);
+            let limit = host.time;
+            let mut scan = Scan { image: &mut image, host: &mut host, limit };
+            let outcome = engine.call(0, None, &mut scan);
             let ends = late_at == 10;
             // The statement that called it is to blame.
             let line = SourceLine { file: 0, line: calls as u32 };
@@ -539,9 +538,11 @@ fn endless_loops_end_when_the_time_is_up() {
     };
     for (name, mut engine) in engines(make) {
         let mut image = [0; IMAGE as usize];
-        let mut host = LateHost::new(1, 0);
+        let epoch = Arc::new(AtomicU64::new(0));
+        let limit = TimeLimit { epoch: &epoch, limit: 1 };
+        let mut host = NoHost;
         let late = std::thread::spawn({
-            let epoch = Arc::clone(&host.time.epoch);
+            let epoch = Arc::clone(&epoch);
             move || {
                 std::thread::sleep(std::time::Duration::from_millis(1));
                 epoch.store(1, Ordering::Relaxed);
@@ -549,7 +550,7 @@ fn endless_loops_end_when_the_time_is_up() {
         });
         // Where each statement is a chunk of its own, both loops lead from chunk to chunk.
         let small = name.ends_with(" 1");
-        let mut scan = Scan { image: &mut image, host: &mut host };
+        let mut scan = Scan { image: &mut image, host: &mut host, limit };
         let outcome = engine.call(0, None, &mut scan);
         late.join().unwrap();
         let late_at = |line| Outcome::Trap(Trap::late(Some(SourceLine { file: 0, line })));
@@ -560,7 +561,7 @@ fn endless_loops_end_when_the_time_is_up() {
         // chunks, but code that asks does so only at the end of a round.
         assert!(small || image::read_u32(&image, 0) > 0, "{name}");
         if small {
-            let mut scan = Scan { image: &mut image, host: &mut host };
+            let mut scan = Scan { image: &mut image, host: &mut host, limit };
             let outcome = engine.call(1, None, &mut scan);
             assert_eq!(outcome, late_at(3), "{name}");
             assert!(image::read_u32(&image, 8) <= 1, "{name}");
@@ -574,11 +575,12 @@ fn endless_loops_end_when_the_time_is_up() {
 #[test]
 fn an_epoch_of_an_earlier_scan_stops_nothing() {
     for (name, mut engine) in engines(calls) {
-        let mut host = LateHost::new(99, 0);
-        host.time.epoch.store(7, Ordering::Relaxed);
-        host.time.limit = 8;
+        let epoch = AtomicU64::new(7);
+        let mut host = LateHost::new(&epoch, 99, 0);
+        let limit = TimeLimit { epoch: &epoch, limit: 8 };
         let mut image = [0; IMAGE as usize];
-        let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+        let mut scan = Scan { image: &mut image, host: &mut host, limit };
+        let outcome = engine.call(0, None, &mut scan);
         assert_eq!(outcome, Outcome::End, "{name}");
     }
 }

@@ -180,7 +180,8 @@ fn check(
                     write(&mut image, place(types[1], B).1, types[1], y);
                     let at = place(result, RESULT).1;
                     image[at as usize..(at + BITS - RESULT) as usize].fill(0x77);
-                    let mut scan = Scan { image: &mut image, host: &mut NoHost };
+                    let mut host = NoHost;
+                    let mut scan = Scan::new(&mut image, &mut host);
                     assert_eq!(engine.call(number, None, &mut scan), Outcome::End);
                     let (got, wanted) = (read(&image, at, result), expected(x, y));
                     let nan = |bits| result == Type::F64 && f64::from_bits(bits as u64).is_nan();

@@ -2,7 +2,6 @@
 //! also told where each call of a task begins and ends.
 
 use std::cell::Cell;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
@@ -33,7 +32,7 @@ struct Cut {
     /// The statements of the line. The first one that is executed is the last.
     statements: Vec<u32>,
     /// The scan is late when this is 1.
-    epoch: Arc<AtomicU64>,
+    epoch: AtomicU64,
 }
 
 impl std::fmt::Debug for Observed<'_> {
@@ -54,7 +53,7 @@ impl<'a> Observed<'a> {
     /// Stops the scan that comes to one of these statements first, as the watchdog does; without statements no scan is
     /// stopped.
     pub fn cut_at(mut self, statements: Vec<u32>) -> Self {
-        self.cut = (!statements.is_empty()).then(|| Cut { statements, epoch: Arc::default() });
+        self.cut = (!statements.is_empty()).then(|| Cut { statements, epoch: AtomicU64::new(0) });
         self
     }
 }
@@ -66,7 +65,9 @@ impl Engine for Observed<'_> {
         let cut = self.cut.as_ref();
         let mut observer = WithTexts { observer: &mut *self.observer, sent: &sent, told: 0, cut };
         let mut host = CountingHost { host: &mut *scan.host, sent: &sent, cut };
-        let mut counted = Scan { image: &mut *scan.image, host: &mut host };
+        // Where a scan is to be stopped, its time is up when the epoch is set.
+        let limit = cut.map_or(scan.limit, |cut| TimeLimit { epoch: &cut.epoch, limit: 1 });
+        let mut counted = Scan { image: &mut *scan.image, host: &mut host, limit };
         let outcome = self.interpreter.call_observed(task, from, &mut counted, &mut observer);
         observer.tell();
         self.observer.call_ends(matches!(outcome, Outcome::Suspended(_)), scan.image);
@@ -75,7 +76,7 @@ impl Engine for Observed<'_> {
 }
 
 /// Passes everything on to the host, and counts the texts that the program sends. Where a scan is to be stopped, it
-/// limits the time.
+/// gives no more time.
 struct CountingHost<'a> {
     host: &'a mut dyn Host,
     sent: &'a Cell<usize>,
@@ -88,13 +89,6 @@ impl Host for CountingHost<'_> {
             self.sent.set(self.sent.get() + 1);
         }
         self.host.call(image, function, args)
-    }
-
-    fn time_limit(&self) -> Option<TimeLimit> {
-        match self.cut {
-            Some(cut) => Some(TimeLimit { epoch: Arc::clone(&cut.epoch), limit: 1 }),
-            None => self.host.time_limit(),
-        }
     }
 
     fn extend_time(&mut self) -> Option<u64> {

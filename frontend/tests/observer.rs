@@ -67,12 +67,14 @@ impl Case {
     /// Runs a scan of the first task twice, once observed. Both must end alike.
     fn scan(&mut self, from: Option<ResumePoint>) -> (Outcome, Vec<String>) {
         let mut plain = self.image.clone();
-        let mut scan = Scan { image: &mut plain, host: &mut NoHost };
+        let mut host = NoHost;
+        let mut scan = Scan::new(&mut plain, &mut host);
         let expected = self.program.interpreter().call(0, from, &mut scan);
         let line = |span: plcc_diag::Span| self.sources.line_col(span.file, span.start).0;
         let lines = self.program.statements().into_iter().map(|span| span.map(line)).collect();
         let mut notes = vec![];
-        let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
+        let mut host = NoHost;
+        let mut scan = Scan::new(&mut self.image, &mut host);
         let mut interpreter = self.program.statement_interpreter();
         let observer = &mut Notes { lines, notes: &mut notes };
         let outcome = interpreter.call_observed(0, from, &mut scan, observer);
@@ -135,7 +137,8 @@ fn nct_tells_bits_words_op_and_open_calls() {
         }
     }
     let mut notes = OfModule1(vec![]);
-    let mut scan = Scan { image: &mut case.image, host: &mut NoHost };
+    let mut host = NoHost;
+    let mut scan = Scan::new(&mut case.image, &mut host);
     case.program.statement_interpreter().call_observed(1, None, &mut scan, &mut notes);
     let notes: Vec<_> = notes.0.into_iter().filter(|note| !note.starts_with('#')).collect();
     assert_eq!(

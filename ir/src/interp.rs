@@ -5,9 +5,7 @@
 
 use std::sync::Arc;
 
-use plcc_abi::{
-    Deadline, Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image,
-};
+use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image};
 
 use crate::{
     Address, Block, Func, FuncData, InstData, Module, RegionId, Terminator, Type, Value, eval,
@@ -24,8 +22,6 @@ pub struct Interpreter {
     values: Vec<i64>,
     /// The local bits of the function that is executed.
     local_bits: Vec<u8>,
-    /// Until when the scan that is executed may run.
-    deadline: Deadline,
     /// How many operations have been executed.
     operations: u64,
 }
@@ -48,8 +44,7 @@ impl Interpreter {
         let labels = module.label_targets();
         let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
         let local_bits = vec![0; module.local_bits.as_ref().map_or(0, |local| local.size as usize)];
-        let (values, deadline) = (vec![], Deadline::new(None));
-        Self { module, labels, tasks, values, local_bits, deadline, operations: 0 }
+        Self { module, labels, tasks, values: vec![], local_bits, operations: 0 }
     }
 
     /// How many operations have been executed since the engine was made: instructions and ends of
@@ -83,7 +78,7 @@ impl Interpreter {
             for &inst in &data.insts {
                 let data = func.inst(inst);
                 let result = self.execute(func, data, scan);
-                if matches!(data, InstData::HostCall { .. }) && self.deadline.is_over(scan.host) {
+                if matches!(data, InstData::HostCall { .. }) && scan.limit.is_over(scan.host) {
                     let statement = self.module.line(func.loc(inst));
                     return Exit::Done(Outcome::Trap(Trap::late(statement)));
                 }
@@ -169,7 +164,7 @@ impl Interpreter {
                 }
                 0
             }
-            InstData::IsLate => i64::from(self.deadline.is_late()),
+            InstData::IsLate => i64::from(scan.limit.is_late()),
             InstData::HostCall { function, args } => {
                 let mut words = [0; 4];
                 for (word, &arg) in words.iter_mut().zip(args.as_slice()) {
@@ -224,7 +219,6 @@ impl Engine for Interpreter {
         let module = Arc::clone(&self.module);
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         let Some(mut label) = labels.label(from) else { return BAD_LABEL };
-        self.deadline = Deadline::new(scan.host.time_limit());
         loop {
             let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
                 return BAD_LABEL;
@@ -233,7 +227,7 @@ impl Engine for Interpreter {
                 return BAD_LABEL;
             };
             match self.run_function(func, block, task, scan) {
-                Exit::Goto(next) if self.deadline.is_over(scan.host) => {
+                Exit::Goto(next) if scan.limit.is_over(scan.host) => {
                     let statement = module.label_lines().get(next as usize).copied().flatten();
                     return Outcome::Trap(Trap::late(statement));
                 }
@@ -273,7 +267,7 @@ mod tests {
         let mut engine = Interpreter::new(b.finish());
         let mut image = [0; 8];
         let mut call = |from: Option<u32>, image: &mut [u8]| {
-            engine.call(0, from.map(ResumePoint), &mut Scan { image, host: &mut NoHost })
+            engine.call(0, from.map(ResumePoint), &mut Scan::new(image, &mut NoHost))
         };
         let suspended = Outcome::Suspended(ResumePoint(0));
         assert_eq!(call(None, &mut image), suspended);

@@ -47,7 +47,7 @@
 //!
 //! let mut image = [0; 4];
 //! let mut engine = Interpreter::new(module);
-//! let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+//! let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
 //! assert_eq!((outcome, image[0]), (Outcome::End, 1));
 //! ```
 

@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, CodeLine, CodeMemory, Deadline, Engine, Host, HostFn, Outcome, Program, RawOutcome,
-    ResumeLabels, ResumePoint, Scan, ScanContext, SourceLine, Task, Trap, TrapCode, TrapSite,
+    Code, CodeLine, CodeMemory, Engine, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
+    ResumePoint, Scan, ScanContext, SourceLine, Task, Trap, TrapCode, TrapSite,
 };
 use wasmtime_internal_jit_icache_coherence as icache;
 
@@ -41,8 +41,7 @@ pub struct NativeEngine {
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
     trap_sites: Arc<Vec<TrapSite>>,
-    /// The source line of each label and of each piece of code, as in [`CodeParts`](plcc_abi::CodeParts), to
-    /// say where a scan was stopped that took too long.
+    /// The source line of each label and of each piece of code, to say where a scan was stopped that took too long.
     label_lines: Arc<Vec<Option<SourceLine>>>,
     lines: Arc<Vec<CodeLine>>,
     /// Where the code begins and ends in memory.
@@ -210,16 +209,14 @@ impl NativeEngine {
         u32::try_from(offset).ok().filter(|_| offset < self.memory.bytes().len())
     }
 
-    /// Whether both engines have the same number of tasks, with as many resume points each. That
-    /// holds for all engines of one program; then a task that one has suspended can go on in the
-    /// other.
+    /// Whether both engines have the same number of tasks, with as many resume points each, as all engines of
+    /// one program have; then a task that one has suspended can go on in the other.
     pub fn has_same_tasks_as(&self, other: &Self) -> bool {
         let count = |task: &ResumeLabels| task.count();
         self.tasks.iter().map(count).eq(other.tasks.iter().map(count))
     }
 
-    /// Whether a host function has panicked, after which every scan is refused with
-    /// [`TrapCode::HostPanic`].
+    /// Whether a host function has panicked, after which every scan is refused.
     pub fn host_panicked(&self) -> bool {
         self.image_size == usize::MAX
     }
@@ -237,8 +234,8 @@ impl NativeEngine {
         known.then_some(SourceLine { file: line.file, line: line.line })
     }
 
-    /// The address in the code to which the host function that runs now returns; `None` if that can't be
-    /// found out. Takes the innermost frame on the stack that belongs to the code.
+    /// The address in the code to which the host function that runs now returns, if that can be found out: that of
+    /// the innermost frame on the stack that belongs to the code.
     fn return_address(code: (usize, usize)) -> Option<usize> {
         let mut search = Search { code, found: 0 };
         // SAFETY: the function calls `look` with the pointer that it is given, which lives until it
@@ -253,18 +250,18 @@ impl NativeEngine {
     }
 }
 
-/// What [`host_call`] needs during one call of the engine, besides the context, which points to it.
-struct HostCallState<'a> {
-    image_len: usize,
-    host: &'a mut dyn Host,
-    /// Where the code begins and ends in memory.
-    code: (usize, usize),
-    /// Until when the scan may run.
-    deadline: Deadline,
-    /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be
-    /// left there: it runs on to the end of its chunk with 0 as every result, and what it stores until
-    /// then is undone with this copy. (Code that jumps back leaves its chunk when the scan is late.)
-    /// [`NativeEngine::next`] takes it out.
+/// What a call of the engine needs as long as compiled code runs. It is not kept in registers, each of which
+/// would have to be saved and restored.
+#[repr(C)]
+struct Call<'a, 'b> {
+    /// What compiled code gets. It stands first, so that its address is also that of the whole.
+    context: ScanContext,
+    /// What the engine was called with.
+    scan: &'a mut Scan<'b>,
+    engine: &'a mut NativeEngine,
+    /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be left there: it
+    /// runs on to the end of its chunk with 0 as every result, and what it stores until then is undone with this
+    /// copy. (Code that jumps back leaves its chunk when the scan is late.)
     left: ManuallyDrop<Option<Box<Left>>>,
 }
 
@@ -316,20 +313,6 @@ unsafe extern "C" fn look(frame: *mut c_void, search: *mut c_void) -> c_int {
     NO_REASON
 }
 
-impl HostCallState<'_> {
-    /// Whether the scan must be stopped since it took too long. If it is given more time instead, the
-    /// context gets the new limit.
-    #[inline]
-    fn is_over(&mut self, context: &ScanContext) -> bool {
-        if !self.deadline.is_late() {
-            return false;
-        }
-        let is_over = self.deadline.is_over(self.host);
-        context.limit.store(self.deadline.limit(), Ordering::Relaxed);
-        is_over
-    }
-}
-
 impl NativeEngine {
     /// Where a task's scan begins, or goes on that was suspended.
     #[inline]
@@ -349,102 +332,120 @@ impl NativeEngine {
             false => Outcome::End,
         }
     }
+}
 
-    /// Says where a scan goes on whose last function has returned `raw`, or how it has ended; for what seldom
-    /// comes, so that [`Engine::call`] does not keep what this needs in registers.
-    ///
-    /// # Safety
-    /// The context is the one with which that function was called, and the image and the state of the scan
-    /// that it points to may still be used as compiled code and [`host_call`] use them.
+impl Call<'_, '_> {
+    /// What code returns at the end of a scan.
+    const END: RawOutcome = RawOutcome::new(RawOutcome::END, 0);
+
+    /// Whether the scan must be stopped since it took too long. If it is given more time instead, the
+    /// context gets the new limit.
+    #[inline]
+    fn is_over(&mut self) -> bool {
+        if !self.scan.limit.is_late() {
+            return false;
+        }
+        let is_over = self.scan.limit.is_over(self.scan.host);
+        self.context.limit.store(self.scan.limit.limit, Ordering::Relaxed);
+        is_over
+    }
+
+    /// Says where a scan goes on whose last function has returned `raw`, or how it has ended.
     #[inline(never)]
-    unsafe fn next(
-        &mut self,
-        task: usize,
-        raw: RawOutcome,
-        scan: &ScanContext,
-    ) -> Result<Start, Outcome> {
-        // SAFETY: the caller says so; no compiled code runs as long as the reference lives.
-        let call = unsafe { &mut *scan.host_data.cast::<HostCallState<'_>>() };
-        if let Some(left) = call.left.take() {
+    fn next(&mut self, task: usize, raw: RawOutcome) -> Result<Start, Outcome> {
+        if let Some(left) = self.left.take() {
             if left.code == TrapCode::HostPanic {
-                self.image_size = usize::MAX;
+                self.engine.image_size = usize::MAX;
             }
-            // SAFETY: pointer and length are those of the `&mut [u8]` that `Engine::call` borrows.
-            let image = unsafe { std::slice::from_raw_parts_mut(scan.image, call.image_len) };
-            // Both have the length of the image that the call was given.
-            image.copy_from_slice(&left.image);
-            let line = left.return_address.and_then(|address| self.line_of_call(address));
+            // Both have the length of the image that the engine was called with.
+            self.scan.image.copy_from_slice(&left.image);
+            let line = left.return_address.and_then(|address| self.engine.line_of_call(address));
             return Err(Outcome::Trap(Trap { statement: line, ..Trap::new(left.code) }));
         }
         let (kind, label) = (raw.kind(), raw.payload());
         Err(match kind {
             // Where chunks go round for ever, the scan is ended here.
-            RawOutcome::GOTO if call.is_over(scan) => {
-                Outcome::Trap(Trap::late(self.label_lines.get(label as usize).copied().flatten()))
+            RawOutcome::GOTO if self.is_over() => {
+                let line = self.engine.label_lines.get(label as usize).copied().flatten();
+                Outcome::Trap(Trap::late(line))
             }
-            RawOutcome::GOTO => match self.entries.get(label as usize) {
+            RawOutcome::GOTO => match self.engine.entries.get(label as usize) {
                 Some(&entry) => return Ok(Start { entry, label }),
                 None => Outcome::trap(TrapCode::BadLabel),
             },
             RawOutcome::END => Outcome::End,
             RawOutcome::SUSPEND => {
-                let point = self.tasks.get(task).and_then(|labels| labels.point(label));
+                let point = self.engine.tasks.get(task).and_then(|labels| labels.point(label));
                 point.map_or(Outcome::trap(TrapCode::BadLabel), Outcome::Suspended)
             }
-            _ => Outcome::Trap(raw.to_trap(&self.trap_sites)),
+            _ => Outcome::Trap(raw.to_trap(&self.engine.trap_sites)),
         })
+    }
+
+    /// Goes on with a scan whose first function has returned `raw`, to the scan's end.
+    ///
+    /// # Safety
+    /// The call is the one with which that function was called, and everything that it points to may
+    /// still be used as compiled code and [`host_call`] use it.
+    #[cold]
+    #[inline(never)]
+    unsafe fn go_on(call: *mut Self, task: usize, mut raw: RawOutcome) -> Outcome {
+        loop {
+            // SAFETY: the caller says so. The reference ends before compiled code runs again.
+            let state = unsafe { &mut *call };
+            let label = raw.payload();
+            let was_left = state.left.is_some();
+            if raw == Self::END && !was_left {
+                return Outcome::End;
+            }
+            let is_goto = raw.kind() == RawOutcome::GOTO && !was_left;
+            let next = match state.engine.entries.get(label as usize) {
+                Some(&entry) if is_goto && !state.scan.limit.is_late() => Start { entry, label },
+                _ => match state.next(task, raw) {
+                    Ok(next) => next,
+                    Err(outcome) => return outcome,
+                },
+            };
+            // SAFETY: as in `Engine::call`.
+            raw = RawOutcome(unsafe { (next.entry)(call.cast_const().cast(), next.label) });
+        }
     }
 }
 
 impl Engine for NativeEngine {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        let deadline = Deadline::new(scan.host.time_limit());
-        let Some(Start { mut entry, mut label }) = self.start(task, from) else {
+        let Some(Start { entry, label }) = self.start(task, from) else {
             return self.refused(task);
         };
-        let image_len = scan.image.len();
-        if image_len < self.image_size {
+        if scan.image.len() < self.image_size {
             return self.refused(task);
         }
-        let image = scan.image.as_mut_ptr();
-        let (epoch, limit) = (deadline.epoch(), AtomicU64::new(deadline.limit()));
-        let (host, code) = (&mut *scan.host, self.extent);
-        let left = ManuallyDrop::new(None);
-        let mut call = HostCallState { image_len, host, code, deadline, left };
-        let host_data = std::ptr::from_mut(&mut call);
-        let context =
-            ScanContext { image, host: host_call, host_data: host_data.cast(), epoch, limit };
+        let context = ScanContext {
+            image: scan.image.as_mut_ptr(),
+            host: host_call,
+            host_data: std::ptr::null_mut(),
+            epoch: scan.limit.epoch,
+            limit: AtomicU64::new(scan.limit.limit),
+        };
         #[cfg(feature = "args")]
-        if let Some(shown) = &self.shown {
-            shown.set_context(&raw const context);
+        let shown = self.shown.as_ref().map(ShownCode::context);
+        let mut call = Call { context, scan, engine: self, left: ManuallyDrop::new(None) };
+        let call = &raw mut call;
+        #[cfg(feature = "args")]
+        if let Some(shown) = shown {
+            shown.store(call.cast(), Ordering::Relaxed);
         }
-        loop {
-            // SAFETY: the code was made for images of `image_size`, and this one is as long
-            // (checked above); context, host function and data belong together and live until it
-            // returns. Nothing else touches the image meanwhile.
-            let raw = RawOutcome(unsafe { entry(&raw const context, label) });
-            // SAFETY: the pointer is that of `call`, which outlives it; no compiled code runs now, and
-            // the reference ends before any does again.
-            let call = unsafe { &*host_data };
-            if call.left.is_none() {
-                if raw == RawOutcome::new(RawOutcome::END, 0) {
-                    return Outcome::End;
-                }
-                if raw.kind() == RawOutcome::GOTO
-                    && let Some(&next) = self.entries.get(raw.payload() as usize)
-                    && !call.deadline.is_late()
-                {
-                    (entry, label) = (next, raw.payload());
-                    continue;
-                }
-            }
-            // SAFETY: the context is the one of the call above; nothing else uses the image or `call`
-            // until the function returns.
-            match unsafe { self.next(task, raw, &context) } {
-                Ok(next) => Start { entry, label } = next,
-                Err(outcome) => return outcome,
-            }
+        // SAFETY: the code was made for images of `image_size`, and this one is as long (checked above);
+        // context, host function and the rest of the call belong together and live until it returns.
+        // Nothing else touches them or the image meanwhile.
+        let raw = RawOutcome(unsafe { entry(call.cast_const().cast(), label) });
+        // SAFETY: no compiled code runs now, and the reference ends before any does again.
+        let was_left = unsafe { &*call }.left.is_some();
+        if raw == Call::END && !was_left {
+            return Outcome::End;
         }
+        // SAFETY: as above.
+        unsafe { Call::go_on(call, task, raw) }
     }
 }
 
@@ -462,29 +463,28 @@ unsafe extern "C" fn host_call(
     c: u64,
     d: u64,
 ) -> u64 {
-    // SAFETY: compiled code passes on the context it was given, which `Engine::call` made and
-    // which outlives the call; its data is the `HostCallState` beside it. `Engine::call` does not
-    // touch either while compiled code runs, and this function, the only other, is not entered
-    // twice: a host gets the image as a slice and has no way back into the code.
-    let call = unsafe { &mut *(*context).host_data.cast::<HostCallState<'_>>() };
+    // SAFETY: compiled code passes on the context it was given, which is the beginning of the `Call` that
+    // `Engine::call` made and which outlives this function. `Engine::call` does not touch it while
+    // compiled code runs, and this function, the only other, is not entered twice: a host gets
+    // the image as a slice and has no way back into the code.
+    let call = unsafe { &mut *context.cast_mut().cast::<Call<'_, '_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
     if call.left.is_some() {
         return 0;
     }
+    let length = (&raw const *call.scan.image).len();
     // SAFETY: pointer and length come from the `&mut [u8]` that `Engine::call` borrows for the
     // whole call and does not use meanwhile; compiled code is waiting for this function.
-    let image = unsafe { std::slice::from_raw_parts_mut((*context).image, call.image_len) };
-    // SAFETY: as above; nothing writes to the context but this function, to the atomic number in it.
-    let context = unsafe { &*context };
+    let image = unsafe { std::slice::from_raw_parts_mut(call.context.image, length) };
     // The host is not called again after a panic, so nobody sees what it left half done.
     let result = catch_unwind(AssertUnwindSafe(|| {
-        let result = call.host.call(image, function, [a, b, c, d]);
-        (result, call.is_over(context))
+        let result = call.scan.host.call(image, function, [a, b, c, d]);
+        (result, call.is_over())
     }));
     match result {
         Ok((result, false)) => result,
         Ok((_, true)) => {
-            let return_address = NativeEngine::return_address(call.code);
+            let return_address = NativeEngine::return_address(call.engine.extent);
             let (code, image) = (TrapCode::Watchdog, image.to_vec());
             *call.left = Some(Box::new(Left { code, image, return_address }));
             0

@@ -36,7 +36,7 @@ struct Shared {
     /// When the scan that runs must have ended.
     due: AtomicU64,
     /// See [`TimeLimit::epoch`].
-    epoch: Arc<AtomicU64>,
+    epoch: AtomicU64,
     /// Whether the thread is to end.
     stopping: AtomicBool,
 }
@@ -95,7 +95,7 @@ impl Watchdog {
         let shared = Arc::new(Shared {
             start: Instant::now(),
             due: AtomicU64::new(NEVER),
-            epoch: Arc::new(AtomicU64::new(0)),
+            epoch: AtomicU64::new(0),
             stopping: AtomicBool::new(false),
         });
         let shortest = shortest.min(limit.unwrap_or(shortest)).max(Duration::from_micros(100));
@@ -118,18 +118,18 @@ impl Watchdog {
 
     /// A scan begins, or goes on, that must have ended when `time` has passed. Gives the limit with which
     /// engines compare the epoch.
-    pub fn begin(&self, time: Duration) -> TimeLimit {
+    pub fn begin(&self, time: Duration) -> TimeLimit<'_> {
         let time = u64::try_from(time.as_nanos()).unwrap_or(NEVER);
         // The thread may be about to store an epoch for the scan before. It is not later than now, and
         // this scan's limit is, so it does not stop this scan.
         let due = self.shared.now().saturating_add(time).clamp(1, NEVER - 1);
         self.shared.due.store(due, Ordering::Relaxed);
-        TimeLimit { epoch: Arc::clone(&self.shared.epoch), limit: due }
+        TimeLimit { epoch: &self.shared.epoch, limit: due }
     }
 
-    /// A scan begins that may take as long as the limit says; `None` if there is none.
-    pub fn begin_scan(&self) -> Option<TimeLimit> {
-        self.limit.map(|limit| self.begin(limit))
+    /// A scan begins that may take as long as the limit says, if there is one.
+    pub fn begin_scan(&self) -> TimeLimit<'_> {
+        self.limit.map_or(TimeLimit::NONE, |limit| self.begin(limit))
     }
 
     /// The scan has ended.
@@ -161,7 +161,6 @@ impl Drop for StopOnDrop {
 
 #[cfg(test)]
 mod tests {
-    use plcc_abi::Deadline;
     use plcc_abi::engine::NoHost;
 
     use super::*;
@@ -177,14 +176,14 @@ mod tests {
     fn a_scan_that_does_not_end_is_late_at_last() {
         let limit = Duration::from_millis(2);
         let watchdog = Watchdog::start(Some(limit), limit, || {}).unwrap();
-        let mut deadline = Deadline::new(Some(watchdog.begin(limit)));
+        let mut time = watchdog.begin(limit);
         // This loop does not end unless the thread does what it is for.
-        while !deadline.is_over(&mut NoHost) {
+        while !time.is_over(&mut NoHost) {
             thread::yield_now();
         }
         // The next scan has a later limit, which that epoch has not reached.
         let hour = Duration::from_secs(3600);
-        assert!(!Deadline::new(Some(watchdog.begin(hour))).is_late());
+        assert!(!watchdog.begin(hour).is_late());
     }
 
     #[test]
@@ -192,7 +191,7 @@ mod tests {
         let shared = Shared {
             start: Instant::now(),
             due: AtomicU64::new(NEVER),
-            epoch: Arc::default(),
+            epoch: AtomicU64::new(0),
             stopping: AtomicBool::new(false),
         };
         assert!(check_due(&shared) > Duration::from_secs(3600));

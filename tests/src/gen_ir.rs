@@ -56,7 +56,7 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
             };
             double.copy_from_slice(&value.to_le_bytes());
         }
-        let outcome = engine.call(0, from, &mut Scan { image: &mut image, host: &mut host });
+        let outcome = engine.call(0, from, &mut Scan::new(&mut image, &mut host));
         from = outcome.resume_point();
         rows.push((image.clone(), outcome, host.0));
         for _ in 0..4 {

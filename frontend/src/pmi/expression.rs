@@ -226,7 +226,7 @@ mod tests {
             let mut image = vec![0; program.layout.size as usize];
             let expression = program.expression(text).unwrap();
             let value = expression.evaluate(&image).unwrap().number();
-            program.interpreter().call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+            program.interpreter().call(0, None, &mut Scan::new(&mut image, &mut NoHost));
             let long = program.checked.symbols.iter().position(|symbol| symbol.name == "L");
             let place = program.layout.place(SymbolId(long.unwrap() as u32)).unwrap();
             assert_eq!(image::read_i32(&image, place), expected, "{text}");

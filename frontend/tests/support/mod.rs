@@ -76,7 +76,7 @@ impl Control {
                 }
             }
         }
-        self.engine.call(0, None, &mut Scan { image: &mut self.image, host: &mut NoHost })
+        self.engine.call(0, None, &mut Scan::new(&mut self.image, &mut NoHost))
     }
 
     /// Lets 20 ms pass for the timers, then runs a scan.

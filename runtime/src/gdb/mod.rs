@@ -14,7 +14,7 @@
 mod interface;
 
 use std::ptr;
-use std::sync::atomic::{AtomicPtr, Ordering};
+use std::sync::atomic::AtomicPtr;
 
 use plcc_abi::ScanContext;
 
@@ -38,10 +38,10 @@ impl ShownCode {
         Ok(Self { context })
     }
 
-    /// Says which context the code is executed with from now on, for gdb's variable `context`. This
-    /// process never reads it.
-    pub(crate) fn set_context(&self, context: *const ScanContext) {
-        self.context.store(context.cast_mut(), Ordering::Relaxed);
+    /// Where to store with which context the code is executed from now on, for gdb's variable `context`.
+    /// This process never reads it.
+    pub(crate) fn context(&self) -> &'static AtomicPtr<ScanContext> {
+        self.context
     }
 }
 

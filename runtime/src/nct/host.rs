@@ -1,7 +1,7 @@
 //! What an NCT program may call.
 
 use plcc_abi::nct::{FlagLocation, arithmetic::Operation};
-use plcc_abi::{Host, HostFn, TimeLimit};
+use plcc_abi::{Host, HostFn};
 
 use super::arithmetic_area;
 use super::memory::NcMemory;
@@ -36,10 +36,6 @@ impl Host for NctHost<'_> {
             _ => {}
         }
         0
-    }
-
-    fn time_limit(&self) -> Option<TimeLimit> {
-        self.time.as_ref()?.limit()
     }
 
     fn extend_time(&mut self) -> Option<u64> {

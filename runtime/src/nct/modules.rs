@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::image::read_u32;
 use plcc_abi::nct::context;
-use plcc_abi::{Engine, Outcome, Scan, TrapCode};
+use plcc_abi::{Engine, Outcome, Scan, TimeLimit, TrapCode};
 
 use crate::{ClockDecision, Stop};
 
@@ -66,8 +66,9 @@ impl NctExecutive {
         let time = limited.then_some(ModuleTime { share, watchdog, used_before });
         let State { modules, memory, resume, .. } = &mut self.state;
         self.image.enter(modules, module, fuel, stops);
+        let limit = time.as_ref().and_then(ModuleTime::limit).unwrap_or(TimeLimit::NONE);
         let mut host = NctHost { flags: &self.tables.flags, memory, time };
-        let mut scan = Scan { image: &mut self.image.bytes, host: &mut host };
+        let mut scan = Scan { image: &mut self.image.bytes, host: &mut host, limit };
         let slot = resume.get_mut(module);
         let from = slot.as_deref().copied().flatten();
         let outcome = engine.call(module, from, &mut scan);

@@ -81,7 +81,7 @@ pub(super) struct ModuleTime<'a> {
     pub(super) used_before: &'a UsedBefore,
 }
 
-impl ModuleTime<'_> {
+impl<'a> ModuleTime<'a> {
     /// What is left of its share.
     fn left_of_share(&self) -> Option<Duration> {
         let (began, time) = self.share.time?;
@@ -112,7 +112,7 @@ impl ModuleTime<'_> {
 
     /// The limit for the time until it may have used up what it has. `None` without a watchdog: time
     /// is then looked at only where the module is suspended, every so many safepoints.
-    pub(super) fn limit(&self) -> Option<TimeLimit> {
+    pub(super) fn limit(&self) -> Option<TimeLimit<'a>> {
         let limits = self.left_of_share().into_iter().chain(self.left_on_clock());
         Some(self.watchdog?.begin(limits.min()?.max(SHORTEST_RENEWAL)))
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{
-    Host, HostFn, TimeLimit,
+    Host, HostFn,
     image::{read_f64, read_u32, write_f64},
     pmac::{
         Definition, Kind, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
@@ -90,8 +90,6 @@ pub(super) struct PmacHost {
     pub(super) origin: Arc<Origin>,
     /// Another number whenever what SAVE keeps may have changed.
     pub(super) saved_revision: u64,
-    /// Until when the scan that runs may run, if there is a limit; set before each scan.
-    pub(super) time: Option<TimeLimit>,
 }
 
 impl PmacHost {
@@ -107,7 +105,6 @@ impl PmacHost {
             running: 0,
             events: Vec::with_capacity(64),
             saved_revision: next_revision(),
-            time: None,
         }
     }
 
@@ -320,9 +317,5 @@ impl Host for PmacHost {
             }
             _ => pure_functions::call(function, args).unwrap_or(0),
         }
-    }
-
-    fn time_limit(&self) -> Option<TimeLimit> {
-        self.time.clone()
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, Trap, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, TimeLimit, Trap, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{
         COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend,
@@ -235,8 +235,8 @@ impl PmacExecutive {
         engine: &mut dyn Engine,
     ) -> Result<Option<ResumePoint>, Stop> {
         self.host.running = context;
-        self.host.time = self.scan_watchdog.as_ref().and_then(Watchdog::begin_scan);
-        let mut scan = Scan { image: &mut self.image, host: &mut self.host };
+        let limit = self.scan_watchdog.as_ref().map_or(TimeLimit::NONE, Watchdog::begin_scan);
+        let mut scan = Scan { image: &mut self.image, host: &mut self.host, limit };
         let outcome = engine.call(task, from, &mut scan);
         if let Some(watchdog) = &self.scan_watchdog {
             watchdog.end();

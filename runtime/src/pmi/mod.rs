@@ -3,7 +3,6 @@
 
 mod events;
 mod forces;
-mod host;
 mod macros;
 #[cfg(feature = "args")]
 mod options;

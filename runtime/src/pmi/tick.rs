@@ -3,9 +3,10 @@
 use std::any::Any;
 use std::ops::Range;
 
+use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TimeLimit, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
@@ -20,7 +21,6 @@ use crate::{
 };
 
 use super::events::{Announcements, value};
-use super::host::PmiHost;
 use super::state::State;
 use super::variables::{Names, PmiVariable};
 use super::{macros, outputs, port_lines, validate};
@@ -265,8 +265,9 @@ impl Executive for PmiExecutive {
         }
         self.latch();
         write_u8(&mut self.image, self.special.ipl, u8::from(self.state.tick == 0));
-        let time = self.watchdog.as_ref().and_then(Watchdog::begin_scan);
-        let mut scan = Scan { image: &mut self.image, host: &mut PmiHost { time } };
+        let limit = self.watchdog.as_ref().map_or(TimeLimit::NONE, Watchdog::begin_scan);
+        // A PMI program calls no functions.
+        let mut scan = Scan { image: &mut self.image, host: &mut NoHost, limit };
         let result = match engine.call(0, None, &mut scan) {
             Outcome::End => {
                 self.drive();

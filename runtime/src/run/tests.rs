@@ -76,7 +76,7 @@ impl Executive for Control {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        let _ = engine.call(0, None, &mut Scan { image: &mut [], host: &mut NoHost });
+        let _ = engine.call(0, None, &mut Scan::new(&mut [], &mut NoHost));
         let tick = self.tick;
         if let Some(&ms) = self.durations.get(tick as usize) {
             self.clock.sleep(Duration::from_millis(ms));

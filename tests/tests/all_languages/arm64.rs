@@ -95,7 +95,7 @@ impl Engine for Recorder<'_> {
         self.records.bytes.push(b'S');
         self.records.numbers(&[task as u32, from.map_or(data.entry, label)]);
         let mut host = RecordingHost { host: scan.host, records: &mut self.records };
-        let mut recorded = Scan { image: scan.image, host: &mut host };
+        let mut recorded = Scan::new(scan.image, &mut host);
         let outcome = self.engine.call(task, from, &mut recorded);
         self.records.changes(scan.image);
         self.records.bytes.push(b'E');

@@ -102,7 +102,7 @@ fn a_resume_point_that_does_not_exist_is_a_trap() {
             for beyond in [points as u32, u32::MAX] {
                 let mut image = before.clone();
                 let mut host = plcc_abi::engine::NoHost;
-                let mut scan = Scan { image: &mut image, host: &mut host };
+                let mut scan = Scan::new(&mut image, &mut host);
                 let outcome = engine.call(0, Some(ResumePoint(beyond)), &mut scan);
                 assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{way:?}");
                 assert!(image == before, "{way:?}");

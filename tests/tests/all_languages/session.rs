@@ -195,7 +195,11 @@ impl Engine for Panicking {
         };
         let count = &mut self.count;
         let mut host = PanickingHost { host: &mut *scan.host, function, at: self.at, count };
-        self.engine.call(task, from, &mut Scan { image: &mut *scan.image, host: &mut host })
+        self.engine.call(
+            task,
+            from,
+            &mut Scan { image: &mut *scan.image, host: &mut host, limit: scan.limit },
+        )
     }
 }
 

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
@@ -60,12 +59,12 @@ pub(crate) struct LateAt {
     engine: Box<dyn Engine>,
     at: u64,
     calls: u64,
-    epoch: Arc<AtomicU64>,
+    epoch: AtomicU64,
 }
 
 impl LateAt {
     pub(crate) fn new(engine: Box<dyn Engine>, at: u64) -> Self {
-        Self { engine, at, calls: 0, epoch: Arc::default() }
+        Self { engine, at, calls: 0, epoch: AtomicU64::new(0) }
     }
 }
 
@@ -73,7 +72,7 @@ struct LateHost<'a> {
     host: &'a mut dyn Host,
     at: u64,
     calls: &'a mut u64,
-    epoch: Arc<AtomicU64>,
+    epoch: &'a AtomicU64,
 }
 
 impl Host for LateHost<'_> {
@@ -84,18 +83,15 @@ impl Host for LateHost<'_> {
         }
         self.host.call(image, function, args)
     }
-
-    fn time_limit(&self) -> Option<TimeLimit> {
-        Some(TimeLimit { epoch: Arc::clone(&self.epoch), limit: 1 })
-    }
 }
 
 impl Engine for LateAt {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        let epoch = Arc::clone(&self.epoch);
+        let epoch = &self.epoch;
         let host = &mut *scan.host;
         let mut host = LateHost { host, at: self.at, calls: &mut self.calls, epoch };
-        self.engine.call(task, from, &mut Scan { image: &mut *scan.image, host: &mut host })
+        let limit = TimeLimit { epoch, limit: 1 };
+        self.engine.call(task, from, &mut Scan { image: &mut *scan.image, host: &mut host, limit })
     }
 }
 

@@ -88,7 +88,7 @@ fn check(op: BinaryOp, ty: Type, by: i64, widen: Option<ConvertOp>, rng: &mut Rn
     for x in dividends(ty, by, rng) {
         let mut image = [0; 16];
         image[..8].copy_from_slice(&x.to_le_bytes());
-        engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+        engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
         let found = of.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
         let wanted = eval::binary(op, of, x & mask, by);
         assert_eq!(found, wanted, "{} {ty} {x} by {by}, {widen:?}", op.name());
@@ -105,7 +105,7 @@ fn floored_remainders_by_constants_are_right_for_every_dividend() {
             for x in -1 - most..=most {
                 let mut image = [0; 16];
                 image[..8].copy_from_slice(&x.to_le_bytes());
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 let found = ty.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
                 assert_eq!(found, x.rem_euclid(by), "{x} by {by} in {ty}");
             }
@@ -147,7 +147,7 @@ fn known_bounds_of_the_dividend_make_the_factors_smaller() {
             for x in -128..128 {
                 let mut image = [0; 16];
                 image[..4].copy_from_slice(&((x as i32) << 24).to_le_bytes());
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 let found = i32::from_le_bytes(image[8..12].try_into().unwrap());
                 assert_eq!(i64::from(found), value(x).rem_euclid(by), "{made}, {x} by {by}");
             }
@@ -179,7 +179,7 @@ fn sums_of_32_bits_are_divided_without_a_division() {
                     let results = engines.each_mut().map(|engine| {
                         let mut image = [0; 16];
                         image[..4].copy_from_slice(&(x as i32).to_le_bytes());
-                        engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                        engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                         i64::from_le_bytes(image[8..].try_into().unwrap())
                     });
                     assert_eq!(results[0], results[1], "{made}, {x}, {constant}, by {by}");
@@ -209,7 +209,7 @@ fn division_by_a_power_of_two_becomes_a_multiplication() {
         for x in numbers {
             let mut image = [0; 16];
             image[..8].copy_from_slice(&x.to_le_bytes());
-            engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+            engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
             let found = f64::from_le_bytes(image[8..].try_into().unwrap());
             let wanted = x / by;
             assert!(found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan());
@@ -229,7 +229,7 @@ fn signed_quotients_of_16_bits_are_computed_in_32_and_right_for_every_dividend()
             for x in i64::from(i16::MIN)..=i64::from(i16::MAX) {
                 let mut image = [0; 16];
                 image[..8].copy_from_slice(&x.to_le_bytes());
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 let found = Type::I32.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
                 let wanted = if op == BinaryOp::Sdiv { x / by } else { x % by };
                 assert_eq!(found, wanted, "{} {x} by {by}", op.name());

@@ -138,7 +138,8 @@ fn run(path: &Path, text: &str, module: &Module) {
         }
         let mut from = None;
         for words in directives("after") {
-            let mut scan = Scan { image: &mut image, host: &mut PureHost };
+            let mut host = PureHost;
+            let mut scan = Scan::new(&mut image, &mut host);
             let found = engine.call(0, from, &mut scan);
             from = found.resume_point();
             assert_eq!(outcome(found), words[0], "{}, {name}", path.display());
@@ -238,7 +239,8 @@ fn a_byte_stored_over_the_flags_replaces_them() {
     let Tables::Nct(tables) = &program.tables else { panic!("NCT's tables") };
     let fuel = program.region("context").unwrap().offset + plcc_abi::nct::context::FUEL;
     plcc_abi::image::write_i32(&mut image, fuel, 1000);
-    let mut scan = Scan { image: &mut image, host: &mut PureHost };
+    let mut host = PureHost;
+    let mut scan = Scan::new(&mut image, &mut host);
     assert_eq!(engine.call(task, None, &mut scan), Outcome::End);
     let byte = |at: usize| tables.flags[at].read(&image);
     assert_eq!((byte(500), byte(501)), (0x41, 0), "carry and zero");

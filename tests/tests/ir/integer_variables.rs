@@ -202,7 +202,7 @@ fn compare(engines: &mut [Box<dyn Engine>; 4], program: &Program, rng: &mut Rng,
             let mut image = start.clone();
             // Three scans, so that what was stored is checked.
             for _ in 0..3 {
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut Pure });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut Pure));
             }
             image
         });

@@ -170,7 +170,7 @@ fn rows_of_bits_are_computed_as_words_and_stay_the_same() {
             let start: Vec<u8> = (0..SIZE).map(|_| rng.bits() as u8).collect();
             let images = engines.each_mut().map(|engine| {
                 let mut image = start.clone();
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 image
             });
             assert_eq!(images[0], images[1], "seed {seed}, image {start:?}");

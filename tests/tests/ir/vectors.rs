@@ -276,7 +276,7 @@ fn rows_of_statements_are_computed_in_vectors_and_stay_the_same() {
             start[..COUNT].iter_mut().for_each(|truth| *truth &= 1);
             let run = |engine: &mut dyn Engine| {
                 let mut image = start.clone();
-                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 image
             };
             let wanted = run(&mut interpreter);

@@ -98,7 +98,7 @@ fn difference(statements: &Statements, built: &mut Built, seed: u64) -> Option<S
         for (name, engine) in &mut built.engines {
             let (image, host) = executive.parts();
             image.copy_from_slice(&start);
-            let outcome = engine.call(0, None, &mut Scan { image, host });
+            let outcome = engine.call(0, None, &mut Scan::new(image, host));
             assert_eq!(outcome, Outcome::End);
             if image == expected {
                 continue;
@@ -235,7 +235,7 @@ fn statements_that_were_once_wrong_stay_right() {
         for (name, engine) in &mut built.engines {
             let (image, host) = executive.parts();
             plcc_abi::image::write_f64(image, layout.p_offset(2), p2);
-            engine.call(0, None, &mut Scan { image, host });
+            engine.call(0, None, &mut Scan::new(image, host));
             let value = plcc_abi::image::read_f64(image, layout.p_offset(1));
             assert_eq!(value.to_bits(), f64::to_bits(expected), "{statement} in {name}: {value}");
         }

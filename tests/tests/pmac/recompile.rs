@@ -54,7 +54,11 @@ impl Host for CountingHost<'_> {
 impl Engine for Counting {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let mut host = CountingHost { host: scan.host, calls: &self.calls };
-        self.engine.call(task, from, &mut Scan { image: scan.image, host: &mut host })
+        self.engine.call(
+            task,
+            from,
+            &mut Scan { host: &mut host, image: scan.image, limit: scan.limit },
+        )
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {

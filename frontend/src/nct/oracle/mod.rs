@@ -11,7 +11,7 @@ mod run;
 use std::sync::Arc;
 
 use plcc_abi::{
-    Deadline, Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, SourceLine, TimeLimit, Trap, TrapCode,
     image::{read_u16, read_u32, write_u16},
     nct::{NctName, context},
 };
@@ -124,7 +124,7 @@ impl Interpreter {
             image: &mut *scan.image,
             op: 0,
             waiting: &mut self.waiting,
-            deadline: Deadline::new(scan.host.time_limit()),
+            limit: scan.limit,
             observer,
         };
         run.op = read_u16(run.image, layout.context + context::OP);
@@ -132,7 +132,7 @@ impl Interpreter {
             run.set_depth(0);
         }
         let outcome = loop {
-            if run.deadline.is_late() && run.deadline.is_over(scan.host) {
+            if run.limit.is_late() && run.limit.is_over(scan.host) {
                 break Outcome::Trap(Trap::late(line(&program, at)));
             }
             let Some(stmt) = program.stmts.get(at) else { break Outcome::End };
@@ -155,7 +155,7 @@ impl Interpreter {
                 } else {
                     scan.host.call(run.image, op.host_function(), args);
                 }
-                if run.deadline.is_late() && run.deadline.is_over(scan.host) {
+                if run.limit.is_late() && run.limit.is_over(scan.host) {
                     break Outcome::Trap(Trap::late(line(&program, at)));
                 }
                 at += 1;
@@ -221,7 +221,6 @@ pub(crate) enum Computed {
 pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> Computed {
     let mut waiting = vec![];
     let op = read_u16(image, layout.context + context::OP);
-    let deadline = Deadline::new(None);
     let mut run = Run {
         program,
         layout,
@@ -229,7 +228,7 @@ pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> C
         image,
         op,
         waiting: &mut waiting,
-        deadline,
+        limit: TimeLimit::NONE,
         observer: NoObserver,
     };
     for (at, stmt) in program.stmts.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Runs single statements: conditions, jumps, calls, safepoints (NCT 4.2 to 4.11).
 
 use plcc_abi::{
-    Deadline, TrapCode,
+    TimeLimit, TrapCode,
     image::{read_u8, read_u16, read_u32, write_u16, write_u32},
     nct::{arithmetic::from_bcd, context},
 };
@@ -36,8 +36,8 @@ pub(super) struct Run<'a, O> {
     pub(super) op: u16,
     /// A stack for results of a condition's tests, which A, O and X of the condition combine.
     pub(super) waiting: &'a mut Vec<bool>,
-    /// The time at which the scan must end.
-    pub(super) deadline: Deadline,
+    /// Until when the scan may run.
+    pub(super) limit: TimeLimit<'a>,
     /// The observer that is told of the variables that are read and written.
     pub(super) observer: O,
 }
@@ -111,7 +111,7 @@ impl<O: Observer> Run<'_, O> {
         let offset = self.layout.context + context::FUEL;
         let fuel = read_u32(self.image, offset).wrapping_sub(1);
         write_u32(self.image, offset, fuel);
-        if fuel != 0 && !self.deadline.is_late() {
+        if fuel != 0 && !self.limit.is_late() {
             Next::At(to)
         } else if read_u8(self.image, self.layout.context + context::ON_EMPTY) == 0 {
             Next::Suspend(to)

@@ -10,7 +10,7 @@ mod resolve;
 mod resolved;
 
 use plcc_abi::pmac::{Kind, Layout, Range, arithmetic, fixed};
-use plcc_abi::{Deadline, Engine, HostFn, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode};
+use plcc_abi::{Engine, HostFn, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode};
 use plcc_diag::SourceMap;
 
 use self::evaluate::{integer_binary, integer_compare, truth, wrap};
@@ -285,7 +285,7 @@ impl Interpreter {
             observer,
         };
         let mut machine = Machine { tables: &self.tables, memory };
-        let mut deadline = Deadline::new(machine.memory.scan.host.time_limit());
+        let mut limit = machine.memory.scan.limit;
         let waiting = &mut self.waiting;
         while let Some(statement) = task.statements.get(at as usize) {
             if machine.memory.observer.is_active() {
@@ -379,7 +379,7 @@ impl Interpreter {
                 }
                 Statement::Nothing => {}
             }
-            if deadline.is_late() && deadline.is_over(machine.memory.scan.host) {
+            if limit.is_late() && limit.is_over(machine.memory.scan.host) {
                 return Outcome::Trap(Trap::late(task.lines.get(this as usize).copied()));
             }
         }

@@ -8,7 +8,7 @@ mod resolve;
 mod row;
 
 use plcc_abi::{
-    Deadline, Engine, Host, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
+    Engine, Host, Outcome, ResumePoint, Scan, SourceLine, TimeLimit, Trap, TrapCode,
     image::{write_i16, write_i32, write_u8},
     pmi::{Type, arithmetic},
 };
@@ -87,13 +87,13 @@ impl Interpreter {
         &mut self,
         image: &mut [u8],
         host: &mut dyn Host,
+        mut limit: TimeLimit<'_>,
         observer: &mut O,
     ) -> Result<(), Stopped> {
         let Self { rows, steps, effects, counts, spans, .. } = self;
-        let mut deadline = Deadline::new(host.time_limit());
         let mut at = 0;
         while let Some(step) = steps.get(at) {
-            if deadline.is_over(host) {
+            if limit.is_over(host) {
                 return Err(Stopped::Late(at));
             }
             if let Some(count) = counts.get_mut(at) {
@@ -201,7 +201,7 @@ impl Interpreter {
         if task != 0 {
             return Outcome::End;
         }
-        match self.scan(scan.image, scan.host, observer) {
+        match self.scan(scan.image, scan.host, scan.limit, observer) {
             Ok(()) => Outcome::End,
             Err(Stopped::Late(step)) => Outcome::Trap(Trap::late(self.lines.get(step).copied())),
             Err(Stopped::Missing(step)) => Outcome::Trap(Trap {
