@@ -13,7 +13,7 @@ use crate::DebugError;
 use crate::names::{PmiPlaces, Target};
 
 /// The longest source on the disk that is compared with the program's text, in bytes.
-const MOST_SOURCE: u64 = 64 << 20;
+const MAX_SOURCE: u64 = 64 << 20;
 
 /// Where a statement stands: lines and columns from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,7 +195,7 @@ impl DebuggedProgram {
 
 /// Whether a file on the disk has a text, decoded as the compiler does it.
 fn has_text(path: &Path, text: &str) -> bool {
-    let Ok(bytes) = files::read_regular(path, MOST_SOURCE) else { return false };
+    let Ok(bytes) = files::read_regular(path, MAX_SOURCE) else { return false };
     let mut read = SourceMap::new();
     let id = read.add(String::new(), &bytes);
     read.text(id) == text

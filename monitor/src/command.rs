@@ -177,7 +177,7 @@ pub enum Command {
     ScopeRange {
         /// The first tick.
         from: u64,
-        /// The last tick; it is not more than [`MOST_SCOPE_TICKS`](crate::MOST_SCOPE_TICKS) ticks
+        /// The last tick; it is not more than [`MAX_SCOPE_TICKS`](crate::MAX_SCOPE_TICKS) ticks
         /// after the first.
         to: u64,
     },

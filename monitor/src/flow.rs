@@ -14,7 +14,7 @@ use plcc_frontend::common::{Accessed, Observer, Value};
 pub(crate) const LOOK_BACK: u64 = 40;
 
 /// How many traces of ticks are kept.
-const MOST_TRACES: usize = 3 * LOOK_BACK as usize;
+const MAX_TRACES: usize = 3 * LOOK_BACK as usize;
 
 /// The statements of a tick, without the process images that a debugger's trace has.
 #[derive(Clone, Debug, Default)]
@@ -122,7 +122,7 @@ pub(crate) struct Traces {
 impl Traces {
     pub(crate) fn insert(&mut self, tick: u64, steps: TickSteps) {
         self.ticks.insert(tick, steps);
-        while self.ticks.len() > MOST_TRACES {
+        while self.ticks.len() > MAX_TRACES {
             // The trace of the tick that is farthest from this one is dropped.
             let first = self.ticks.keys().next().copied().unwrap_or(tick);
             let last = self.ticks.keys().next_back().copied().unwrap_or(tick);

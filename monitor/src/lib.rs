@@ -65,4 +65,4 @@ pub fn state_folder() -> Option<std::path::PathBuf> {
 }
 
 /// How many ticks the scope shows at most.
-pub const MOST_SCOPE_TICKS: u64 = 1_000_000;
+pub const MAX_SCOPE_TICKS: u64 = 1_000_000;

@@ -28,7 +28,7 @@ const STATUS_AGE: Duration = Duration::from_millis(250);
 /// The longest reply that is read, in bytes.
 const MAX_REPLY: u64 = 16 << 20;
 /// How many names one request has at most, so that their values are of one moment.
-const MOST_NAMES: usize = 256;
+const MAX_NAMES: usize = 256;
 
 /// What a control says of itself.
 #[derive(Clone, Debug, Default)]
@@ -115,10 +115,10 @@ impl Link {
         self.ask(&json!({"request": "stat"}))
     }
 
-    /// Values of single variables. Up to [`MOST_NAMES`] of them are of one moment.
+    /// Values of single variables. Up to [`MAX_NAMES`] of them are of one moment.
     pub(crate) fn get(&mut self, names: &[String]) -> Result<Values, Refusal> {
         let mut found = Values::default();
-        for names in names.chunks(MOST_NAMES) {
+        for names in names.chunks(MAX_NAMES) {
             let reply = self.ask(&json!({"request": "get", "names": names}))?;
             found.ticks = reply.get("ticks").and_then(Json::as_u64).unwrap_or(0);
             if let Some(values) = reply.get("values").and_then(Json::as_object) {

@@ -8,7 +8,7 @@ import { Drawing, timeText } from "./scope_drawing.js";
 import { Table } from "./table.js";
 
 const SHORTEST = 10;
-const MOST_TICKS = 1_000_000;
+const MAX_TICKS = 1_000_000;
 const STATES = {
   rolling: "shows the newest ticks", waiting: "waits for the trigger", triggered: "was triggered", held: "stays at this time",
 };
@@ -76,7 +76,7 @@ export class ScopeScreen {
   }
 
   range(from, to) {
-    const length = Math.max(SHORTEST, Math.min(MOST_TICKS, Math.round(to - from)));
+    const length = Math.max(SHORTEST, Math.min(MAX_TICKS, Math.round(to - from)));
     const first = this.app.status?.first_tick ?? 0;
     const begin = Math.max(first, Math.round(from));
     return this.app.apply({ command: "scope_range", from: begin, to: begin + length }, "", "scope");
@@ -87,7 +87,7 @@ export class ScopeScreen {
     if (!this.body) return;
     const { from, to, state } = this.body;
     if (state === "rolling") {
-      const ticks = Math.max(SHORTEST, Math.min(MOST_TICKS, Math.round((to - from + 1) * factor)));
+      const ticks = Math.max(SHORTEST, Math.min(MAX_TICKS, Math.round((to - from + 1) * factor)));
       return this.app.apply({ command: "scope_width", ticks }, "", "scope");
     }
     const centre = around ?? this.body.cursors[this.cursor] ?? (from + to) / 2;
@@ -178,7 +178,7 @@ export class ScopeScreen {
     const now = (this.body?.to ?? 499) - (this.body?.from ?? 0) + 1;
     const answer = await ask({ title: "Show the newest ticks", confirm: "Show", fields: [{ name: "ticks", label: "How many", value: String(now), type: "number" }] });
     if (!answer) return;
-    const ticks = Math.max(SHORTEST, Math.min(MOST_TICKS, Math.round(Number(answer.ticks)) || now));
+    const ticks = Math.max(SHORTEST, Math.min(MAX_TICKS, Math.round(Number(answer.ticks)) || now));
     await this.app.apply({ command: "scope_width", ticks });
   }
 

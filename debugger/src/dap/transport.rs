@@ -6,10 +6,10 @@ use std::io::{self, BufRead, Write};
 use serde_json::Value;
 
 /// A message with more bytes is refused.
-const MOST_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// The longest line of a header.
-const MOST_HEADER: u64 = 4096;
+const MAX_HEADER: u64 = 4096;
 
 /// Reads a message; `None` at the end of the stream. A text that is no JSON is `Null`.
 ///
@@ -21,7 +21,7 @@ pub(super) fn read(from: &mut impl BufRead) -> io::Result<Option<Value>> {
     let mut is_first = true;
     loop {
         let mut line = vec![];
-        io::Read::take(&mut *from, MOST_HEADER).read_until(b'\n', &mut line)?;
+        io::Read::take(&mut *from, MAX_HEADER).read_until(b'\n', &mut line)?;
         if line.is_empty() && is_first {
             return Ok(None);
         }
@@ -41,7 +41,7 @@ pub(super) fn read(from: &mut impl BufRead) -> io::Result<Option<Value>> {
         }
     }
     let length = length.ok_or_else(|| wrong("a message has no valid Content-Length"))?;
-    if length > MOST_BYTES {
+    if length > MAX_BYTES {
         return Err(wrong("a message is longer than 64 MiB"));
     }
     let mut text = vec![0; length];

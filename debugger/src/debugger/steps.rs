@@ -4,7 +4,7 @@ use super::{Debugger, Direction, Position, StepKind, Stopped};
 use crate::DebugError;
 
 /// After so many ticks that execute no statement, a step ends without having found one.
-const MOST_EMPTY_TICKS: u64 = 100_000;
+const MAX_EMPTY_TICKS: u64 = 100_000;
 
 impl Debugger<'_> {
     /// Goes to the beginning of a tick.
@@ -83,7 +83,7 @@ impl Debugger<'_> {
             }
             if self.position.step == 0 {
                 ticks += 1;
-                if ticks > MOST_EMPTY_TICKS {
+                if ticks > MAX_EMPTY_TICKS {
                     return Ok(Stopped::Step);
                 }
             }
@@ -112,7 +112,7 @@ impl Debugger<'_> {
     }
 
     fn forward_to_statement(&mut self) -> Result<Stopped, DebugError> {
-        for _ in 0..MOST_EMPTY_TICKS {
+        for _ in 0..MAX_EMPTY_TICKS {
             self.interruption.check()?;
             let at = self.position.step;
             let trace = self.trace()?;
@@ -143,7 +143,7 @@ impl Debugger<'_> {
     }
 
     fn back_to_statement(&mut self) -> Result<Stopped, DebugError> {
-        for _ in 0..MOST_EMPTY_TICKS {
+        for _ in 0..MAX_EMPTY_TICKS {
             if self.position.step > 0 {
                 self.position.step -= 1;
                 return Ok(Stopped::Step);

@@ -11,7 +11,7 @@ use crate::Refusal;
 use crate::view::{Active, EventKind, EventLine, EventsView};
 
 /// The characters of a fault's text that are shown (PMI 3.1.6).
-const MOST_CHARACTERS: usize = 40;
+const MAX_CHARACTERS: usize = 40;
 /// The display of a PMAC: lines and characters of a line.
 const DISPLAY_LINES: usize = 2;
 const DISPLAY_CHARACTERS: usize = 40;
@@ -132,7 +132,7 @@ fn text_of(items: &[TextItem], image: &[u8]) -> String {
             }
         }
     }
-    text.chars().take(MOST_CHARACTERS).collect()
+    text.chars().take(MAX_CHARACTERS).collect()
 }
 
 fn integer(image: &[u8], offset: u32, ty: Type) -> i64 {

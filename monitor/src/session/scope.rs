@@ -10,7 +10,7 @@ use plcc_runtime::{Executive, Purpose, Value};
 use super::Session;
 use super::store::{SavedScope, checked_name};
 use crate::view::{Channel, Sample, ScopeState as State, ScopeView};
-use crate::{Edge, MOST_SCOPE_TICKS, Refusal, Reply, Trigger};
+use crate::{Edge, MAX_SCOPE_TICKS, Refusal, Reply, Trigger};
 
 /// How long samples are collected for one view.
 const VIEW_TIME: Duration = Duration::from_millis(80);
@@ -32,7 +32,7 @@ impl Buffer {
 
     fn push(&mut self, row: Vec<f64>) {
         self.rows.push_back(row);
-        if self.rows.len() as u64 > MOST_SCOPE_TICKS {
+        if self.rows.len() as u64 > MAX_SCOPE_TICKS {
             self.rows.pop_front();
             self.first += 1;
         }
@@ -312,8 +312,8 @@ impl Session<'_> {
 
     pub(super) fn scope_show(&mut self, from: u64, to: u64) -> Result<Reply, Refusal> {
         self.debugger()?;
-        if from > to || to - from >= MOST_SCOPE_TICKS {
-            return Err(Refusal::new(format!("from 1 to {MOST_SCOPE_TICKS} ticks can be shown")));
+        if from > to || to - from >= MAX_SCOPE_TICKS {
+            return Err(Refusal::new(format!("from 1 to {MAX_SCOPE_TICKS} ticks can be shown")));
         }
         self.scope.range = Some((from, to));
         self.scope.width = to - from + 1;
@@ -322,8 +322,8 @@ impl Session<'_> {
 
     pub(super) fn scope_width(&mut self, ticks: u64) -> Result<Reply, Refusal> {
         self.debugger()?;
-        if ticks == 0 || ticks > MOST_SCOPE_TICKS {
-            return Err(Refusal::new(format!("from 1 to {MOST_SCOPE_TICKS} ticks can be shown")));
+        if ticks == 0 || ticks > MAX_SCOPE_TICKS {
+            return Err(Refusal::new(format!("from 1 to {MAX_SCOPE_TICKS} ticks can be shown")));
         }
         self.scope.width = ticks;
         self.scope.range = None;

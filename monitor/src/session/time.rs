@@ -18,7 +18,7 @@ const POLL_TIME: Duration = Duration::from_millis(40);
 const EVENTS_BACK: u64 = 20_000;
 
 /// How many events are kept.
-const MOST_EVENTS: usize = 5_000;
+const MAX_EVENTS: usize = 5_000;
 
 /// Which tick is shown, and which were run.
 #[derive(Debug)]
@@ -206,7 +206,7 @@ impl Session<'_> {
 
     fn take_events(&mut self, events: Vec<plcc_runtime::Event>) {
         self.events.extend(events);
-        let over = self.events.len().saturating_sub(MOST_EVENTS);
+        let over = self.events.len().saturating_sub(MAX_EVENTS);
         self.events.drain(..over);
     }
 

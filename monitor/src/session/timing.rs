@@ -12,9 +12,9 @@ use crate::flow::LOOK_BACK;
 use crate::view::{LineCost, Overrun, TimesRow, TimingView};
 
 /// How many lines are listed.
-const MOST_LINES: usize = 200;
+const MAX_LINES: usize = 200;
 /// How many overruns are listed.
-const MOST_OVERRUNS: usize = 50;
+const MAX_OVERRUNS: usize = 50;
 
 /// A stretch of ticks that the clock left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl Session<'_> {
             overruns: count("overruns"),
             skipped: count("skipped"),
             ticks,
-            lines: lines.into_iter().take(MOST_LINES).collect(),
+            lines: lines.into_iter().take(MAX_LINES).collect(),
             recorded_overruns,
         })
     }
@@ -112,7 +112,7 @@ impl Session<'_> {
     }
 
     fn overruns(&mut self, usual: f64) -> Vec<Overrun> {
-        let from = self.skipped.len().saturating_sub(MOST_OVERRUNS);
+        let from = self.skipped.len().saturating_sub(MAX_OVERRUNS);
         let skipped: Vec<Skipped> = self.skipped.get(from..).unwrap_or_default().to_vec();
         let first = self.first();
         skipped

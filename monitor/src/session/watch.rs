@@ -12,9 +12,9 @@ use crate::view::{VariableRow, VariablesView};
 use crate::{Format, Refusal, Reply, RunningProgram};
 
 /// How many rows an entry has at most.
-const MOST_ROWS: u32 = 1024;
+const MAX_ROWS: u32 = 1024;
 /// How many rows a list has at most. All of them are read from the control and shown ten times a second.
-const MOST_LIST_ROWS: usize = 2000;
+const MAX_LIST_ROWS: usize = 2000;
 
 /// What the watch list holds beside what is kept in the file.
 #[derive(Debug, Default)]
@@ -116,8 +116,8 @@ impl Session<'_> {
         let entries = self.store.entries().iter();
         let shown: usize =
             entries.map(|entry| self.rows_of(&entry.name).map_or(0, |rows| rows.len())).sum();
-        if shown + wanted.len() > MOST_LIST_ROWS {
-            let what = format!("a list has at most {MOST_LIST_ROWS} rows; begin another list");
+        if shown + wanted.len() > MAX_LIST_ROWS {
+            let what = format!("a list has at most {MAX_LIST_ROWS} rows; begin another list");
             return Err(Refusal::new(what));
         }
         let found = self.read(&wanted)?;
@@ -289,7 +289,7 @@ fn pmi_rows(tables: &PmiTables, entry: &str) -> Result<Vec<Row>, Refusal> {
             let end = elements.saturating_sub(1);
             return Err(Refusal::new(format!("the elements are {base}[0] to {base}[{end}]")));
         }
-        let last = last.min(first + MOST_ROWS - 1);
+        let last = last.min(first + MAX_ROWS - 1);
         return Ok((first..=last).map(|index| Row::of(format!("{base}[{index}]"))).collect());
     }
     let name_at = |offset: u32| {
@@ -334,7 +334,7 @@ fn pmac_rows(entry: &str, defined: &dyn Fn(&str) -> Option<String>) -> Result<Ve
         if first > last {
             return Err(wrong());
         }
-        let last = last.min(first.saturating_add(MOST_ROWS - 1));
+        let last = last.min(first.saturating_add(MAX_ROWS - 1));
         let letters = letters.to_uppercase();
         return Ok((first..=last).map(|number| Row::of(format!("{letters}{number}"))).collect());
     }

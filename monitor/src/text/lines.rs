@@ -5,7 +5,7 @@ use plcc_abi::Dialect;
 use plcc_diag::{FileId, SourceMap};
 
 /// How deep files are included in one another at most.
-const MOST_INCLUDES: usize = 16;
+const MAX_INCLUDES: usize = 16;
 
 /// A line to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,7 +84,7 @@ impl Reader<'_> {
         };
         for (line, text) in (1..).zip(text.lines()) {
             let text = text.trim_end();
-            if let Some(inner) = self.included_by(text).filter(|_| depth < MOST_INCLUDES) {
+            if let Some(inner) = self.included_by(text).filter(|_| depth < MAX_INCLUDES) {
                 self.included.push(inner);
                 self.file(inner, Some(line), depth + 1);
                 continue;

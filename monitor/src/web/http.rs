@@ -38,8 +38,8 @@ pub(super) async fn serve(
     access: Arc<Access>,
     requests: mpsc::Sender<Request>,
 ) {
-    let connections = Arc::new(Semaphore::new(limits::MOST_CONNECTIONS));
-    let clients = Arc::new(Semaphore::new(limits::MOST_CLIENTS));
+    let connections = Arc::new(Semaphore::new(limits::MAX_CONNECTIONS));
+    let clients = Arc::new(Semaphore::new(limits::MAX_CLIENTS));
     let router = router(Arc::new(Shared { access, requests, clients }));
     loop {
         let Ok((stream, _)) = listener.accept().await else {

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 /// How many pages are shown at the same time.
-pub(super) const MOST_CLIENTS: usize = 32;
+pub(super) const MAX_CLIENTS: usize = 32;
 
 /// How many connections are open at the same time, those of the pages among them. Others are closed at
 /// once.
-pub(super) const MOST_CONNECTIONS: usize = 128;
+pub(super) const MAX_CONNECTIONS: usize = 128;
 
 /// The longest message of a page in bytes. The longest ones name the statements that were chosen.
 pub(super) const LONGEST_MESSAGE: usize = 64 << 10;
@@ -34,7 +34,7 @@ pub(super) const VIEW_PERIOD: Duration = Duration::from_millis(100);
 pub(super) const COMMAND_VIEW_DELAY: Duration = Duration::from_millis(20);
 
 /// How many lines of the program a view has at most.
-pub(super) const MOST_LINES: usize = 400;
+pub(super) const MAX_LINES: usize = 400;
 
 /// How many samples of a variable a view of the scope has at most.
-pub(super) const MOST_SAMPLES: usize = 4000;
+pub(super) const MAX_SAMPLES: usize = 4000;

@@ -97,7 +97,7 @@ impl Server {
             let _context = handle.enter();
             tokio::net::TcpListener::from_std(listener).map_err(refused)?
         };
-        let (sender, requests) = mpsc::channel(limits::MOST_CLIENTS);
+        let (sender, requests) = mpsc::channel(limits::MAX_CLIENTS);
         let serve = move || runtime.block_on(http::serve(listener, Arc::new(access), sender));
         let thread = thread::Builder::new().name("web".into()).spawn(serve);
         thread.map_err(WebError::Thread)?;

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::limits::{LONGEST_ANSWER, MOST_LINES, MOST_SAMPLES};
+use super::limits::{LONGEST_ANSWER, MAX_LINES, MAX_SAMPLES};
 use crate::{Command, Refusal, Reply, Screen, View};
 
 /// What a message of a page asks for.
@@ -58,9 +58,9 @@ pub(super) fn read(text: &str) -> (u64, Result<PageRequest, Refusal>) {
 fn bounded(screen: Screen) -> Screen {
     match screen {
         Screen::Statements { first, count } => {
-            Screen::Statements { first, count: count.min(MOST_LINES) }
+            Screen::Statements { first, count: count.min(MAX_LINES) }
         }
-        Screen::Scope { samples } => Screen::Scope { samples: samples.min(MOST_SAMPLES) },
+        Screen::Scope { samples } => Screen::Scope { samples: samples.min(MAX_SAMPLES) },
         other => other,
     }
 }
@@ -110,12 +110,12 @@ mod tests {
         let Ok(PageRequest::Show(Screen::Statements { count, .. })) = content else {
             panic!("{content:?}")
         };
-        assert_eq!(count, MOST_LINES);
+        assert_eq!(count, MAX_LINES);
         let (_, content) = read(r#"{"id":8,"ask":{"screen":"scope","samples":1000000}}"#);
         let Ok(PageRequest::Ask(Screen::Scope { samples })) = content else {
             panic!("{content:?}")
         };
-        assert_eq!(samples, MOST_SAMPLES);
+        assert_eq!(samples, MAX_SAMPLES);
         let (_, content) = read(r#"{"id":9,"apply":{"command":"go_to_tick","tick":812}}"#);
         let Ok(PageRequest::Apply(command)) = content else { panic!("{content:?}") };
         assert_eq!(*command, Command::GoToTick { tick: 812 });

@@ -341,7 +341,7 @@ fn a_page_that_floods_waits_for_itself() {
 fn pages_are_limited() {
     let served = Served::start();
     let known = served.enter();
-    let clients: Vec<Client> = (0..limits::MOST_CLIENTS).map(|_| served.connect(&known)).collect();
+    let clients: Vec<Client> = (0..limits::MAX_CLIENTS).map(|_| served.connect(&known)).collect();
     assert_eq!(served.upgrade(&known, &[]).err(), Some(503));
     drop(clients);
     // The places are free again as soon as the server has seen the pages leave.

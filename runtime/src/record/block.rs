@@ -29,7 +29,7 @@ const MAX_RATIO: u64 = 256;
 const MAX_TICKS_CONTENT: u32 = 64 << 20;
 /// How many bytes of blocks with wrong checksums may be read before the search for further blocks is given
 /// up. For a file of more than a quarter of this, the limit is four times its length.
-const MOST_WASTED: u64 = 256 << 20;
+const MAX_WASTED: u64 = 256 << 20;
 /// How much of a file is searched for a marker at a time.
 const WINDOW: usize = 1 << 16;
 
@@ -192,7 +192,7 @@ pub(super) fn find(
         if let Some(block) = block_at(file, at, length, wasted)? {
             return Ok(Some((block, at - from)));
         }
-        if *wasted > MOST_WASTED.max(length.saturating_mul(4)) {
+        if *wasted > MAX_WASTED.max(length.saturating_mul(4)) {
             return Ok(None);
         }
         let Some(next) = marker_behind(file, at, length)? else { return Ok(None) };

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::MOST_TICKS;
+use super::MAX_TICKS;
 use super::recorded_event::RecordedEvent;
 use crate::{ClockDecision, Event, Place, Setting, Stop, VariableKey};
 
@@ -122,7 +122,7 @@ pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRec
         if first != ENTRY {
             let (hash, rest) = bytes.split_first_chunk::<2>()?;
             now.hash = u16::from_be_bytes(*hash);
-            if now.hash & !0x7FFF != 0 || ticks.len() as u64 >= MOST_TICKS {
+            if now.hash & !0x7FFF != 0 || ticks.len() as u64 >= MAX_TICKS {
                 return None;
             }
             now.tick = *next;

@@ -63,4 +63,4 @@ pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
 pub use thread::{RecordThread, RecordedPrograms};
 
 /// How many ticks lie between two checkpoints at most.
-const MOST_TICKS: u64 = 1 << 16;
+const MAX_TICKS: u64 = 1 << 16;

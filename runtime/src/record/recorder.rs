@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use rtrb::Producer;
 
-use super::MOST_TICKS;
+use super::MAX_TICKS;
 use super::entry::{self, Action, Entry, RecordedStop};
 use super::file::{FrameKind, RecordFile};
 use super::state_hash::StateHash;
@@ -124,7 +124,7 @@ impl Recorder {
             entries: Vec::with_capacity(TICK_ROOM),
             due: true,
             lost: 0,
-            interval: interval.clamp(1, MOST_TICKS),
+            interval: interval.clamp(1, MAX_TICKS),
             since_checkpoint: 0,
             wants_checkpoint,
             stopped: false,

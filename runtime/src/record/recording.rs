@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::MOST_TICKS;
+use super::MAX_TICKS;
 use super::block::{self, Block, Kind};
 use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
 use super::run_header::{RecordedProgram, RunHeader, VERSION};
@@ -325,7 +325,7 @@ impl Recording {
             }
             let read = read_ticks(&content, &mut next).ok_or(RecordError::Damaged(next))?;
             ticks.extend(read);
-            if ticks.len() as u64 > MOST_TICKS {
+            if ticks.len() as u64 > MAX_TICKS {
                 return Err(RecordError::Damaged(next));
             }
         }

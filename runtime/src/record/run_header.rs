@@ -74,7 +74,7 @@ pub struct RecordedSources {
 }
 
 /// How long the sources of an artifact may be when they are decompressed, in bytes.
-const MOST_SOURCES: usize = 256 << 20;
+const MAX_SOURCES: usize = 256 << 20;
 
 impl RecordedSources {
     /// These sources as an artifact holds them: compressed.
@@ -89,7 +89,7 @@ impl RecordedSources {
         let (length, compressed) = bytes.split_first_chunk::<4>()?;
         let length = u32::from_le_bytes(*length) as usize;
         // A byte of LZ4 gives at most 255, so a length that is not true takes no more memory than the file warrants.
-        if length > MOST_SOURCES || length / 255 > compressed.len() {
+        if length > MAX_SOURCES || length / 255 > compressed.len() {
             return None;
         }
         postcard::from_bytes(&lz4_flex::block::decompress(compressed, length).ok()?).ok()

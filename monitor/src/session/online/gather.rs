@@ -16,7 +16,7 @@ use crate::session::Session;
 use crate::{Command, Refusal};
 
 /// How many samples are listed or kept at most.
-const MOST_SAMPLES: u64 = 4096;
+const MAX_SAMPLES: u64 = 4096;
 /// I-variables: the period, the mask of sources, and the address of the first of 24 sources.
 const PERIOD: u32 = 19;
 const MASK: u32 = 20;
@@ -91,11 +91,10 @@ impl Session<'_> {
 
     fn define_gather(&mut self, size: &str) -> Answer {
         let room = match size {
-            "" => MOST_SAMPLES,
+            "" => MAX_SAMPLES,
             _ => size.parse().map_err(|_| Refusal::new("ERR003: DEFINE GATHER takes a number"))?,
         };
-        self.online.gather =
-            Gather { room: Some(room.clamp(1, MOST_SAMPLES)), ..Gather::default() };
+        self.online.gather = Gather { room: Some(room.clamp(1, MAX_SAMPLES)), ..Gather::default() };
         Ok(String::new())
     }
 
@@ -140,7 +139,7 @@ impl Session<'_> {
         let Some(begun) = gather.begun else {
             return Err(Refusal::new("nothing is being gathered"));
         };
-        let room = gather.room.unwrap_or(MOST_SAMPLES).saturating_mul(gather.period);
+        let room = gather.room.unwrap_or(MAX_SAMPLES).saturating_mul(gather.period);
         let ended =
             *gather.ended.get_or_insert(self.time.run_until.min(begun.saturating_add(room)));
         let names = gather.names.clone();
@@ -161,11 +160,11 @@ impl Session<'_> {
             _ => text.parse::<u64>().map_err(|_| wrong()),
         };
         let (start, length) = range.split_once(',').unwrap_or((range, ""));
-        let (start, length) = (number_of(start, 0)?, number_of(length, MOST_SAMPLES)?);
+        let (start, length) = (number_of(start, 0)?, number_of(length, MAX_SAMPLES)?);
         let Gather { names, period, begun, ended, .. } = self.online.gather.clone();
         let Some(begun) = begun else { return Err(Refusal::new("nothing was gathered")) };
         let end = ended.unwrap_or(self.time.run_until);
-        let ticks = (0..length.min(MOST_SAMPLES))
+        let ticks = (0..length.min(MAX_SAMPLES))
             .map_while(|sample| {
                 let tick = start.checked_add(sample)?.checked_mul(period)?.checked_add(begun)?;
                 (tick < end).then_some(tick)

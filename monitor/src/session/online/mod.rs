@@ -19,9 +19,9 @@ use crate::view::{TerminalLine, TerminalView};
 use crate::{Refusal, Reply};
 
 /// How many values one command shows.
-const MOST_VALUES: u32 = 256;
+const MAX_VALUES: u32 = 256;
 /// How many lines the terminal keeps.
-const MOST_LINES: usize = 1000;
+const MAX_LINES: usize = 1000;
 
 /// What a command answers.
 type Answer = Result<String, Refusal>;
@@ -52,7 +52,7 @@ impl Default for OnlineState {
 impl OnlineState {
     fn add(&mut self, typed: bool, text: &str) {
         self.lines.extend(text.lines().map(|line| TerminalLine { typed, text: line.into() }));
-        let over = self.lines.len().saturating_sub(MOST_LINES);
+        let over = self.lines.len().saturating_sub(MAX_LINES);
         self.lines.drain(..over);
     }
 }
@@ -299,7 +299,7 @@ impl Session<'_> {
         };
         let first = first.map_err(|_| wrong())?;
         let count: u32 = count.parse().map_err(|_| wrong())?;
-        let last = first.saturating_add(count.clamp(1, MOST_VALUES) - 1);
+        let last = first.saturating_add(count.clamp(1, MAX_VALUES) - 1);
         let names: Vec<String> =
             (first..=last).map(|address| format!("{space}:${address:X}")).collect();
         let moment = self.read(&names)?;
@@ -370,7 +370,7 @@ fn range_of(plain: &str) -> Result<Vec<String>, Refusal> {
         Kind::I => 'I',
         Kind::L => 'L',
     };
-    let last = last.min(variable.number.saturating_add(MOST_VALUES - 1));
+    let last = last.min(variable.number.saturating_add(MAX_VALUES - 1));
     Ok((variable.number..=last).map(|number| format!("{letter}{number}")).collect())
 }
 

@@ -15,7 +15,7 @@ const POTS: u32 = 500;
 /// The last word of F.
 const LAST_WORD: u32 = 998;
 /// The most rows of a table that are shown.
-const MOST_ROWS: u32 = 250;
+const MAX_ROWS: u32 = 250;
 
 /// The screen groups of RH027's low byte, with the screens of its high byte (NCT 6.6). In `NCT98` and `NCT99` the group
 /// Operator's Panel comes before them.
@@ -102,7 +102,7 @@ pub(super) fn panels(
 ) -> Vec<Draft> {
     let parameter = |number: u16| {
         let found = settings.parameters.iter().find(|(own, _)| *own == number);
-        found.map_or(0, |(_, value)| u32::try_from(*value).unwrap_or(0)).min(MOST_ROWS)
+        found.map_or(0, |(_, value)| u32::try_from(*value).unwrap_or(0)).min(MAX_ROWS)
     };
     let (pots, rows) = (parameter(MAGAZINE), parameter(PLC_TABLE));
     vec![

@@ -16,9 +16,9 @@ use super::keys;
 use crate::view::{Body, Status, View};
 
 /// How many rows the keys of a page may take, so that a narrow screen has room for the page.
-const MOST_KEY_ROWS: usize = 3;
+const MAX_KEY_ROWS: usize = 3;
 /// How many rows a message may take.
-const MOST_MESSAGE_ROWS: usize = 3;
+const MAX_MESSAGE_ROWS: usize = 3;
 
 pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
     let width = frame.area().width;
@@ -112,7 +112,7 @@ fn time_line(status: &Status, width: u16) -> Line<'static> {
     Line::raw(text)
 }
 
-/// What is being typed, or the last message, in as many rows as it needs up to [`MOST_MESSAGE_ROWS`]. Of a longer text that is
+/// What is being typed, or the last message, in as many rows as it needs up to [`MAX_MESSAGE_ROWS`]. Of a longer text that is
 /// being typed the end is seen.
 fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>> {
     let width = usize::from(width);
@@ -121,7 +121,7 @@ fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>
             let text: Vec<char> = format!("{}: {}_", prompt.title, prompt.text).chars().collect();
             let rows: Vec<String> =
                 text.chunks(width.max(1)).map(|row| row.iter().collect()).collect();
-            let first = rows.len().saturating_sub(MOST_MESSAGE_ROWS);
+            let first = rows.len().saturating_sub(MAX_MESSAGE_ROWS);
             return rows.into_iter().skip(first).map(Line::raw).collect();
         }
         (None, Some((text, true))) => {
@@ -131,8 +131,8 @@ fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>
         (None, None) => (note.unwrap_or_default().to_owned(), Style::new()),
     };
     let mut rows = word_rows(&text, width);
-    if rows.len() > MOST_MESSAGE_ROWS {
-        rows.truncate(MOST_MESSAGE_ROWS);
+    if rows.len() > MAX_MESSAGE_ROWS {
+        rows.truncate(MAX_MESSAGE_ROWS);
         if let Some(last) = rows.last_mut() {
             *last = fitted(&format!("{} …", last.trim_end()), width);
         }
@@ -187,7 +187,7 @@ fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
             _ => rows.push(piece),
         }
     }
-    rows.truncate(MOST_KEY_ROWS);
+    rows.truncate(MAX_KEY_ROWS);
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let mut lines: Vec<Line<'static>> =
         rows.into_iter().map(|row| Line::styled(row, bold)).collect();

@@ -13,13 +13,13 @@ use crate::view::{Execution, Role, StatementLayout, StatementLine, StatementsVie
 const MARGIN: usize = 8;
 
 /// How many rows the tick and the tasks that are shown may take: a PMAC has a row's worth of PLCs.
-const MOST_FOOT_ROWS: usize = 2;
+const MAX_FOOT_ROWS: usize = 2;
 
 pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
     let width = usize::from(area.width);
     let shown = if view.chosen { "chosen statements" } else { "program" };
     let mut foot = word_rows(&format!("line {}  {shown}  {}", view.last_number, view.scan), width);
-    foot.truncate(MOST_FOOT_ROWS);
+    foot.truncate(MAX_FOOT_ROWS);
     let height = usize::from(area.height).saturating_sub(foot.len());
     let mut lines: Vec<Line<'static>> = vec![];
     // Statements of two rows need more room than the view has counted on: the cursor stays in sight.

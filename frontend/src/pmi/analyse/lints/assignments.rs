@@ -51,7 +51,7 @@ pub(super) fn unassigned(checked: &Checked, found: &mut Vec<Diagnostic>) {
 
 /// How many steps `assigned_twice` looks at, all outputs together. Programs of machines need a few
 /// thousand; one that is written to be slow is not searched to its end.
-const MOST_STEPS: usize = 4_000_000;
+const MAX_STEPS: usize = 4_000_000;
 
 /// Finds assignments to outputs that a later statement of the same scan always overwrites. Outputs
 /// are written when the scan ends (PMI 2.3.2), so the first value never shows.
@@ -67,7 +67,7 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
         }
     }
     places.sort_unstable();
-    let mut steps_left = MOST_STEPS;
+    let mut steps_left = MAX_STEPS;
     for group in places.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1) {
         let (Some(&(symbol, first)), Some(&(_, last))) = (group.first(), group.last()) else {
             continue;
