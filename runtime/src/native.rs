@@ -237,10 +237,10 @@ impl NativeEngine {
     /// The address in the code to which the host function that runs now returns, if that can be found out: that of
     /// the innermost frame on the stack that belongs to the code.
     fn return_address(code: (usize, usize)) -> Option<usize> {
-        let mut search = Search { code, found: 0 };
-        // SAFETY: the function calls `look` with the pointer that it is given, which lives until it
+        let mut search = FrameSearch { code, found: 0 };
+        // SAFETY: the function calls `visit_frame` with the pointer that it is given, which lives until it
         // returns, once for each frame on this thread's stack. It stops at frames that it can't unwind.
-        unsafe { _Unwind_Backtrace(look, (&raw mut search).cast()) };
+        unsafe { _Unwind_Backtrace(visit_frame, (&raw mut search).cast()) };
         (search.found != 0).then_some(search.found)
     }
 
@@ -262,11 +262,11 @@ struct Call<'a, 'b> {
     /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be left there: it
     /// runs on to the end of its chunk with 0 as every result, and what it stores until then is undone with this
     /// copy. (Code that jumps back leaves its chunk when the scan is late.)
-    left: ManuallyDrop<Option<Box<Left>>>,
+    early_end: ManuallyDrop<Option<Box<EarlyEnd>>>,
 }
 
 /// Why a scan ended in a host function, and the image as it was then.
-struct Left {
+struct EarlyEnd {
     code: TrapCode,
     image: Vec<u8>,
     /// The address in the code at which the host function was called, if the scan was late.
@@ -274,7 +274,7 @@ struct Left {
 }
 
 /// A search for a frame of compiled code on the stack.
-struct Search {
+struct FrameSearch {
     /// Where the code begins and ends in memory.
     code: (usize, usize),
     /// The return address of the frame that was found; 0 as long as there is none.
@@ -285,7 +285,7 @@ struct Search {
 // It passes a frame of a thread's stack as a pointer.
 unsafe extern "C" {
     fn _Unwind_Backtrace(
-        look: unsafe extern "C" fn(*mut c_void, *mut c_void) -> c_int,
+        visit_frame: unsafe extern "C" fn(*mut c_void, *mut c_void) -> c_int,
         data: *mut c_void,
     ) -> c_int;
     fn _Unwind_GetIP(frame: *mut c_void) -> usize;
@@ -294,14 +294,14 @@ unsafe extern "C" {
 /// Looks at one frame: ends the search if it belongs to the code.
 ///
 /// # Safety
-/// Only `_Unwind_Backtrace` calls it, with a frame and the [`Search`] that it was given.
-unsafe extern "C" fn look(frame: *mut c_void, search: *mut c_void) -> c_int {
+/// Only `_Unwind_Backtrace` calls it, with a frame and the [`FrameSearch`] that it was given.
+unsafe extern "C" fn visit_frame(frame: *mut c_void, search: *mut c_void) -> c_int {
     /// Go on with the next frame.
     const NO_REASON: c_int = 0;
     /// Go no further.
     const END_OF_STACK: c_int = 5;
     // SAFETY: the caller says so; nothing else uses the search meanwhile.
-    let search = unsafe { &mut *search.cast::<Search>() };
+    let search = unsafe { &mut *search.cast::<FrameSearch>() };
     // SAFETY: the frame is that of the unwinder, which waits for this function.
     let address = unsafe { _Unwind_GetIP(frame) };
     let (start, end) = search.code;
@@ -353,14 +353,15 @@ impl Call<'_, '_> {
     /// Says where a scan goes on whose last function has returned `raw`, or how it has ended.
     #[inline(never)]
     fn next(&mut self, task: usize, raw: RawOutcome) -> Result<Start, Outcome> {
-        if let Some(left) = self.left.take() {
-            if left.code == TrapCode::HostPanic {
+        if let Some(early_end) = self.early_end.take() {
+            if early_end.code == TrapCode::HostPanic {
                 self.engine.image_size = usize::MAX;
             }
             // Both have the length of the image that the engine was called with.
-            self.scan.image.copy_from_slice(&left.image);
-            let line = left.return_address.and_then(|address| self.engine.line_of_call(address));
-            return Err(Outcome::Trap(Trap { statement: line, ..Trap::new(left.code) }));
+            self.scan.image.copy_from_slice(&early_end.image);
+            let line =
+                early_end.return_address.and_then(|address| self.engine.line_of_call(address));
+            return Err(Outcome::Trap(Trap { statement: line, ..Trap::new(early_end.code) }));
         }
         let (kind, label) = (raw.kind(), raw.payload());
         Err(match kind {
@@ -394,11 +395,11 @@ impl Call<'_, '_> {
             // SAFETY: the caller says so. The reference ends before compiled code runs again.
             let state = unsafe { &mut *call };
             let label = raw.payload();
-            let was_left = state.left.is_some();
-            if raw == Self::END && !was_left {
+            let ended_early = state.early_end.is_some();
+            if raw == Self::END && !ended_early {
                 return Outcome::End;
             }
-            let is_goto = raw.kind() == RawOutcome::GOTO && !was_left;
+            let is_goto = raw.kind() == RawOutcome::GOTO && !ended_early;
             let next = match state.engine.entries.get(label as usize) {
                 Some(&entry) if is_goto && !state.scan.limit.is_late() => Start { entry, label },
                 _ => match state.next(task, raw) {
@@ -429,7 +430,7 @@ impl Engine for NativeEngine {
         };
         #[cfg(feature = "args")]
         let shown = self.shown.as_ref().map(ShownCode::context);
-        let mut call = Call { context, scan, engine: self, left: ManuallyDrop::new(None) };
+        let mut call = Call { context, scan, engine: self, early_end: ManuallyDrop::new(None) };
         let call = &raw mut call;
         #[cfg(feature = "args")]
         if let Some(shown) = shown {
@@ -440,8 +441,8 @@ impl Engine for NativeEngine {
         // Nothing else touches them or the image meanwhile.
         let raw = RawOutcome(unsafe { entry(call.cast_const().cast(), label) });
         // SAFETY: no compiled code runs now, and the reference ends before any does again.
-        let was_left = unsafe { &*call }.left.is_some();
-        if raw == Call::END && !was_left {
+        let ended_early = unsafe { &*call }.early_end.is_some();
+        if raw == Call::END && !ended_early {
             return Outcome::End;
         }
         // SAFETY: as above.
@@ -469,7 +470,7 @@ unsafe extern "C" fn host_call(
     // the image as a slice and has no way back into the code.
     let call = unsafe { &mut *context.cast_mut().cast::<Call<'_, '_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
-    if call.left.is_some() {
+    if call.early_end.is_some() {
         return 0;
     }
     let length = (&raw const *call.scan.image).len();
@@ -486,14 +487,14 @@ unsafe extern "C" fn host_call(
         Ok((_, true)) => {
             let return_address = NativeEngine::return_address(call.engine.extent);
             let (code, image) = (TrapCode::Watchdog, image.to_vec());
-            *call.left = Some(Box::new(Left { code, image, return_address }));
+            *call.early_end = Some(Box::new(EarlyEnd { code, image, return_address }));
             0
         }
         Err(payload) => {
             // A payload may panic when it is dropped, which would leave this function.
             std::mem::forget(payload);
             let (code, image) = (TrapCode::HostPanic, image.to_vec());
-            *call.left = Some(Box::new(Left { code, image, return_address: None }));
+            *call.early_end = Some(Box::new(EarlyEnd { code, image, return_address: None }));
             0
         }
     }
