@@ -37,7 +37,7 @@
 //!
 //! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
 //! `speculation_plan` what it checks, and treats whole statements in `speculate_statement` and rows of them in
-//! `speculate_row`. The passes share `graph` (the order of the blocks and their edges), `substitution` (which value
+//! `speculate_row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their edges), `substitution` (which value
 //! replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds of doubles), `index_bounds`
 //! (bounds of a computed index) and `image_bytes` (accesses as byte addresses).
 
@@ -70,6 +70,7 @@ mod speculate_row;
 mod speculate_statement;
 mod speculate_variables;
 mod speculation_plan;
+mod split_tests;
 mod substitution;
 mod switches;
 mod thread_tests;

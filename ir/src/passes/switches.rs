@@ -12,14 +12,18 @@
 //! instructions without effects, for example another load of the number; these are executed before the
 //! switch.
 //!
+//! Targets that do the same become one. If then only two blocks are left, as in a decoder whose output is on in some
+//! states, no jump through a table is needed: the numbers of one of them are the bits of a mask, from which the branch
+//! takes its bit.
+//!
 //! The number is an integer of at most 32 bits, or a double, which may be compared as the integer
 //! with the same bits. A double is converted to an integer and back; if that gives another number, no
 //! comparison holds.
 
 use super::graph::Graph;
 use crate::{
-    BinaryOp, Block, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond, Terminator,
-    Type, Value,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond,
+    Terminator, Type, Value,
 };
 
 /// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
@@ -31,8 +35,10 @@ const MIN_TESTS_OF_DOUBLES: usize = 8;
 const MAX_EXTRA_ENTRIES: u64 = 8;
 /// If the least constant is below this, the table begins at 0, which saves a subtraction.
 const START_AT_ZERO_BELOW: u64 = 4;
-/// A block between two comparisons may have no more instructions than this.
+/// A block between two comparisons may have no more instructions than this, nor one that is compared with others.
 const MAX_INSTS: usize = 5;
+/// Each target is compared with so many others at most.
+const MAX_COMPARED: usize = 8;
 
 /// A branch that compares a value with a number: to `then` if they are equal, else to
 /// `otherwise`.
@@ -143,10 +149,79 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
             arg = push(func, moved).unwrap_or(arg);
         }
     }
+    merge_same(func, &mut targets);
+    let bit = bit_test(func, &mut push, arg, &targets, next);
     let data = &mut func.blocks[block.index()];
     data.insts = insts;
-    data.terminator = Some(Terminator::Switch { arg, targets, default: next });
+    data.terminator = Some(match bit {
+        Some((cond, then)) => Terminator::Brif {
+            cond,
+            then: BlockCall::plain(then),
+            otherwise: BlockCall::plain(next),
+        },
+        None => Terminator::Switch { arg, targets, default: next },
+    });
     true
+}
+
+/// Replaces targets that do the same as one before them by that one.
+fn merge_same(func: &FuncData, targets: &mut [Block]) {
+    let mut different: Vec<Block> = vec![];
+    for target in targets {
+        match different.iter().find(|&&other| other == *target || do_same(func, other, *target)) {
+            Some(&other) => *target = other,
+            None if different.len() < MAX_COMPARED => different.push(*target),
+            None => {}
+        }
+    }
+}
+
+/// Whether two blocks do nothing but store the same constants at the same places, and go on at the same block.
+fn do_same(func: &FuncData, a: Block, b: Block) -> bool {
+    let (a, b) = (func.block(a), func.block(b));
+    let stores = |data: &BlockData| {
+        let stored = data.insts.iter().filter_map(|&inst| match *func.inst(inst) {
+            InstData::Iconst { .. } | InstData::Fconst { .. } => None,
+            InstData::Store { at, value } if at.index.is_none() && !at.volatile => {
+                Some(func.constant(value).map(|constant| (at, func.ty(value), constant)))
+            }
+            _ => Some(None),
+        });
+        stored.collect::<Option<Vec<_>>>()
+    };
+    let ends = (&a.terminator, &b.terminator);
+    let (Some(Terminator::Jump(to)), Some(Terminator::Jump(other))) = ends else { return false };
+    let is_plain = a.params.is_empty() && b.params.is_empty() && to.args.is_empty();
+    let is_short = a.insts.len() <= MAX_INSTS && b.insts.len() <= MAX_INSTS;
+    is_plain && is_short && to == other && stores(a).is_some_and(|list| stores(b) == Some(list))
+}
+
+/// The bit of a mask that says whether control goes to the only target beside the default one, with that target; `None`
+/// if there are more targets or numbers.
+fn bit_test(
+    func: &mut FuncData,
+    push: &mut impl FnMut(&mut FuncData, InstData) -> Option<Value>,
+    arg: Value,
+    targets: &[Block],
+    default: Block,
+) -> Option<(Value, Block)> {
+    let then = *targets.iter().find(|&&target| target != default)?;
+    let is_mask = targets.iter().all(|&target| target == default || target == then);
+    if !is_mask || targets.len() > 64 {
+        return None;
+    }
+    let bits = targets.iter().zip(0..).filter(|(target, _)| **target == then);
+    let mask = bits.fold(0u64, |mask, (_, number)| mask | 1 << number) as i64;
+    let ty = if targets.len() > 32 { Type::I64 } else { Type::I32 };
+    let mask = push(func, InstData::Iconst { ty, value: ty.wrap(mask) })?;
+    let by = match ty {
+        Type::I64 => push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg })?,
+        _ => arg,
+    };
+    // Of a number beyond the mask's bits the shift leaves 0.
+    let shifted = push(func, InstData::Binary { op: BinaryOp::Lshr, args: [mask, by] })?;
+    let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: shifted };
+    Some((push(func, bit)?, then))
 }
 
 /// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.

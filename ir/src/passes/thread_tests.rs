@@ -13,6 +13,10 @@
 //!         jump block1              ==>              jump block2
 //! ```
 //!
+//! Before that, conditions that have more than a test get a branch for the test ([`split_tests`]). And where ways meet
+//! in a short block before a test, those ways on which the variable is known get a copy of the block, for example
+//! behind `IF (I3) S=2 ELSEIF (I4) S=7 ENDIF Q1=T`.
+//!
 //! When no jump leads into the middle of a row of tests any more, each test has the one before as its
 //! sole predecessor, and the pass `switches` can make one switch of the row.
 //!
@@ -23,6 +27,7 @@
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
+use super::split_tests;
 use super::switches::compared_field;
 use crate::{
     Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, Terminator, Type, Value,
@@ -33,6 +38,10 @@ use crate::{
 const MAX_SKIPPED: usize = 256;
 /// How many blocks are searched at most for the value of a variable.
 const MAX_BLOCKS: usize = 12;
+/// A block where ways meet is copied if it has no more instructions than this.
+const MAX_COPIED: usize = 4;
+/// A block where more ways meet than this is not copied.
+const MAX_WAYS: usize = 8;
 
 /// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
 /// before it is compared (0 unless a field of a word is compared; see [`compared_field`]).
@@ -49,17 +58,21 @@ struct Test {
 
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
-    let graph = Graph::new(func);
-    let users = users_of_values(func);
-    let tests: Vec<Option<Test>> =
-        (0..func.block_count()).map(|index| test(func, Block(index as u32), &users)).collect();
-    let mut predecessors = vec![vec![]; func.block_count()];
-    for &block in &graph.order {
-        if let Some(terminator) = &func.block(block).terminator {
-            terminator.for_each_block(|next, _| predecessors[next.index()].push(block));
-        }
+    let mut changed = split_tests::run(func);
+    let mut graph = Graph::new(func);
+    let mut users = users_of_values(func);
+    let mut tests = tests_of_blocks(func, &users);
+    let mut predecessors = predecessors_of_blocks(func, &graph);
+    let finder = Finder { func, graph: &graph, predecessors: &predecessors, tests: &tests, bytes };
+    let copies = finder.copies(&users);
+    if !copies.is_empty() {
+        copies.into_iter().for_each(|copy| copy_block(func, copy));
+        graph = Graph::new(func);
+        users = users_of_values(func);
+        tests = tests_of_blocks(func, &users);
+        predecessors = predecessors_of_blocks(func, &graph);
+        changed = true;
     }
-    let mut changed = false;
     for &block in &graph.order {
         let Some(mut terminator) = func.block(block).terminator.clone() else { continue };
         let finder =
@@ -80,6 +93,58 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
         }
     }
     changed
+}
+
+/// For each block the test that it is, if it is one.
+fn tests_of_blocks(func: &FuncData, users: &[Users]) -> Vec<Option<Test>> {
+    (0..func.block_count()).map(|index| test(func, Block(index as u32), users)).collect()
+}
+
+/// For each block those that lead to it, once for each edge.
+fn predecessors_of_blocks(func: &FuncData, graph: &Graph) -> Vec<Vec<Block>> {
+    let mut predecessors = vec![vec![]; func.block_count()];
+    for &block in &graph.order {
+        if let Some(terminator) = &func.block(block).terminator {
+            terminator.for_each_block(|next, _| predecessors[next.index()].push(block));
+        }
+    }
+    predecessors
+}
+
+/// A copy of a block that is to be made for some of the ways on which control reaches it.
+struct BlockCopy {
+    block: Block,
+    /// The blocks from which those ways come, by one edge each.
+    from: Vec<Block>,
+}
+
+/// Copies a block for some of its predecessors.
+fn copy_block(func: &mut FuncData, copy: BlockCopy) {
+    let mut data = func.block(copy.block).clone();
+    // The copy of each result. Nothing but the block itself uses the results.
+    let mut results: Vec<(Value, Value)> = vec![];
+    for inst in &mut data.insts {
+        let mut copied = *func.inst(*inst);
+        copied.for_each_arg_mut(|arg| {
+            if let Some((_, new)) = results.iter().find(|(old, _)| old == arg) {
+                *arg = *new;
+            }
+        });
+        let new = func.append(copied, func.loc(*inst));
+        results.extend(func.result(*inst).zip(func.result(new)));
+        *inst = new;
+    }
+    let to = Block(func.blocks.len() as u32);
+    func.blocks.push(data);
+    for from in copy.from {
+        if let Some(terminator) = &mut func.blocks[from.index()].terminator {
+            terminator.for_each_block_mut(|next| {
+                if *next == copy.block {
+                    *next = to;
+                }
+            });
+        }
+    }
 }
 
 /// Whether a value of this type is equal to a constant.
@@ -103,12 +168,8 @@ fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
     let (loaded, shift, number) = compared_field(func, args[0], func.constant(args[1])?);
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let is_own = |inst: &crate::Inst| {
-        let used_here = |value: Value| match users[value.index()] {
-            Users::None => true,
-            Users::In(user) => user == block,
-            Users::Several => false,
-        };
-        !func.inst(*inst).has_effect() && func.result(*inst).is_none_or(used_here)
+        let is_used_here = |value: Value| users[value.index()].are_in(block);
+        !func.inst(*inst).has_effect() && func.result(*inst).is_none_or(is_used_here)
     };
     let holds_load = data.insts.iter().any(|&inst| func.result(inst) == Some(loaded));
     let is_plain = data.params.is_empty() && then.args.is_empty() && otherwise.args.is_empty();
@@ -136,6 +197,17 @@ enum Users {
     In(Block),
     /// More than one do.
     Several,
+}
+
+impl Users {
+    /// Whether no other block does.
+    fn are_in(self, block: Block) -> bool {
+        match self {
+            Self::None => true,
+            Self::In(user) => user == block,
+            Self::Several => false,
+        }
+    }
 }
 
 /// Which blocks use each value.
@@ -169,6 +241,66 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
+    /// The copies that are to be made: of short blocks that jump to a row of tests of a variable which is known on
+    /// some of the ways to the block. The ways with the same value share a copy.
+    fn copies(&self, users: &[Users]) -> Vec<BlockCopy> {
+        let mut copies = vec![];
+        for &block in &self.graph.order {
+            let Some(variable) = self.tested_after(block, users) else { continue };
+            let before = &self.predecessors[block.index()];
+            let is_entered = self.graph.edges[block.index()] as usize != before.len();
+            if is_entered || !(2..=MAX_WAYS).contains(&before.len()) {
+                continue;
+            }
+            let mut values: Vec<(i64, Vec<Block>)> = vec![];
+            for &from in before {
+                let has_one_edge = before.iter().filter(|&&other| other == from).count() == 1;
+                let is_other = !matches!(
+                    self.func.block(from).terminator,
+                    Some(Terminator::Jump(_) | Terminator::Brif { .. })
+                );
+                let value = match self.along_edge(from, block, &variable) {
+                    Some(value) => Some(value),
+                    None => self.at_end(from, &variable),
+                };
+                let Some(value) = value.filter(|_| has_one_edge && !is_other) else { continue };
+                match values.iter_mut().find(|(other, _)| *other == value) {
+                    Some((_, ways)) => ways.push(from),
+                    None => values.push((value, vec![from])),
+                }
+            }
+            // Where all ways have the same value, it is known in the block itself.
+            let known = values.iter().map(|(_, ways)| ways.len()).sum::<usize>();
+            if values.len() < 2 && known == before.len() {
+                continue;
+            }
+            copies.extend(values.into_iter().map(|(_, from)| BlockCopy { block, from }));
+        }
+        copies
+    }
+
+    /// The variable of the row of tests to which a block jumps, if the block may be copied and does not change that
+    /// variable.
+    fn tested_after(&self, block: Block, users: &[Users]) -> Option<Variable> {
+        let data = self.func.block(block);
+        let Some(Terminator::Jump(call)) = &data.terminator else { return None };
+        if !data.params.is_empty() || !call.args.is_empty() || data.insts.len() > MAX_COPIED {
+            return None;
+        }
+        let test = self.tests[call.block.index()].as_ref()?;
+        let next = self.tests[test.otherwise.index()].as_ref()?;
+        let bytes = self.bytes.bytes(&test.variable.0, test.variable.1);
+        let may_be_copied = data.insts.iter().all(|&inst| match self.func.inst(inst) {
+            InstData::Store { at, value } if at.index.is_none() && !at.volatile => {
+                let written = self.bytes.bytes(at, self.func.ty(*value));
+                written.end <= bytes.start || bytes.end <= written.start
+            }
+            data if data.has_effect() => false,
+            _ => self.func.result(inst).is_none_or(|value| users[value.index()].are_in(block)),
+        });
+        (next.variable == test.variable && may_be_copied).then_some(test.variable)
+    }
+
     /// Lets an edge that begins at a block skip the tests whose results are known on it. `known` holds what variables
     /// are known to hold at the end of the block. Gives whether the edge leads to another block now.
     fn thread(

@@ -290,3 +290,31 @@ fn rows_of_statements_are_computed_in_vectors_and_stay_the_same() {
         assert!(3 * changed > programs, "{changed} of {programs}");
     }
 }
+
+#[test]
+fn a_variable_that_all_statements_of_a_row_use_is_spread_by_one_instruction() {
+    let rows = 64;
+    let mut text = format!(
+        "image 256\nregion i1 at 0 size 256 bits\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\nv0: i1 = iconst 1\n"
+    );
+    for row in 0..rows {
+        let (input, enable, and) = (3 * row + 1, 3 * row + 2, 3 * row + 3);
+        let _ = writeln!(text, "v{input}: i1 = load i1:{row}");
+        let _ = writeln!(text, "v{enable}: i1 = load i1:200");
+        let _ = writeln!(text, "v{and}: i1 = and v{input}, v{enable}");
+        let _ = writeln!(text, "store i1:{}, v{and}", 100 + row);
+    }
+    text.push_str("return\n}\n");
+    let mut module = parse(&text).unwrap();
+    module.passes = PassSet::NONE.with(Pass::Vectors);
+    let length = code(&module).bytes.len();
+    // A vector of 16 lanes takes some 40 bytes; with an instruction for each lane it takes more than 100.
+    if cfg!(target_arch = "x86_64") {
+        assert!(length < 4 * 80, "{length}");
+    }
+    let mut image = vec![0; 256];
+    image[..64].iter_mut().step_by(3).for_each(|truth| *truth = 1);
+    image[200] = 1;
+    engine(&module).call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+    assert_eq!(image[100..164], image[..64]);
+}

@@ -13,7 +13,7 @@ impl Node {
             Self::Gather(addresses, ty, format) => {
                 addresses.len() + 1 + usize::from(!format.is_plain(*ty))
             }
-            Self::Select(..) | Self::Splat(..) => 3,
+            Self::Select(..) | Self::Splat(..) | Self::SplatLoad(..) => 3,
             Self::Compare(..) => 2,
             Self::Unary(..) | Self::Binary(..) | Self::Extend(..) => 1,
         }

@@ -154,19 +154,14 @@ impl Lowering<'_> {
         Ok(match *node {
             Node::Constants(ty, format, ref lanes) => self.constants(ty, format, lanes),
             Node::Splat(value, format) => {
-                let is_truth = self.func.ty(value) == Type::I1;
                 let scalar = self.value(value)?;
-                let vector = vector_type(format);
-                let lane = vector.lane_type();
-                let scalar = match is_truth && lane != types::I8 {
-                    true => self.builder.ins().uextend(lane, scalar),
-                    false => scalar,
-                };
-                let all = self.builder.ins().splat(vector, scalar);
-                match is_truth {
-                    true => self.truths(format, all),
-                    false => all,
-                }
+                self.splat(scalar, self.func.ty(value), format)
+            }
+            Node::SplatLoad(at, ty, format) => {
+                self.image_offset(ty, at)?;
+                let (base, offset) = self.address(ty, at)?;
+                let scalar = self.builder.ins().load(clif_type(ty), flags(), base, offset);
+                self.splat(scalar, ty, format)
             }
             Node::Load(at, ty, format) => self.load_row(at, ty, format)?,
             Node::Gather(ref addresses, ty, format) => self.gather(addresses, ty, format)?,
@@ -236,6 +231,18 @@ impl Lowering<'_> {
                 self.builder.ins().band(arg, one)
             }
         })
+    }
+
+    /// A vector with the same value, of a type, in all lanes.
+    fn splat(&mut self, scalar: ClifValue, ty: Type, format: Format) -> ClifValue {
+        let vector = vector_type(format);
+        let lane = vector.lane_type();
+        let scalar = match ty == Type::I1 && lane != types::I8 {
+            true => self.builder.ins().uextend(lane, scalar),
+            false => scalar,
+        };
+        let all = self.builder.ins().splat(vector, scalar);
+        if ty == Type::I1 { self.truths(format, all) } else { all }
     }
 
     /// The operand of a node that inverts it; `None` for other nodes.

@@ -126,6 +126,8 @@ enum Node {
     Splat(Value, Format),
     /// Neighbours in the image, from an address on.
     Load(Address, Type, Format),
+    /// The same variable in all lanes, loaded for each.
+    SplatLoad(Address, Type, Format),
     /// Variables anywhere in the image.
     Gather(Vec<Address>, Type, Format),
     /// The inverse of truth values or of the bits of integers; or negated integers.

@@ -158,9 +158,12 @@ impl Planner<'_> {
         let is_neighbour = |(at, number): (&Address, u32)| {
             at.region == first.region && at.offset == first.offset + number * ty.bytes()
         };
-        Some(match addresses.iter().zip(0..).all(is_neighbour) {
-            true => Node::Load(first, ty, format),
-            false => Node::Gather(addresses, ty, format),
+        Some(if addresses.iter().zip(0..).all(is_neighbour) {
+            Node::Load(first, ty, format)
+        } else if addresses.iter().all(|&at| at == first) {
+            Node::SplatLoad(first, ty, format)
+        } else {
+            Node::Gather(addresses, ty, format)
         })
     }
 }

@@ -1,0 +1,224 @@
+//! Prepares rows of conditions on the number of a state for the pass [`thread_tests`](super::thread_tests), which
+//! takes tests of a variable alone.
+//!
+//! Where each transition of a state machine is a condition of its own, as in `IF ((S=1)&I3) S=2 ENDIF`, the
+//! branch is of an AND. If the row has at least [`MIN_TESTS`] such conditions on one variable, each comparison of the
+//! variable gets a branch of its own, and what else the AND has is tested behind it:
+//!
+//! ```text
+//! block1: v0: i16 = load vars:0             block1: v0: i16 = load vars:0
+//!         v1: i1 = icmp eq v0, 1                    v1: i1 = icmp eq v0, 1
+//!         v2: i1 = load bits:3      ==>             brif v1, block9, block3
+//!         v3: i1 = and v1, v2               block9: v2: i1 = load bits:3
+//!         brif v3, block2, block3                   brif v2, block2, block3
+//! ```
+//!
+//! So the other operands are computed only where the comparison holds; they have no effects.
+
+use std::collections::HashMap;
+
+use super::graph::Graph;
+use super::switches::compared_field;
+use crate::{
+    Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
+    Terminator, Type, Value,
+};
+
+/// Rows of fewer conditions stay as they are.
+const MIN_TESTS: usize = 5;
+/// How many operands an AND may have.
+const MAX_OPERANDS: usize = 12;
+
+/// A block that ends with a branch of a comparison of a variable with a constant, alone or in an AND.
+struct Condition {
+    /// The address of the variable, its type, and by how many bits it is shifted left before it is compared.
+    variable: (Address, Type, u32),
+    /// The comparison.
+    comparison: Value,
+    /// The other operands of the AND; none if the branch is of the comparison alone.
+    others: Vec<Value>,
+    /// The instructions that compute the AND.
+    ands: Vec<Inst>,
+    otherwise: Block,
+}
+
+/// Splits the comparisons off the conditions of all rows; gives whether there were any.
+pub(super) fn run(func: &mut FuncData) -> bool {
+    let graph = Graph::new(func);
+    let mut uses = uses(func);
+    let mut conditions: Vec<Option<Condition>> =
+        (0..func.block_count()).map(|index| condition(func, Block(index as u32), &uses)).collect();
+    let next_of = |conditions: &[Option<Condition>], block: Block| {
+        let condition = conditions[block.index()].as_ref()?;
+        let next = conditions[condition.otherwise.index()].as_ref()?;
+        (next.variable == condition.variable).then_some(condition.otherwise)
+    };
+    // How many conditions a row has from a block on, and then how many the row has that the block is in.
+    let mut lengths = vec![0; func.block_count()];
+    for &block in graph.order.iter().rev() {
+        if conditions[block.index()].is_some() {
+            let rest = next_of(&conditions, block).map_or(0, |next| lengths[next.index()]);
+            lengths[block.index()] = rest + 1;
+        }
+    }
+    for &block in &graph.order {
+        if let Some(next) = next_of(&conditions, block) {
+            lengths[next.index()] = lengths[next.index()].max(lengths[block.index()]);
+        }
+    }
+    let mut changed = false;
+    for &block in &graph.order {
+        if lengths[block.index()] >= MIN_TESTS
+            && let Some(condition) = conditions[block.index()].take()
+            && !condition.others.is_empty()
+        {
+            split(func, block, &condition, &mut uses);
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// How often each value is used.
+fn uses(func: &FuncData) -> Vec<u32> {
+    let mut uses = vec![0; func.value_count()];
+    for (_, data) in func.blocks() {
+        for &inst in &data.insts {
+            func.inst(inst).for_each_arg(|value| uses[value.index()] += 1);
+        }
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(|value| uses[value.index()] += 1);
+        }
+    }
+    uses
+}
+
+/// The condition with which a block ends; `None` if it is of another form.
+fn condition(func: &FuncData, block: Block, uses: &[u32]) -> Option<Condition> {
+    let data = func.block(block);
+    let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
+    if !then.args.is_empty() || !otherwise.args.is_empty() {
+        return None;
+    }
+    let (mut ands, mut others, mut comparison) = (vec![], vec![], None);
+    let mut open = vec![*cond];
+    while let Some(value) = open.pop() {
+        match func.def_inst(value) {
+            Some(InstData::Binary { op: BinaryOp::And, args })
+                if uses[value.index()] == 1 && func.ty(value) == Type::I1 =>
+            {
+                let inst = func.definition(value)?;
+                if !data.insts.contains(&inst) {
+                    return None;
+                }
+                ands.push(inst);
+                open.extend([args[1], args[0]]);
+            }
+            _ if comparison.is_none() => match compared_variable(func, block, value) {
+                Some(variable) => comparison = Some((variable, value)),
+                None => others.push(value),
+            },
+            _ => others.push(value),
+        }
+        if others.len() > MAX_OPERANDS {
+            return None;
+        }
+    }
+    let (variable, comparison) = comparison?;
+    Some(Condition { variable, comparison, others, ands, otherwise: otherwise.block })
+}
+
+/// The variable that a value compares with a constant for equality, if it still holds at the end of the block what
+/// was loaded.
+fn compared_variable(func: &FuncData, block: Block, value: Value) -> Option<(Address, Type, u32)> {
+    let (InstData::Icmp { cond: IntCond::Eq, args } | InstData::Fcmp { cond: FloatCond::Eq, args }) =
+        func.def_inst(value)?
+    else {
+        return None;
+    };
+    let (loaded, shift, _) = compared_field(func, args[0], func.constant(args[1])?);
+    let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
+    let definition = func.definition(loaded)?;
+    let mut after = func.block(block).insts.iter().rev();
+    let is_unchanged = after.find(|&&inst| func.inst(inst).has_effect() || inst == definition)
+        == Some(&definition);
+    (at.index.is_none() && !at.volatile && is_unchanged).then_some((at, ty, shift))
+}
+
+/// Splits the comparison off the AND with which a block ends.
+fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Vec<u32>) {
+    let data = &mut func.blocks[block.index()];
+    let mut insts = std::mem::take(&mut data.insts);
+    let (cold, optimize_for_size) = (data.cold, data.optimize_for_size);
+    let Some(Terminator::Brif { cond, then, otherwise }) = data.terminator.take() else { return };
+    let loc = func.definition(cond).map_or(crate::SourceLoc::NONE, |inst| func.loc(inst));
+
+    // The instructions that nothing but the other operands needs go to the new block, as far as no effect comes
+    // behind them. What only the comparison needed is dropped: it is computed again, for itself.
+    uses[condition.comparison.index()] -= 1;
+    let mut uses_there: HashMap<Value, u32> = HashMap::new();
+    for &other in &condition.others {
+        *uses_there.entry(other).or_default() += 1;
+    }
+    let mut there = vec![];
+    let mut here = vec![];
+    while let Some(inst) = insts.pop() {
+        if condition.ands.contains(&inst) {
+            continue;
+        }
+        if func.inst(inst).has_effect() {
+            insts.push(inst);
+            break;
+        }
+        let result = func.result(inst);
+        let count = result.map_or(0, |result| uses[result.index()]);
+        if count == 0 {
+            func.inst(inst).for_each_arg(|value| uses[value.index()] -= 1);
+        } else if result.and_then(|result| uses_there.get(&result)) == Some(&count) {
+            func.inst(inst).for_each_arg(|value| *uses_there.entry(value).or_default() += 1);
+            there.push(inst);
+        } else {
+            here.push(inst);
+        }
+    }
+    there.reverse();
+    insts.extend(here.into_iter().rev());
+    let Some(comparison) = copy(func, condition.comparison, &mut insts) else { return };
+    let mut all = condition.others.first().copied().unwrap_or(comparison);
+    for &other in condition.others.iter().skip(1) {
+        let and = InstData::Binary { op: BinaryOp::And, args: [all, other] };
+        let inst = func.append(and, loc);
+        there.push(inst);
+        all = func.result(inst).unwrap_or(all);
+    }
+    let second = Block(func.blocks.len() as u32);
+    let terminator = Terminator::Brif { cond: all, then, otherwise: otherwise.clone() };
+    func.blocks.push(BlockData {
+        params: vec![],
+        insts: there,
+        cold,
+        optimize_for_size,
+        terminator: Some(terminator),
+    });
+    let data = &mut func.blocks[block.index()];
+    data.insts = insts;
+    data.terminator =
+        Some(Terminator::Brif { cond: comparison, then: BlockCall::plain(second), otherwise });
+    uses.resize(func.value_count(), 1);
+}
+
+/// Computes a comparison of a variable with a constant once more at the end of `insts`.
+fn copy(func: &mut FuncData, value: Value, insts: &mut Vec<Inst>) -> Option<Value> {
+    let definition = func.definition(value)?;
+    let mut data = *func.inst(definition);
+    let mut operands = vec![];
+    data.for_each_arg(|operand| operands.push(operand));
+    for operand in &mut operands {
+        *operand = copy(func, *operand, insts)?;
+    }
+    let mut operands = operands.into_iter();
+    data.for_each_arg_mut(|operand| *operand = operands.next().unwrap_or(*operand));
+    let inst = func.append(data, func.loc(definition));
+    insts.push(inst);
+    func.result(inst)
+}
