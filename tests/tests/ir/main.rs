@@ -9,5 +9,6 @@ mod integer_variables;
 mod passes;
 mod rows;
 mod rules;
+mod states;
 mod text;
 mod vectors;
