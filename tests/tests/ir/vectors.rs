@@ -294,8 +294,8 @@ fn rows_of_statements_are_computed_in_vectors_and_stay_the_same() {
 #[test]
 fn a_variable_that_all_statements_of_a_row_use_is_spread_by_one_instruction() {
     let rows = 64;
-    let mut text = format!(
-        "image 256\nregion i1 at 0 size 256 bits\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\nv0: i1 = iconst 1\n"
+    let mut text = String::from(
+        "image 256\nregion i1 at 0 size 256 bits\ntask \"scan\" L0\n\nfn \"f\" {\nblock0 (L0):\nv0: i1 = iconst 1\n",
     );
     for row in 0..rows {
         let (input, enable, and) = (3 * row + 1, 3 * row + 2, 3 * row + 3);
