@@ -99,7 +99,10 @@ class Dashboard:
         change(str(sample.key_expr))
 
     def json(self, key):
-        return json.loads(self.newest[key]) if key in self.newest else None
+        try:
+            return json.loads(self.newest[key]) if key in self.newest else None
+        except ValueError:
+            return None
 
     def put(self, key, value):
         self.session.put(f"hall/{key}", value if isinstance(value, (bytes, str)) else json.dumps(value))
@@ -114,8 +117,15 @@ class Dashboard:
                 found[None] = reply.err.payload.to_string()
         return found
 
+    def value(self, key):
+        """The value of a variable, as in lathe/values/PUMP, by the newest image. What a connection can't take is dropped, and only
+        images come again."""
+        control, _, name = key.split("/")
+        image = self.json(f"hall/{control}/image")
+        return image["values"].get(name) if isinstance(image, dict) and "values" in image else None
+
     def wait(self, key, value):
-        wait_until(f"{key} becomes {value}", lambda: self.json(f"hall/{key}") == value)
+        wait_until(f"{key} becomes {value}", lambda: self.value(key) == value)
 
 
 def set_lathe(board, **values):
@@ -123,7 +133,7 @@ def set_lathe(board, **values):
     for name, value in values.items():
         def arrives():
             board.put(f"lathe/set/{name}", value)
-            return board.json(f"hall/lathe/values/{name}") == value
+            return board.value(f"lathe/values/{name}") == value
         wait_until(f"{name} becomes {value}", arrives)
 
 
@@ -171,7 +181,37 @@ def main():
             board.session.close()
         finally:
             router.kill()
+    a_driver_is_the_router()
     print("zenoh: everything as it should be")
+
+
+def a_driver_is_the_router():
+    """Two controls without a router: the plcio of one of them is it."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    first = WIRING.format(port=port, name="lathe", plcc="plcc", door=WRITTEN, level=WRITTEN).replace("zenoh-connect", "zenoh-listen")
+    second = WIRING.format(port=port, name="mill", plcc="plcc", door=followed("lathe/PUMP"), level=followed("lathe/COPY"))
+
+    def connects():
+        try:
+            return Dashboard(port)
+        except zenoh.ZError:
+            return None
+
+    with Plant(first) as lathe, Plant(second) as mill:
+        for end in (signal.SIGKILL, None):
+            board = wait_until("the lathe listens", connects)
+            wait_until("both are there", lambda: board.alive == {"hall/lathe", "hall/mill"})
+            for door in (True, False):
+                set_lathe(board, DOOR=door)
+                board.wait("mill/values/PUMP", door)
+            board.session.close()
+            if end:
+                lost = len(mill.events("lost"))
+                lathe.stop(lathe.driver, end)
+                wait_until("the mill notices it", lambda: len(mill.events("lost")) > lost)
+                lathe.start_driver()
 
 
 def queries(board):
@@ -186,6 +226,7 @@ def queries(board):
     events = [json.loads(line)["kind"] for line in found["hall/lathe/events/plcio"].decode().splitlines()]
     assert "control_found" in events and "connected" in events, events
     assert not any("history" in key or "record" in key for key in found), found.keys()
+    assert board.counts["hall/lathe/values/PUMP"] > 1 and "hall/lathe/values/NONE" not in board.counts
     wait_until("images come without a change", lambda: board.counts["hall/saw/image"] > 5)
 
 

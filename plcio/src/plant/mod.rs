@@ -204,8 +204,9 @@ impl Publisher {
                     if is_beat {
                         beat = Instant::now();
                         let info = session.info();
-                        let peers = info.routers_zid().await.next().is_some()
-                            || info.peers_zid().await.next().is_some();
+                        // One that listens is its own router.
+                        let peers = settings.zenoh.listen.is_some()
+                            || info.routers_zid().await.next().is_some();
                         if peers != is_connected {
                             is_connected = peers;
                             if is_connected {
@@ -214,7 +215,7 @@ impl Publisher {
                                 points.shared.events.write("connected", &[device]);
                                 self.published = None;
                             } else {
-                                report_lost(&points.shared, "there is no router and no other computer");
+                                report_lost(&points.shared, "there is no router");
                             }
                         }
                     }

@@ -42,7 +42,8 @@ impl Settings {
         if self.connect.is_none() && self.listen.is_none() {
             return Err("[plcio] has neither `zenoh-connect` nor `zenoh-listen`".into());
         }
-        let mode = if self.listen.is_some() { "peer" } else { "client" };
+        // A peer of zenoh does not pass on what its clients say to each other; a router does.
+        let mode = if self.listen.is_some() { "router" } else { "client" };
         let connect: Vec<&str> =
             self.connect.iter().flat_map(|all| all.split(',')).map(str::trim).collect();
         let listen: Vec<&str> = self.listen.iter().map(String::as_str).collect();
