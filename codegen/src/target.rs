@@ -23,9 +23,9 @@ pub struct Target {
     features: Vec<&'static str>,
 }
 
-/// Programs of so many IR instructions have the functions that seldom run compiled quickly. Those of some
-/// hundred lines are shorter.
-const QUICK_FROM: usize = 20_000;
+/// Programs of so many IR instructions have the functions that seldom run compiled quickly. Code for general
+/// versions of PLCs is up to three times as long then, so it is done only in programs near the limit of length.
+const QUICK_FROM: usize = 200_000;
 
 /// The extensions that x86-64-v2 adds to x86-64, by the names that Rust's feature detection uses.
 const X86_64_V2: &[&str] = &["sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "cmpxchg16b"];

@@ -114,6 +114,11 @@ impl FuncBuilder {
         self.mark();
     }
 
+    /// Whether the code from here on is to be [optimised for size](BlockData::optimize_for_size).
+    pub(crate) fn optimizes_for_size(&self) -> bool {
+        self.optimize_for_size
+    }
+
     fn mark(&mut self) {
         let data = &mut self.func.blocks[self.block.index()];
         data.cold |= self.cold;

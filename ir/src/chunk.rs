@@ -250,8 +250,10 @@ impl ChunkBuilder {
             if self.is_long_statement() {
                 self.long_statement.get_or_insert(loc);
             }
+            let for_size = self.current.optimizes_for_size();
             self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
             self.current.set_loc(loc);
+            self.current.set_optimize_for_size(for_size);
         } else {
             let block = self.current.create_block();
             self.current.switch_to(block);

@@ -9,8 +9,8 @@
 //! Instructions are visited once, definitions before uses. Each is simplified until nothing more is
 //! found: to a value that exists already, to a constant, or to another instruction ([`Simpler`]),
 //! possibly with new instructions before it. The rules are grouped in files: `fold_binary`
-//! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert` and
-//! `fold_divide`. They may ask for the operands' definitions, for their [value
+//! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert`, `fold_divide` and
+//! `fold_select`. They may ask for the operands' definitions, for their [value
 //! ranges](super::value_range), and whether a value is used once.
 //!
 //! Constants are computed by [`eval`]. A double that is NaN is not folded, and most
@@ -95,6 +95,7 @@ pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
             values.inst(&mut data);
             let Some(result) = fold.func.result(inst) else {
                 fold.fix_constant_index(&mut data);
+                fold.store_double(&mut data);
                 fold.func.insts[inst.index()] = data;
                 fold.out.push(inst);
                 continue;
@@ -308,6 +309,9 @@ impl Fold<'_> {
             && inner == cond
         {
             return chosen(cond, a, second);
+        }
+        if let Some(simpler) = self.select_converted(cond, ty, [a, b]) {
+            return Some(simpler);
         }
         if ty == Type::I1 {
             return self.select_truth(cond, [a, b], known);

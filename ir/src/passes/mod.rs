@@ -55,6 +55,7 @@ mod fold_bits;
 mod fold_compare;
 mod fold_convert;
 mod fold_divide;
+mod fold_select;
 mod forward;
 mod gates;
 mod graph;

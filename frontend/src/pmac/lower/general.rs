@@ -14,9 +14,12 @@
 //! ```
 //!
 //! Four bytes are loaded of which one counts, since machines combine words with memory and not bytes.
-//! So the code is little longer than that of specialised code, and fast.
+//! So the code is little longer than that of specialised code, and fast. Where code for the assumed places would
+//! call the host, too, for an operator or a conversion, the host executes the statement in any case, without a
+//! check: that takes one call, and less code.
 
 use plcc_abi::HostFn;
+use plcc_abi::pmac::{Direct, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
@@ -24,7 +27,7 @@ use super::emit;
 use super::{Lowerer, StatementPlaces};
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::for_each_named_m;
-use crate::pmac::ast::{Stmt, StmtKind};
+use crate::pmac::ast::{Bin, Download, Expr, Func, Op, Stmt, StmtKind, Target};
 
 /// A statement that names more M-variables than this is not lowered as specialised code.
 const MAX_CHECKED: usize = 12;
@@ -47,7 +50,9 @@ impl Lowerer<'_> {
             return self.statement(stmt, version, resumes);
         }
         let number = self.host_statements.get(index).copied().flatten();
-        if let Some(number) = number.filter(|_| self.builder.instruction_count() > LONG_PROGRAM) {
+        if let Some(number) = number
+            && (self.builder.instruction_count() > LONG_PROGRAM || self.needs_host(stmt))
+        {
             return self.host_statement(stmt, number, version);
         }
         let [as_assumed, differing, next] = [(); 3].map(|()| self.builder.place());
@@ -70,6 +75,69 @@ impl Lowerer<'_> {
         self.builder.ins().set_cold(false);
         self.builder.bind(next);
         Ok(())
+    }
+
+    /// Whether code for the assumed places of M-variables would call the host in an assignment or a
+    /// condition: for a bit operator or `%` of a number that may be no integer, for a function, or to make
+    /// an integer of a number.
+    fn needs_host(&self, stmt: &Stmt) -> bool {
+        let Some(value) = Download::computed(&stmt.kind) else { return false };
+        let Some(is_integer) = self.is_integer_without_host(value) else { return true };
+        let StmtKind::Assign(Target::Var(kind, number), _) = stmt.kind else { return false };
+        match kind {
+            Kind::P | Kind::Q => false,
+            Kind::I => {
+                self.ranges.binary_search_by_key(&u32::from(number), |range| range.0).is_ok()
+            }
+            Kind::M => !is_integer || !self.is_integer_variable(u32::from(number)),
+            Kind::L => true,
+        }
+    }
+
+    /// Whether an expression is an integer whatever its variables hold; `None` if code for it calls the host.
+    fn is_integer_without_host(&self, value: Expr) -> Option<bool> {
+        let mut integers = vec![];
+        for op in self.download.ops(value) {
+            let integer = match *op {
+                Op::Const(value) => value.fract() == 0.0,
+                Op::Var(Kind::M, number) => {
+                    let number = u32::from(number) & (self.layout.count - 1);
+                    self.places_of_m.get(number as usize).copied().flatten()?;
+                    self.is_integer_variable(number)
+                }
+                Op::Var(kind, _) => kind == Kind::L,
+                Op::Indirect(kind) => {
+                    let index = integers.pop()?;
+                    (index && kind != Kind::M).then_some(false)?
+                }
+                Op::Neg | Op::Call(Func::Abs | Func::Int) => integers.pop()?,
+                Op::Call(Func::Sqrt) => integers.pop().map(|_| false)?,
+                Op::Call(_) => return None,
+                Op::Bin(bin) => {
+                    let (right, left) = (integers.pop()?, integers.pop()?);
+                    match bin {
+                        Bin::Add | Bin::Sub | Bin::Mul => left && right,
+                        Bin::Div => false,
+                        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => {
+                            (left && right).then_some(true)?
+                        }
+                    }
+                }
+                Op::Cmp(_) | Op::Both | Op::Either => {
+                    integers.pop()?;
+                    integers.pop()?;
+                    true
+                }
+            };
+            integers.push(integer);
+        }
+        integers.pop()
+    }
+
+    /// Whether an M-variable holds integers at its assumed place.
+    fn is_integer_variable(&self, number: u32) -> bool {
+        let place = self.places_of_m.get((number & (self.layout.count - 1)) as usize);
+        matches!(place, Some(Some(Direct::Word(..) | Direct::Star)))
     }
 
     /// The numbers of the M-variables that a statement names and whose definitions are assumed, by

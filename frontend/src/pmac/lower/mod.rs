@@ -247,6 +247,7 @@ impl Lowerer<'_> {
             // The general version seldom runs, and saves registers over its calls of the host.
             self.builder.begin_function();
             self.lower_version(code, general, None, &resumes)?;
+            self.builder.ins().set_optimize_for_size(false);
             self.builder.begin_function();
         }
         Ok(())
