@@ -366,10 +366,7 @@ impl Executive for NctExecutive {
     }
 
     fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
-        match (a.0, b.0) {
-            (DialectVariable::Nct(a), DialectVariable::Nct(b)) => super::forces::share_bits(a, b),
-            _ => false,
-        }
+        matches!((a.0, b.0), (DialectVariable::Nct(a), DialectVariable::Nct(b)) if super::forces::share_bits(a, b))
     }
 
     fn fingerprint(&self) -> u64 {

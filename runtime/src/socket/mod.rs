@@ -13,7 +13,7 @@
 //! | `protocol.rs` | requests and replies as text |
 //! | `server.rs`, `connection.rs`, `peer.rs` | the socket, its clients, who they are |
 //! | `token_bucket.rs` | how often a client may ask, and connections are accepted |
-//! | `requests.rs` | what each request does |
+//! | `requests/` | what each request does; `online_change.rs`: what `swap` and `rollback` do |
 //! | `program.rs` | the program as the socket's thread knows it |
 //! | `commands.rs` | what goes between the two threads |
 //! | `dialogue.rs` | requests and replies without a socket, for fuzzing |

@@ -167,7 +167,7 @@ fn state_machines_with_conditions_of_any_form_stay_the_same() {
             let images = engines.each_mut().map(|engine| {
                 let mut image = start;
                 for _ in 0..3 {
-                    engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                    engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
                 }
                 image
             });

@@ -315,6 +315,6 @@ fn a_variable_that_all_statements_of_a_row_use_is_spread_by_one_instruction() {
     let mut image = vec![0; 256];
     image[..64].iter_mut().step_by(3).for_each(|truth| *truth = 1);
     image[200] = 1;
-    engine(&module).call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+    engine(&module).call(0, None, &mut Scan::new(&mut image, &mut NoHost));
     assert_eq!(image[100..164], image[..64]);
 }
