@@ -265,8 +265,6 @@ struct PassOptions {
     combine_bits: bool,
     /// Whether `packed-bits` pays.
     collect_bits: bool,
-    /// Whether `byte-bits` may pay.
-    unpack_bits: bool,
     /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
     by_length: bool,
 }
@@ -349,11 +347,19 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     if passes == PassSet::NONE {
         return vec![];
     }
-    let times = each(module, passes, |stage| {
+    let mut times = vec![];
+    let length = instructions(module);
+    let by_length = passes.contains(Pass::ByLength);
+    if length >= thresholds::UNPACK_BITS_FROM || !by_length {
+        each(module, passes, length, &mut times, |stage| {
+            stage.pass(Pass::Branches);
+            if stage.pass(Pass::ByteBits) {
+                stage.pass(Pass::Dce);
+            }
+        });
+    }
+    each(module, passes, length, &mut times, |stage| {
         stage.pass(Pass::Branches);
-        if stage.options.unpack_bits {
-            stage.pass(Pass::ByteBits);
-        }
         // Instructions on doubles that `integers` has replaced are dropped after each of its runs: otherwise
         // `fold` would take them for uses of their operands.
         let mut has_checks = false;
@@ -407,8 +413,7 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         stage.pass(Pass::Gates);
         stage.pass(Pass::Compact);
     });
-    let length: usize = module.funcs.iter().map(FuncData::inst_count).sum();
-    if passes == PassSet::ALL && length < thresholds::WIDE_BITS_FROM {
+    if passes == PassSet::ALL && instructions(module) < thresholds::WIDE_BITS_FROM {
         module.passes = passes.without(Pass::WideBits);
     }
     times
@@ -417,7 +422,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
 /// Runs passes in the order given over every function of a verified module. For tests and
 /// experiments; any order keeps the rules.
 pub fn run(module: &mut Module, passes: &[Pass]) {
-    each(module, PassSet::ALL.without(Pass::ByLength), |stage| {
+    let length = instructions(module);
+    each(module, PassSet::ALL.without(Pass::ByLength), length, &mut vec![], |stage| {
         stage.options.combine_bits = true;
         stage.all(passes);
     });
@@ -465,12 +471,26 @@ impl Stage<'_> {
     }
 }
 
+/// The number of instructions in the blocks of those functions that are executed as a rule: not those of general
+/// code beside specialised code, which are optimised for size.
+fn instructions(module: &Module) -> usize {
+    let funcs = module.funcs.iter().filter(|func| !func.is_optimized_for_size());
+    funcs.flat_map(|func| func.blocks()).map(|(_, block)| block.insts.len()).sum()
+}
+
 /// Lets `order` run passes over each function, from the last to the first. Control mostly goes from
-/// a function to a later one, and `dead-stores` needs to know first which bytes are dead there.
-fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) -> PassTimes {
-    let mut times = vec![];
-    let length: usize = module.funcs.iter().map(|func| func.inst_count()).sum();
-    let reload_bits = passes.contains(Pass::ReloadBits) && length > thresholds::RELOAD_BITS_FROM;
+/// a function to a later one, and `dead-stores` needs to know first which bytes are dead there. `length` is
+/// the number of instructions that the module had before all passes.
+fn each(
+    module: &mut Module,
+    passes: PassSet,
+    length: usize,
+    times: &mut PassTimes,
+    order: impl Fn(&mut Stage<'_>),
+) {
+    // Bits that have become bytes take fewer instructions, so this may be less than `length`.
+    let reload_bits =
+        passes.contains(Pass::ReloadBits) && instructions(module) > thresholds::RELOAD_BITS_FROM;
     let is_long = length >= thresholds::LONG_FROM;
     let by_length = passes.contains(Pass::ByLength);
     if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
@@ -481,20 +501,18 @@ fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) ->
     let mut dead = DeadBytes::new(module.label_count);
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
-        let (bytes, dead, times) = (&mut bytes, &mut dead, &mut times);
+        let (bytes, dead) = (&mut bytes, &mut dead);
         let options = PassOptions {
             reload_bits,
             combine_bits: false,
             collect_bits: !(by_length && is_long),
-            unpack_bits: is_long || !by_length,
             by_length,
         };
-        let mut stage = Stage { module, func, passes, times, options, bytes, dead };
+        let mut stage = Stage { module, func, passes, times: &mut *times, options, bytes, dead };
         order(&mut stage);
         module.funcs[index] = stage.func;
     }
     if !module.funcs.iter().any(FuncData::has_local_bits) {
         module.local_bits = None;
     }
-    times
 }
