@@ -1,9 +1,8 @@
 //! Runs compiled code.
 //!
-//! Three things together make this sound. A [`Code`] can only be made from bytes that its maker
-//! vouches for (see [`Code::seal`]). Those bytes reach nothing but the image, whose length is
-//! checked before each call, and the host, through one function of the context. And they always end
-//! by returning.
+//! Three things together make this sound. A [`Code`] can only be made from bytes that its maker vouches for (see
+//! [`Code::seal`]). Those bytes reach nothing but the image, whose length is checked before each call, and the
+//! host, through one function of the context. And they always end by returning.
 #![allow(unsafe_code)]
 
 use std::ffi::{c_int, c_void};
