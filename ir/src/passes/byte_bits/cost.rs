@@ -9,10 +9,12 @@ use crate::{Block, FuncData, Inst, InstData, Terminator};
 const UNPACK_GROUP: u32 = 6;
 /// What it costs to pack a group of eight bits, in instructions.
 const PACK_GROUP: u32 = 4;
-/// How many times as many instructions as packing and unpacking cost must be saved. What is packed was stored
-/// just before, and what is unpacked is loaded soon after, so the processor waits for both; and of a state machine only
-/// one state's code is executed in each scan, which the estimated frequencies show only roughly.
+/// How many times as many instructions as packing and unpacking cost must be saved, since these are estimates.
 const MIN_GAIN: f32 = 1.5;
+/// How many instructions must be saved in one execution of the function: what is packed was stored just before, and
+/// what is unpacked is loaded soon after, so the processor waits for both. Of state machines, for instance,
+/// only one state's code is executed in each scan.
+const MIN_SAVED: f32 = 300.0;
 /// How often a cold block is executed when the block before it is.
 const COLD: f32 = 0.01;
 
@@ -172,13 +174,14 @@ impl Flow {
                 cost.1 += packing + unpacking;
             }
         });
-        let mut set = 0;
+        let (mut set, mut gain) = (0, 0.0);
         for (number, (word, (time, code))) in found.words.iter().zip(costs).enumerate() {
             if word.saved > MIN_GAIN * time && word.saved_code > code {
                 set |= 1 << number;
+                gain += word.saved - time;
             }
         }
-        set
+        if gain >= MIN_SAVED { set } else { 0 }
     }
 }
 
