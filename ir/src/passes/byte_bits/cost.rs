@@ -3,7 +3,7 @@
 use super::super::graph::Graph;
 use super::analysis::{Access, Found};
 use super::{Word, WordSet};
-use crate::{Block, FuncData, Inst, InstData, Terminator};
+use crate::{Block, FuncData, Inst, InstData, IntCond, Terminator};
 
 /// What it costs to unpack a group of eight bits, in instructions.
 const UNPACK_GROUP: u32 = 6;
@@ -15,8 +15,22 @@ const MIN_GAIN: f32 = 1.5;
 /// what is unpacked is loaded soon after, so the processor waits for both. Of state machines, for instance,
 /// only one state's code is executed in each scan.
 const MIN_SAVED: f32 = 300.0;
+/// How often the branch of one state is taken, of a machine that has several.
+const STATE: f32 = 0.1;
 /// How often a cold block is executed when the block before it is.
 const COLD: f32 = 0.01;
+
+/// Whether a block ends with a branch that tests whether a number, of which there are more than two, is a constant.
+fn tests_a_state(func: &FuncData, block: Block) -> bool {
+    let Some(&Terminator::Brif { cond, .. }) = func.block(block).terminator.as_ref() else {
+        return false;
+    };
+    let constant = match func.def_inst(cond) {
+        Some(&InstData::Icmp { cond: IntCond::Eq, args: [_, by] }) => func.constant(by),
+        _ => None,
+    };
+    constant.is_some_and(|constant| !matches!(constant, 0 | 1))
+}
 
 /// How often each block is executed when the function is, estimated; `None` if the function has a loop.
 pub(super) fn frequencies(func: &FuncData, graph: &Graph) -> Option<Vec<f32>> {
@@ -34,11 +48,17 @@ pub(super) fn frequencies(func: &FuncData, graph: &Graph) -> Option<Vec<f32>> {
         }
         let is_cold = |target: &&Block| func.block(**target).cold;
         let warm = targets.iter().filter(|target| !is_cold(target)).count().max(1);
-        for target in &targets {
+        let is_state = tests_a_state(func, block);
+        for (number, target) in targets.iter().enumerate() {
             if visited.get(target.index()).copied()? {
                 return None;
             }
-            let share = if is_cold(&target) { COLD } else { 1.0 / warm as f32 };
+            let share = match (is_cold(&target), is_state && warm == 2, number) {
+                (true, ..) => COLD,
+                (_, true, 0) => STATE,
+                (_, true, _) => 1.0 - STATE,
+                _ => 1.0 / warm as f32,
+            };
             let sum = frequencies.get_mut(target.index())?;
             *sum = (*sum + frequency * share).min(1.0);
         }
