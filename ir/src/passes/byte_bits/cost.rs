@@ -9,8 +9,6 @@ use crate::{Block, FuncData, Inst, InstData, IntCond, Terminator};
 const UNPACK_GROUP: u32 = 6;
 /// What it costs to pack a group of eight bits, in instructions.
 const PACK_GROUP: u32 = 4;
-/// How many times as many instructions as packing and unpacking cost must be saved, since these are estimates.
-const MIN_GAIN: f32 = 1.5;
 /// How many instructions must be saved in one execution of the function: what is packed was stored just before, and
 /// what is unpacked is loaded soon after, so the processor waits for both. Of state machines, for instance,
 /// only one state's code is executed in each scan.
@@ -196,7 +194,7 @@ impl Flow {
         });
         let (mut set, mut gain) = (0, 0.0);
         for (number, (word, (time, code))) in found.words.iter().zip(costs).enumerate() {
-            if word.saved > MIN_GAIN * time && word.saved_code > code {
+            if word.saved > time && word.saved_code > code {
                 set |= 1 << number;
                 gain += word.saved - time;
             }
