@@ -356,7 +356,8 @@ pub trait Executive {
         Err("can't be forced")
     }
 
-    /// Whether forces on two variables would hold some of the same bits, of which only one can win.
+    /// Whether forces on two variables would hold some of the same bits, of which only one can win. Only of variables
+    /// that always lie in the same place; a PMAC's can be moved, so that [`force`](Self::force) refuses them.
     fn shares_forced_bits(&self, _a: VariableKey, _b: VariableKey) -> bool {
         false
     }

@@ -545,7 +545,7 @@ fn force(values: &[(&str, i64)]) -> Json {
 #[test]
 fn variables_that_a_program_has_moved_are_forced_where_they_are() {
     let shop = Shop::new("forced-moved");
-    let source = "CLOSE\nM1->Y:$FFC2,8\nM3->Y:$FFC2,10\nM4->*\n\
+    let source = "CLOSE\nM1->Y:$FFC2,8\nM3->Y:$FFC2,10\nM4->*\nM6->Y:$FFC2,10\nM7->Y:$FFC2,9\n\
                   OPEN PLC 1 CLEAR\n\
                   COMMAND\"M1->*\"\nCOMMAND\"M3->Y:$FFC2,9\"\nCOMMAND\"M4->Y:$FFC2,12\"\n\
                   COMMAND\"P2=1\"\nP1=1\nDISABLE PLC 1\nCLOSE\nENABLE PLC 1\nI5=2\n";
@@ -566,6 +566,13 @@ fn variables_that_a_program_has_moved_are_forced_where_they_are() {
     control.ask(&force(&[("M3", 1), ("M4", 1)]));
     control.tick();
     assert_eq!(control.get("Y:$FFC2"), 0x1200);
+    // M6 has the bit that M3 had after load, and M7 the one that it has now.
+    control.ask(&force(&[("M6", 1)]));
+    let refused = message(&control, &force(&[("M7", 1)]));
+    assert!(refused.contains("`M7` shares bits with a variable that is forced"), "{refused}");
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 0x1600);
+    control.ask(&json!({"request": "unforce", "names": ["M6"]}));
     let swap = json!({"request": "swap", "path": other});
     let refused = message(&control, &swap);
     assert!(
@@ -607,7 +614,8 @@ fn bits_that_are_forced_are_not_forced_by_another_name() {
         control.assign("force", taken, 0);
         for other in others {
             let refused = message(&control, &force(&[(other, 0)]));
-            assert!(refused.contains("shares bits with `"), "{name}: {refused}");
+            assert!(refused.contains("shares bits with "), "{name}: {refused}");
+            assert!(refused.contains(" is forced; end that force first"), "{name}: {refused}");
         }
         control.assign("force", free, 1);
         control.ask(&json!({"request": "unforce", "names": [taken, free]}));

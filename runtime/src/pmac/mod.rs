@@ -292,14 +292,6 @@ impl Executive for PmacExecutive {
         }
     }
 
-    fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
-        let field = |key: VariableKey| match key.0 {
-            DialectVariable::Pmac(name) => self.field(name),
-            _ => None,
-        };
-        field(a).zip(field(b)).is_some_and(|(a, b)| forces::share_bits(a, b))
-    }
-
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }
