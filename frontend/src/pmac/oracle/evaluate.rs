@@ -1,8 +1,8 @@
 //! What operators, functions and comparators give, as the statement interpreter computes it.
 //!
-//! Written from the guide's Mathematical Features and the rulings; the lowering and the load
-//! evaluator have their own in [`analyse`](crate::pmac::analyse). All of them take what is not
-//! plain IEEE arithmetic from one library in `plcc-abi`, which the rulings pin.
+//! Written from the guide's Mathematical Features and the rulings. The lowering has its own, and so have the values
+//! that are computed at load and by the host ([`plcc_abi::pmac::expression`]), so that tests compare them. All of
+//! them take what is not plain IEEE arithmetic from one library in `plcc-abi`, which the rulings pin.
 
 use plcc_abi::pmac::arithmetic;
 
