@@ -287,7 +287,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     let mut times = vec![];
     let length = instructions(module);
     let by_length = passes.contains(Pass::ByLength);
-    if length >= thresholds::UNPACK_BITS_FROM || !by_length {
+    let may_unpack = length >= thresholds::UNPACK_BITS_FROM || !by_length;
+    if may_unpack {
         each(module, passes, length, &mut times, |stage| {
             stage.pass(Pass::Branches);
             if stage.pass(Pass::ByteBits) {
@@ -296,7 +297,9 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         });
     }
     each(module, passes, length, &mut times, |stage| {
-        stage.pass(Pass::Branches);
+        if !may_unpack {
+            stage.pass(Pass::Branches);
+        }
         // Instructions on doubles that `integers` has replaced are dropped after each of its runs: otherwise
         // `fold` would take them for uses of their operands.
         let mut has_checks = false;
