@@ -1,8 +1,8 @@
 //! Reads records: [`Recording`] finds runs, checkpoints and ticks, also in a record that is still being written or
 //! is damaged.
 
-use std::fs::File;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -11,6 +11,7 @@ use super::MAX_TICKS;
 use super::block::{self, Block, Kind};
 use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
 use super::run_header::{RecordedProgram, RunHeader, VERSION};
+use crate::file_lock::has_name;
 use crate::files::{open_regular, why_not_read};
 
 /// Why a record can't be read.
@@ -53,6 +54,46 @@ struct Part {
     file: File,
     /// The offset after the last block that was read.
     read: u64,
+}
+
+/// How often parts are opened because they were renamed meanwhile.
+const MAX_TRIES: usize = 3;
+
+/// Opens the parts of a record that are there, the older one first.
+fn open_parts(path: &Path) -> io::Result<Vec<Part>> {
+    // A link's older part lies beside what it points to.
+    let place = fs::canonicalize(path).or_else(|_| linked(path));
+    let older_path = older_part(place.as_deref().unwrap_or(path));
+    let mut tries = 1;
+    let (older, newest) = loop {
+        let newest = open_regular(path);
+        let older = open_regular(&older_path).ok();
+        match newest {
+            // The recorder has begun a new part just now, so that both are the same file.
+            Ok(file) if older.is_some() && has_name(&file, &older_path) => {
+                if tries == MAX_TRIES {
+                    break (None, Some(file));
+                }
+                tries += 1;
+            }
+            Ok(file) => break (older, Some(file)),
+            // The recorder was killed after it had renamed the newest part, before it could begin another.
+            Err(error) if error.kind() == ErrorKind::NotFound && older.is_some() => {
+                break (older, None);
+            }
+            Err(error) => return Err(error),
+        }
+    };
+    let part = |path: &Path, file| Part { path: path.to_owned(), file, read: 0 };
+    let older = older.map(|file| part(&older_path, file));
+    let newest = newest.map(|file| part(path, file));
+    Ok(older.into_iter().chain(newest).collect())
+}
+
+/// What a link points to, whether that is there or not.
+fn linked(path: &Path) -> io::Result<PathBuf> {
+    let target = fs::read_link(path)?;
+    Ok(path.parent().map_or(target.clone(), |folder| folder.join(target)))
 }
 
 /// Where a block is.
@@ -148,16 +189,7 @@ impl Recording {
     /// # Errors
     /// When the file can't be read, or is no record of this version.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let failed = |error| RecordError::Read(path.to_owned(), error);
-        let newest = open_regular(path).map_err(failed)?;
-        // A link's older part lies beside what it points to.
-        let place = std::fs::canonicalize(path);
-        let older = older_part(place.as_deref().unwrap_or(path));
-        let mut parts = vec![];
-        if let Ok(file) = open_regular(&older) {
-            parts.push(Part { path: older, file, read: 0 });
-        }
-        parts.push(Part { path: path.to_owned(), file: newest, read: 0 });
+        let parts = open_parts(path).map_err(|error| RecordError::Read(path.to_owned(), error))?;
         let mut recording = Self { parts, runs: vec![], damaged: 0 };
         recording.refresh()?;
         if recording.runs.is_empty() {

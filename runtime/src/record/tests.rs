@@ -314,10 +314,22 @@ fn a_link_to_a_record_is_followed() {
         control.tick(&mut Counter, &mut vec![]).unwrap();
     }
     control.end_record(None).unwrap();
-    assert!(folder.join("disk/r.plcrec.1").exists() && link.is_symlink());
+    let older = folder.join("disk/r.plcrec.1");
+    assert!(older.exists() && link.is_symlink());
     let recording = Recording::open(&link).unwrap();
     let run = recording.last_run().unwrap();
     assert_eq!((run.first_tick(), run.end.as_ref().unwrap().ticks), (0, 80));
+    // A recorder that is killed may have renamed the newest part, and not have begun another.
+    std::fs::rename(&path, &older).unwrap();
+    for name in [&path, &link] {
+        let recording = Recording::open(name).unwrap();
+        let run = recording.last_run().unwrap();
+        assert_eq!((run.spans.is_empty(), run.end.as_ref().unwrap().ticks), (false, 80));
+    }
+    let spans = Recording::open(&path).unwrap().last_run().unwrap().spans.len();
+    // While it renames, both names may be found to mean the same file, which is read once.
+    std::fs::hard_link(&older, &path).unwrap();
+    assert_eq!(Recording::open(&path).unwrap().last_run().unwrap().spans.len(), spans);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
