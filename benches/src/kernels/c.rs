@@ -114,10 +114,11 @@ pub fn program(kernel: &Kernel) -> String {
         WordType::Signed24 | WordType::SmallInteger => "int",
         WordType::Double => "double",
     };
+    let element = if kernel.real_elements { "double" } else { "word" };
     let (inputs, words) = (kernel.inputs, kernel.input_words);
     let _ = write!(
         out,
-        "typedef {word} word;\n#define W24(x) ((int)((unsigned)(x) << 8) >> 8)\n\
+        "typedef {word} word;\ntypedef {element} element;\n#define W24(x) ((int)((unsigned)(x) << 8) >> 8)\n\
          static struct {{ unsigned char bits[{}]; short words[{}]; }} patterns[3][{PATTERNS}];\n",
         inputs.next_multiple_of(2).max(2),
         words.max(1),
@@ -155,11 +156,14 @@ impl Printer<'_> {
         };
         let (inputs, bits) = (kernel.inputs.div_ceil(part), kernel.bits.div_ceil(part).max(1));
         let (words, elements) = (kernel.words.max(1), kernel.elements.max(1));
+        let reals = kernel.reals.max(1);
+        let start: Vec<String> = kernel.start.iter().map(f64::to_string).collect();
         let (input_words, input_bits) = (kernel.input_words, kernel.inputs);
         let _ = write!(
             self.out,
             "static {ty} b{v}[{bits}], in{v}[3][{PATTERNS}][{}];\n\
-             static word w{v}[{words}], a{v}[{elements}], inw{v}[3][{PATTERNS}][{}];\n\
+             static word w{v}[{words}], inw{v}[3][{PATTERNS}][{}];\n\
+             static element a{v}[{elements}];\nstatic double r{v}[{reals}];\n\
              __attribute__((noinline)) void scan{v}(void) {{\n",
             inputs.max(1),
             input_words.max(1),
@@ -204,18 +208,23 @@ static void run{v}(int m, long n) {{
 static void reset{v}(void) {{
     memset(b{v}, 0, sizeof b{v});
     memset(w{v}, 0, sizeof w{v});
-    memset(a{v}, 0, sizeof a{v});
+    static const element start[{elements}] = {{ {start} }};
+    memcpy(a{v}, start, sizeof start);
+    memset(r{v}, 0, sizeof r{v});
 }}
 static void state{v}(void) {{
     for (int i = 0; i < {}; i++) printf("%d ", (int){get});
     for (int i = 0; i < {}; i++) printf("%.17g ", (double)w{v}[i]);
     for (int i = 0; i < {}; i++) printf("%.17g ", (double)a{v}[i]);
+    for (int i = 0; i < {}; i++) printf("%.17g ", r{v}[i]);
     putchar('\n');
 }}
 "#,
             kernel.bits,
             kernel.words,
             kernel.elements,
+            kernel.reals,
+            start = start.join(", "),
             fixed = Inputs::Static as usize,
         );
     }
@@ -251,9 +260,14 @@ static void state{v}(void) {{
                     ),
                 };
             }
+            Stmt::Toggle(bit) => self.toggle(*bit),
             Stmt::SetWord(word, value) => {
                 let value = self.word(value);
                 let _ = writeln!(self.out, "w{v}[{word}] = {value};");
+            }
+            Stmt::SetReal(real, value) => {
+                let value = self.word(value);
+                let _ = writeln!(self.out, "r{v}[{real}] = {value};");
             }
             Stmt::SetElement(index, value) => {
                 let (index, value) = (self.word(index), self.word(value));
@@ -270,11 +284,30 @@ static void state{v}(void) {{
         }
     }
 
+    /// A bit becomes its opposite.
+    fn toggle(&mut self, bit: usize) {
+        let v = self.number;
+        let part = match (self.variant.bits, self.variant.logic) {
+            (Bits::Bytes, Logic::Bitwise) => {
+                let _ = writeln!(self.out, "b{v}[{bit}] ^= 1;");
+                return;
+            }
+            (Bits::Bytes, Logic::ShortCircuit) => {
+                let _ = writeln!(self.out, "b{v}[{bit}] = !b{v}[{bit}];");
+                return;
+            }
+            (Bits::Words32, _) => 32,
+            (Bits::Words24, _) => 24,
+        };
+        let _ = writeln!(self.out, "b{v}[{}] ^= {}u;", bit / part, 1u32 << (bit % part));
+    }
+
     /// A truth value, 0 or 1.
     fn truth(&self, expr: &Expr) -> String {
         let bitwise = self.variant.logic == Logic::Bitwise;
         match expr {
             Expr::Bit(bit) => self.bit(*bit),
+            Expr::Truth(value) => u8::from(*value).to_string(),
             Expr::NotBit(bit) if bitwise => format!("({} ^ 1)", self.bit(*bit)),
             Expr::NotBit(bit) => format!("!{}", self.bit(*bit)),
             Expr::All(parts) | Expr::Any(parts) => {
@@ -313,6 +346,11 @@ static void state{v}(void) {{
             Expr::Word(word) => format!("w{v}[{word}]"),
             Expr::Element(index) => format!("a{v}[{}]", self.word(index)),
             Expr::Number(number) => format!("{number}"),
+            Expr::Real(real) => format!("r{v}[{real}]"),
+            Expr::Int(value) => format!("(int)({})", self.word(value)),
+            Expr::Op(Op::Div, args) => {
+                format!("((double){} / {})", self.word(&args[0]), self.word(&args[1]))
+            }
             Expr::Op(op, args) => {
                 let (a, b) = (self.word(&args[0]), self.word(&args[1]));
                 let (sign, wraps) = match op {
@@ -320,7 +358,11 @@ static void state{v}(void) {{
                     Op::Sub => ("-", true),
                     Op::Mul => ("*", true),
                     Op::Rem => ("%", false),
+                    Op::Quot | Op::Div => ("/", false),
                     Op::Mask => ("&", false),
+                    Op::Join => ("|", false),
+                    Op::Left => ("<<", true),
+                    Op::Right => (">>", false),
                     Op::Eq => ("==", false),
                     Op::Gt => (">", false),
                     Op::Lt => ("<", false),

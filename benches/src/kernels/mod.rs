@@ -76,8 +76,18 @@ pub enum Op {
     Mul,
     /// Remainder by a constant, of a number that is not negative.
     Rem,
+    /// Quotient of two words that are not negative, or whose quotient is rounded toward zero.
+    Quot,
+    /// Quotient of doubles.
+    Div,
     /// The bits of both, with a constant on the right.
     Mask,
+    /// The bits of either, with a constant on the right.
+    Join,
+    /// A word that is not negative, shifted left by a constant.
+    Left,
+    /// A word that is not negative, shifted right by a constant.
+    Right,
     /// Equal.
     Eq,
     /// Greater.
@@ -101,6 +111,12 @@ pub enum Expr {
     Word(usize),
     /// The array element whose index is the operand.
     Element(Box<Expr>),
+    /// A constant truth value.
+    Truth(bool),
+    /// A double, by its number.
+    Real(usize),
+    /// The integer below a double that is not negative.
+    Int(Box<Expr>),
     /// A constant word.
     Number(f64),
     /// An operation on words.
@@ -112,6 +128,11 @@ impl Expr {
     pub fn op(op: Op, a: Expr, b: Expr) -> Self {
         Self::Op(op, Box::new([a, b]))
     }
+
+    /// Whether it compares two words.
+    pub fn is_comparison(&self) -> bool {
+        matches!(self, Self::Op(Op::Eq | Op::Gt | Op::Lt, _))
+    }
 }
 
 /// A statement.
@@ -121,6 +142,10 @@ pub enum Stmt {
     SetBit(usize, Expr),
     /// A word becomes a number.
     SetWord(usize, Expr),
+    /// A bit becomes its opposite.
+    Toggle(usize),
+    /// A double becomes a number.
+    SetReal(usize, Expr),
     /// The element with an index becomes a number.
     SetElement(Expr, Expr),
     /// A condition, the statements where it holds, and those where it does not.
@@ -159,6 +184,12 @@ pub struct Kernel {
     pub words: usize,
     /// The number of elements of its array; 0 if it has none.
     pub elements: usize,
+    /// What the first elements hold before the first scan, as somebody has entered it; the others are 0.
+    pub start: Vec<f64>,
+    /// Whether the elements are doubles, and not words.
+    pub real_elements: bool,
+    /// The number of doubles besides words and elements, which only a PMAC has.
+    pub reals: usize,
     /// Its statements, in the order of execution.
     pub stmts: Vec<Stmt>,
 }

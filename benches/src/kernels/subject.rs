@@ -11,8 +11,8 @@ use plcc_codegen::PassSet;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
 use super::plc::{
-    NCT_FIRST_FLAG, NCT_FIRST_WORD, PMAC_BITS, PMAC_FIRST_ELEMENT, PMAC_FIRST_P, PMAC_WORD_BITS,
-    PMAC_WORDS,
+    NCT_FIRST_FLAG, NCT_FIRST_WORD, PMAC_BITS, PMAC_FIRST_ELEMENT, PMAC_FIRST_P, PMAC_FIRST_REAL,
+    PMAC_WORD_BITS, PMAC_WORDS,
 };
 use super::{Inputs, Kernel, Language, patterns};
 use crate::compiled::{self, Compiled};
@@ -49,7 +49,7 @@ impl Spot {
         }
     }
 
-    fn write(self, image: &mut [u8], value: i16) {
+    fn write(self, image: &mut [u8], value: f64) {
         match self {
             Self::Byte(at) => image[at as usize] = value as u8,
             Self::BitOfByte(at, bit) => {
@@ -58,11 +58,11 @@ impl Spot {
             }
             Self::BitOfWord(at, bit) => {
                 let old = read_u32(image, at) & !(1 << bit);
-                write_u32(image, at, old | u32::from(value != 0) << bit);
+                write_u32(image, at, old | u32::from(value != 0.0) << bit);
             }
-            Self::Signed16(at) | Self::Unsigned16(at) => write_i16(image, at, value),
-            Self::Signed24(at) => write_u32(image, at, value as u32 & 0xFF_FFFF),
-            Self::Double(at) => write_f64(image, at, f64::from(value)),
+            Self::Signed16(at) | Self::Unsigned16(at) => write_i16(image, at, value as i16),
+            Self::Signed24(at) => write_u32(image, at, value as i32 as u32 & 0xFF_FFFF),
+            Self::Double(at) => write_f64(image, at, value),
         }
     }
 
@@ -87,7 +87,7 @@ pub struct Subject {
     image: OwnImage,
     /// The number of the task that is run.
     task: usize,
-    /// Bits, words and elements, in this order.
+    /// Bits, words, elements and doubles, in this order.
     spots: Vec<Spot>,
     /// The parts of the image that hold inputs, and for each kind of inputs and each pattern the
     /// bytes of all these parts.
@@ -118,6 +118,9 @@ impl Subject {
             image = made.parts().0.to_vec();
             executive = Some(Box::new(made));
         }
+        for (spot, &value) in spots[kernel.bits + kernel.words..].iter().zip(&kernel.start) {
+            spot.write(&mut image, value);
+        }
         let task = usize::from(kernel.language == Language::Nct);
         let inputs: Vec<Spot> = spots[..kernel.inputs]
             .iter()
@@ -130,7 +133,7 @@ impl Subject {
                 let mut image = image.clone();
                 let bits = pattern.bits.iter().map(|&bit| i16::from(bit));
                 for (spot, value) in inputs.iter().zip(bits.chain(pattern.words.iter().copied())) {
-                    spot.write(&mut image, value);
+                    spot.write(&mut image, f64::from(value));
                 }
                 input_ranges.iter().flat_map(|range| image[range.clone()].to_vec()).collect()
             };
@@ -321,6 +324,9 @@ fn spots(kernel: &Kernel, compiled: &Compiled) -> Result<Vec<Spot>, String> {
             }
             for element in 0..kernel.elements {
                 all.push(Spot::Double(layout.p_offset((PMAC_FIRST_ELEMENT + element) as u32)));
+            }
+            for real in 0..kernel.reals {
+                all.push(Spot::Double(layout.p_offset((PMAC_FIRST_REAL + real) as u32)));
             }
         }
     }
