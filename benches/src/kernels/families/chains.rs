@@ -10,7 +10,7 @@ pub(super) fn chains(language: Language, count: usize, seed: u64) -> Kernel {
         let steps = 6 + draft.rng.below(9);
         add_chain(&mut draft, steps, chain % 2 == 0);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Adds a chain to a program.

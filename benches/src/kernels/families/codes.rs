@@ -13,7 +13,7 @@ pub(super) fn codes(language: Language, count: usize, seed: u64) -> Kernel {
             add_encoder(&mut draft, 10);
         }
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Adds outputs each of which is on for some numbers: those of a place, or of a function that the control sends.
@@ -30,7 +30,7 @@ pub(super) fn add_decoder(draft: &mut Draft, outputs: usize) {
         let output = draft.bit();
         let several = if is_place { 2 + draft.rng.below(4) } else { 1 + draft.rng.below(3) };
         let groups = if draft.rng.chance(15) {
-            let (low, high) = (draft.rng.below(numbers / 2), numbers / 2 + draft.rng.below(9));
+            let (low, high) = (draft.rng.below(numbers / 2 - 1), numbers / 2 + draft.rng.below(9));
             let above = Expr::op(Op::Gt, Expr::Word(word), number(low));
             let below = Expr::op(Op::Lt, Expr::Word(word), number(high));
             vec![vec![above, below]]

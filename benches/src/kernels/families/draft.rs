@@ -25,6 +25,19 @@ impl Draft {
         Self { kernel, rng: Rng::new(seed) }
     }
 
+    /// The kernel. Bits that nothing has assigned get an equation, since PMI has no others.
+    pub(super) fn finish(mut self) -> Kernel {
+        let mut assigned = vec![false; self.kernel.bits];
+        note_assigned(&self.kernel.stmts, &mut assigned);
+        for bit in INPUTS..self.kernel.bits {
+            if !assigned[bit] {
+                let value = Expr::All(self.contacts(2));
+                self.set(bit, value);
+            }
+        }
+        self.kernel
+    }
+
     /// A new bit.
     pub(super) fn bit(&mut self) -> usize {
         self.bits(1)
@@ -132,6 +145,20 @@ impl Draft {
         self.set(edge, Expr::All(vec![now.clone(), Expr::NotBit(before)]));
         self.set(before, now);
         edge
+    }
+}
+
+/// Enters the bits that statements assign.
+fn note_assigned(stmts: &[Stmt], assigned: &mut [bool]) {
+    for stmt in stmts {
+        match stmt {
+            Stmt::SetBit(bit, _) | Stmt::Toggle(bit) => assigned[*bit] = true,
+            Stmt::If(_, then, otherwise) => {
+                note_assigned(then, assigned);
+                note_assigned(otherwise, assigned);
+            }
+            Stmt::SetWord(..) | Stmt::SetReal(..) | Stmt::SetElement(..) => {}
+        }
     }
 }
 

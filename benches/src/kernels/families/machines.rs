@@ -67,7 +67,7 @@ pub(super) fn machines(
         let states = 5 + draft.rng.below(4);
         add_machine(&mut draft, states, styles[machine % 2]);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Machines of many states, each in another style.
@@ -79,7 +79,7 @@ pub(super) fn long_machines(language: Language, states: usize, seed: u64) -> Ker
         let states = states + draft.rng.below(states / 4 + 1);
         add_machine(&mut draft, states, style);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// A way out of a state: its contacts, and the state that it leads to.

@@ -20,7 +20,7 @@ pub(super) fn mixed(language: Language, pieces: usize, seed: u64) -> Kernel {
     for piece in order(&mut draft, pieces) {
         add_piece(&mut draft, piece);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// The kinds of the pieces, with each kind about equally often, in random order.

@@ -123,10 +123,26 @@ fn number(value: usize) -> Expr {
 
 #[cfg(test)]
 mod tests {
+    use plcc_codegen::{OptLevel, PassSet};
+
+    use crate::kernels::Language;
+    use crate::kernels::subject::Subject;
+
     #[test]
     fn the_same_seed_gives_the_same_programs() {
         let texts = |seed| super::all(seed, 5).iter().map(|k| k.source()).collect::<Vec<_>>();
         assert_eq!(texts(7), texts(7));
         assert_ne!(texts(7), texts(8));
+    }
+
+    #[test]
+    fn programs_of_full_size_compile() {
+        for language in [Language::Pmi, Language::Nct, Language::Pmac, Language::Plcc] {
+            for kernel in super::habits(language, 100, 77) {
+                let name = format!("{} {}", kernel.language.group(), kernel.name);
+                let subject = Subject::new(&kernel, 77, PassSet::from(OptLevel::None));
+                assert!(subject.is_ok(), "{name}: {:?}", subject.err());
+            }
+        }
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn motors(language: Language, count: usize, seed: u64) -> Kernel {
         add_pair(&mut draft, pair % 2 == 0);
     }
     add_alarms(&mut draft, count);
-    draft.kernel
+    draft.finish()
 }
 
 /// Adds the two directions of a motor, of which only one may run, with permissives and perhaps a brake that opens

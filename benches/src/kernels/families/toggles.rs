@@ -13,7 +13,7 @@ pub(super) fn toggles(language: Language, count: usize, seed: u64) -> Kernel {
     for _ in 0..count.div_ceil(8) {
         add_shift_register(&mut draft, 16);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Adds a bit that is toggled, or a flip-flop.

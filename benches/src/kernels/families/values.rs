@@ -13,7 +13,7 @@ pub(super) fn filters(language: Language, count: usize, seed: u64) -> Kernel {
             _ => add_filter(&mut draft),
         }
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Parameters that are read from the part of an array that a number chooses, and written there again.
@@ -23,7 +23,7 @@ pub(super) fn recipes(language: Language, count: usize, seed: u64) -> Kernel {
     for _ in 0..count {
         add_recipe(&mut draft);
     }
-    draft.kernel
+    draft.finish()
 }
 
 /// Curves with corners in an array of doubles.
@@ -33,7 +33,7 @@ pub(super) fn curves(language: Language, count: usize, seed: u64) -> Kernel {
     for _ in 0..count {
         add_curve(&mut draft);
     }
-    draft.kernel
+    draft.finish()
 }
 
 fn op(op: Op, a: Expr, b: Expr) -> Expr {
