@@ -1,7 +1,7 @@
 //! Reads records: [`Recording`] finds runs, checkpoints and ticks, also in a record that is still being written or
 //! is damaged.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::block::{self, Block, Kind};
 use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
 use super::run_header::{RecordedProgram, RunHeader, VERSION};
 use crate::file_lock::has_name;
-use crate::files::{open_regular, why_not_read};
+use crate::files::{open_regular, resolve_links, why_not_read};
 
 /// Why a record can't be read.
 #[derive(Debug, Error)]
@@ -62,8 +62,7 @@ const MAX_TRIES: usize = 3;
 /// Opens the parts of a record that are there, the older one first.
 fn open_parts(path: &Path) -> io::Result<Vec<Part>> {
     // A link's older part lies beside what it points to.
-    let place = fs::canonicalize(path).or_else(|_| linked(path));
-    let older_path = older_part(place.as_deref().unwrap_or(path));
+    let older_path = older_part(&resolve_links(path));
     let mut tries = 1;
     let (older, newest) = loop {
         let newest = open_regular(path);
@@ -88,12 +87,6 @@ fn open_parts(path: &Path) -> io::Result<Vec<Part>> {
     let older = older.map(|file| part(&older_path, file));
     let newest = newest.map(|file| part(path, file));
     Ok(older.into_iter().chain(newest).collect())
-}
-
-/// What a link points to, whether that is there or not.
-fn linked(path: &Path) -> io::Result<PathBuf> {
-    let target = fs::read_link(path)?;
-    Ok(path.parent().map_or(target.clone(), |folder| folder.join(target)))
 }
 
 /// Where a block is.
