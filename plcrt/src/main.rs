@@ -186,12 +186,20 @@ fn default_record(path: &Path, options: &[configuration::Word]) -> OsString {
 /// All of them.
 fn check_config(path: &Path) -> Result<u8, String> {
     let (configuration, mut mistakes) = configuration::open(path, &Cli::command())?;
-    let mut warnings = vec![];
+    let mut warnings: Vec<String> = vec![];
     let wrong = |line: usize, message: String| Mistake { line, message };
+    let options = configuration.options.iter().map(|word| word.text.as_str());
+    let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
+    let whole = Cli::try_parse_from(words).map_err(|error| error.to_string());
+    if let Ok(cli) = &whole {
+        for (option, folder) in session::missing_folders(&cli.run) {
+            let (line, key) = (configuration.line_of(option), option.trim_start_matches('-'));
+            let (file, folder) = (path.display(), folder.display());
+            let what = "does not exist: the control could not write there";
+            warnings.push(format!("{file}:{line}: `{key}`: the folder {folder} {what}"));
+        }
+    }
     if let Some((line, configured_artifact)) = &configuration.artifact {
-        let options = configuration.options.iter().map(|word| word.text.as_str());
-        let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
-        let whole = Cli::try_parse_from(words).map_err(|error| error.to_string());
         let key = whole.as_ref().map_err(Clone::clone).and_then(|cli| cli.run.public_key());
         match key.and_then(|key| open(configured_artifact, key.as_ref())) {
             Err(message) => mistakes.push(wrong(*line, message)),
@@ -210,7 +218,8 @@ fn check_config(path: &Path) -> Result<u8, String> {
                 }
                 let control = wiring_control(&configuration.options);
                 let checked = check_wiring(&configuration.wiring, &program, &control)?;
-                warnings = checked.warnings;
+                let file = path.display();
+                warnings.extend(checked.warnings.iter().map(|what| format!("{file}: {what}")));
                 mistakes.extend(checked.mistakes.into_iter().map(Mistake::from));
             }
         }
@@ -221,7 +230,7 @@ fn check_config(path: &Path) -> Result<u8, String> {
         return Err(Mistakes(path, &mistakes).to_string());
     }
     for warning in &warnings {
-        let _ = writeln!(io::stderr(), "warning: {}: {}", path.display(), printable(warning));
+        let _ = writeln!(io::stderr(), "warning: {}", printable(warning));
     }
     Ok(session::DONE)
 }

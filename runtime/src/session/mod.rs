@@ -41,7 +41,7 @@ use crate::{Executive, PanicBarrier};
 pub use executive::{executive, takes_machine_file};
 #[cfg(target_os = "linux")]
 pub(crate) use output::open as open_output_file;
-pub use output::{PathConflict, path_conflicts, write_whole};
+pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
 use output::{check_paths, check_retained, check_writable, open};
 use outside::{Outside, StatusSources};
 use record::Record;

@@ -184,16 +184,7 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
 pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
     let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let beside = args.retain.as_deref().map(retain::files_beside);
-    let outputs = [
-        args.trace_path().map(|path| ("--trace", path.to_owned())),
-        option("--events", &args.events),
-        option("--dump", &args.dump),
-        option("--log", &args.log),
-        option("--retain", &args.retain),
-        option("--image", &args.image),
-        option("--socket", &args.socket),
-        option("--record", &args.record.clone().filter(|_| !args.no_record)),
-    ];
+    let outputs = outputs(args);
     let with_ending = |path: &PathBuf, ending: &str| {
         let mut name = resolve_links(path).into_os_string();
         name.push(ending);
@@ -209,7 +200,7 @@ pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
             .as_ref()
             .map(|path| ("--image's copy of a dead control", with_ending(path, ".dead"))),
     ];
-    let outputs = outputs.into_iter().chain(further).flatten().chain(beside.into_iter().flatten());
+    let outputs = outputs.chain(further.into_iter().flatten()).chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| (READ_FILES, path.clone()));
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
@@ -237,6 +228,38 @@ pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
         seen.push((name, target));
     }
     conflicts
+}
+
+/// The outputs of a run by their options.
+fn outputs(args: &RunArgs) -> impl Iterator<Item = (&'static str, PathBuf)> {
+    let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
+    let outputs = [
+        args.trace_path().map(|path| ("--trace", path.to_owned())),
+        option("--events", &args.events),
+        option("--dump", &args.dump),
+        option("--log", &args.log),
+        option("--retain", &args.retain),
+        option("--image", &args.image),
+        option("--socket", &args.socket),
+        option("--record", &args.record.clone().filter(|_| !args.no_record)),
+    ];
+    outputs.into_iter().flatten()
+}
+
+/// The folders of a run's outputs that do not exist, each with the first option that names a file in it. Another program
+/// may still make such a folder: systemd makes that of a service's sockets when it starts the service.
+pub fn missing_folders(args: &RunArgs) -> Vec<(&'static str, PathBuf)> {
+    let mut missing: Vec<(&str, PathBuf)> = vec![];
+    for (option, path) in outputs(args).filter(|(_, path)| !is_stdout(path)) {
+        let path = resolve_links(&path);
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.exists())
+            && !missing.iter().any(|(_, other)| other == folder)
+        {
+            missing.push((option, folder.to_owned()));
+        }
+    }
+    missing
 }
 
 /// What a path of the command line means.

@@ -42,6 +42,16 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     fs::write(shop.path("good.toml"), "artifact = \"p.plcx\"\n[safe]\nLAMP = 1\n").unwrap();
     let good = plcrt(&shop, "--check-config good.toml");
     assert_eq!(good.status.code(), Some(0), "{good:?}");
+    // On the control's own computer the folder may be there.
+    let elsewhere = "artifact = \"p.plcx\"\nlog = \"none/log.jsonl\"\nretain = \"none/r\"\n";
+    fs::write(shop.path("elsewhere.toml"), elsewhere).unwrap();
+    let output = plcrt(&shop, "--check-config elsewhere.toml");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), text.lines().count()), (Some(0), 1), "{text}");
+    assert!(
+        text.contains("elsewhere.toml:2: `log`: the folder ") && text.contains("none"),
+        "{text}"
+    );
     let bad = "artifact = \"p.plcx\"\noverun = \"skip\"\nrecord = 5\noverrun = \"sometimes\"\n\
                [safe]\nLMAP = \"off\"\nLAMP = 1\n";
     fs::write(shop.path("bad.toml"), bad).unwrap();
