@@ -8,6 +8,7 @@
 //! | `session.rs` | the work for one image file, from its beginning to its end |
 //! | `hub.rs` | the values of all points, between the drivers and the image file |
 //! | `events.rs` | the log |
+//! | `ethercat/` | terminals of an EtherCAT segment (feature `ethercat`) |
 //! | `gpio/` | lines of Linux's GPIO character device (feature `gpio`) |
 //! | `hal/` | the component of LinuxCNC's hardware abstraction layer |
 //! | `input_file.rs` | files that are read: regular ones, up to a size |
@@ -16,6 +17,8 @@
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
 //! | `plant/` | values, events and records for other computers of a plant, by zenoh (feature `zenoh`) |
 
+#[cfg(feature = "ethercat")]
+mod ethercat;
 mod events;
 #[cfg(feature = "gpio")]
 mod gpio;
@@ -46,7 +49,7 @@ use tokio::sync::Notify;
 use events::Events;
 use settings::Settings;
 
-/// Connects the inputs and outputs of a control with Modbus devices, supervisory systems, LinuxCNC and GPIO lines.
+/// Connects the inputs and outputs of a control with Modbus devices, supervisory systems, LinuxCNC, EtherCAT terminals and GPIO lines.
 ///
 /// The entries `[[io]]` of the control's configuration say which variable belongs to which point. The
 /// control must run with an image file. plcio waits for it, and may be started and ended at any time.
@@ -88,8 +91,9 @@ opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for O
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
 zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name, zenoh-history: zenoh.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
+ethercat-terminals: the names of all EtherCAT terminals in their order, a list; others are refused.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
-OPC UA, MQTT, zenoh and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh and gpio); plcio --drivers names \
+OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio --drivers names \
 all that are there. \
 plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";

@@ -139,6 +139,14 @@ impl Session {
                 }
                 #[cfg(not(feature = "gpio"))]
                 Driver::Gpio => {}
+                #[cfg(feature = "ethercat")]
+                Driver::Ethercat => {
+                    if let Some(segment) = crate::ethercat::Segment::new(&shared, &points) {
+                        tasks.spawn(segment.run(shared.clone(), ended.clone()));
+                    }
+                }
+                #[cfg(not(feature = "ethercat"))]
+                Driver::Ethercat => {}
                 Driver::Hal => {
                     if let Some(hal) = hal.clone() {
                         tasks.spawn(hal.run(shared.clone(), points, ended.clone()));

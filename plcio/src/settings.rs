@@ -42,13 +42,16 @@ pub(crate) struct Settings {
     pub(crate) hal_component: String,
     /// The Python that has LinuxCNC's modules.
     pub(crate) hal_python: PathBuf,
+    /// The terminals that are expected behind the network interface; none if it does not matter.
+    #[cfg(feature = "ethercat")]
+    pub(crate) ethercat_terminals: Vec<crate::ethercat::Expected>,
     /// The log.
     pub(crate) log: Option<PathBuf>,
     /// Files of the control, which the log must not be, with their keys.
     other_files: Vec<(&'static str, PathBuf)>,
 }
 
-const KEYS: [&str; 23] = [
+const KEYS: [&str; 24] = [
     "poll_ms",
     "answer_ms",
     "silence_ms",
@@ -71,6 +74,7 @@ const KEYS: [&str; 23] = [
     "zenoh-history",
     "hal-component",
     "hal-python",
+    "ethercat-terminals",
     "log",
 ];
 
@@ -83,11 +87,12 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 /// The features of `plcio` that drivers need, with which it was built or not.
-const FEATURES: [(Driver, &str, bool); 4] = [
+const FEATURES: [(Driver, &str, bool); 5] = [
     (Driver::OpcUa, "opcua", cfg!(feature = "opcua")),
     (Driver::Mqtt, "mqtt", cfg!(feature = "mqtt")),
     (Driver::Zenoh, "zenoh", cfg!(feature = "zenoh")),
     (Driver::Gpio, "gpio", cfg!(feature = "gpio")),
+    (Driver::Ethercat, "ethercat", cfg!(feature = "ethercat")),
 ];
 
 /// The names of the drivers that this `plcio` was built with, each in a line of its own.
@@ -212,6 +217,8 @@ impl Settings {
             },
             hal_component: String::new(),
             hal_python: "/usr/bin/python3".into(),
+            #[cfg(feature = "ethercat")]
+            ethercat_terminals: vec![],
             log: None,
             other_files: vec![],
         };
@@ -315,6 +322,17 @@ impl Settings {
                     is_name.then_some(()).ok_or("a name of letters, digits and - is expected")
                 }),
                 "hal-python" => text().map(|path| settings.hal_python = path.into()),
+                #[cfg(feature = "ethercat")]
+                "ethercat-terminals" => {
+                    let one = |value: &toml::Spanned<DeValue<'_>>| {
+                        value.get_ref().as_str().and_then(crate::ethercat::Expected::parse)
+                    };
+                    let list = value.get_ref().as_array();
+                    let all = list.and_then(|list| list.iter().map(one).collect());
+                    all.map(|all| settings.ethercat_terminals = all).ok_or(
+                        "a list of names or of \"VENDOR:PRODUCT\" is expected, as in [\"EK1100\", \"EL1008\"]",
+                    )
+                }
                 "log" => text().map(|path| settings.log = Some(folder.join(path))),
                 _ if KEYS.contains(&key) => {
                     let feature = key.split('-').next().unwrap_or_default();

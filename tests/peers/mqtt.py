@@ -196,6 +196,7 @@ def main():
             host.next("NDEATH")
     finally:
         broker.stop()
+    commands_without_a_pause()
     print("MQTT: everything as it should be")
 
 
@@ -286,10 +287,10 @@ def a_host_floods(host, plant):
     host.command(write("SPEED", DataType.INT32, 1234))
     host.metric("SPEED", 1234)
     assert len(plant.events("refused")) <= 100, len(plant.events("refused"))
-    # Values are published while commands come without a pause, too.
+    # Values are published while commands come one after the other, too.
     stop = threading.Event()
 
-    def commands_without_a_pause():
+    def commands_one_after_the_other():
         topic, number = "spBv1.0/shop/NCMD/lathe", 0
         while not stop.is_set():
             number += 1
@@ -297,7 +298,7 @@ def a_host_floods(host, plant):
             # No more than the broker takes: it drops what is too much.
             host.client.publish(topic, payload.encode(), qos=1).wait_for_publish(PATIENCE)
 
-    flood = [threading.Thread(target=commands_without_a_pause) for _ in range(4)]
+    flood = [threading.Thread(target=commands_one_after_the_other) for _ in range(4)]
     for thread in flood:
         thread.start()
     try:
@@ -307,6 +308,92 @@ def a_host_floods(host, plant):
         stop.set()
         for thread in flood:
             thread.join()
+
+
+class FloodingBroker:
+    """A broker that sends commands without a pause: there is always another one to read, whatever plcio does. mosquitto
+    makes pauses, and drops what is too much."""
+
+    def __init__(self):
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.values = queue.Queue()
+        self.is_over = threading.Event()
+
+    def packet(self, kind, body):
+        length, digits = len(body), b""
+        while True:
+            length, digit = divmod(length, 128)
+            digits += bytes([digit | (0x80 if length else 0)])
+            if not length:
+                return bytes([kind]) + digits + body
+
+    def read(self, file):
+        """The next packet of plcio: its kind and what follows its head."""
+        [kind] = file.read(1)
+        length = shift = 0
+        while True:
+            [digit] = file.read(1)
+            length |= (digit & 0x7F) << shift
+            shift += 7
+            if not digit & 0x80:
+                return kind, file.read(length)
+
+    def serve(self):
+        """One connection, until plcio ends it or the test is over."""
+        connection, _ = self.listener.accept()
+        file = connection.makefile("rb")
+        assert self.read(file)[0] == 0x10
+        connection.sendall(self.packet(0x20, b"\0\0"))
+        kind, body = self.read(file)
+        assert kind == 0x82, kind
+        connection.sendall(self.packet(0x90, body[:2] + b"\1"))
+        sender = threading.Thread(target=self.flood, args=(connection,), daemon=True)
+        sender.start()
+        try:
+            while True:
+                kind, body = self.read(file)
+                topic = body[2 : 2 + int.from_bytes(body[:2], "big")].decode()
+                if kind & 0xF0 == 0x30 and "/NDATA/" in topic:
+                    self.values.put(topic)
+        except (OSError, ValueError):
+            pass
+        self.is_over.set()
+        sender.join()
+
+    def flood(self, connection):
+        topic = b"spBv1.0/shop/NCMD/lathe"
+        commands = b""
+        for number in range(1000):
+            payload = NCmd(timestamp=1, metrics=[write("SPEED", DataType.INT32, number)]).encode()
+            commands += self.packet(0x30, len(topic).to_bytes(2, "big") + topic + payload)
+        try:
+            while not self.is_over.is_set():
+                connection.sendall(commands)
+        except OSError:
+            pass
+
+
+def commands_without_a_pause():
+    """Values are published while commands come without a pause, too."""
+    broker = FloodingBroker()
+    server = threading.Thread(target=broker.serve, daemon=True)
+    server.start()
+    wiring = f'''[plcio]
+mqtt-broker = "mqtt://127.0.0.1:{broker.port}"
+mqtt-group = "shop"
+log = "plcio.jsonl"
+[[io]]
+name = "SPEED"
+driver = "mqtt"
+direction = "in"
+'''
+    with Plant(wiring) as plant:
+        for _ in range(20):
+            broker.values.get(timeout=PATIENCE)
+        broker.is_over.set()
+        plant.stop(plant.driver, signal.SIGKILL)
+    server.join()
 
 
 main()

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use plcc_abi::closest;
 
+use super::ethercat_point::{self, EthercatPoint};
 use super::gpio_line::{Circuit, GpioLine};
 use super::modbus_address::{ModbusAddress, Table};
 use super::range::names;
@@ -28,6 +29,8 @@ pub enum Address {
     Gpio(GpioLine),
     /// A variable of another control.
     Zenoh(ZenohVariable),
+    /// A point of an EtherCAT terminal.
+    Ethercat(EthercatPoint),
 }
 
 impl Address {
@@ -37,13 +40,14 @@ impl Address {
             Self::Modbus(address) => address.nth(index).map(Self::Modbus),
             Self::Gpio(line) => line.nth(index).map(Self::Gpio),
             Self::Zenoh(variable) => variable.nth(index).map(Self::Zenoh),
+            Self::Ethercat(point) => point.nth(index).map(Self::Ethercat),
         }
     }
 
     /// The same address without what does not belong to the place.
     fn place(&self) -> Self {
         match self {
-            Self::Modbus(_) | Self::Zenoh(_) => self.clone(),
+            Self::Modbus(_) | Self::Zenoh(_) | Self::Ethercat(_) => self.clone(),
             Self::Gpio(line) => Self::Gpio(GpioLine { circuit: Circuit::Plain, ..line.clone() }),
         }
     }
@@ -200,6 +204,7 @@ pub fn points(
         }
     }
     read_and_driven(&mut checked, &driven);
+    checked.mistakes.extend(ethercat_point::mistakes(&checked.points));
     let taken: HashSet<Place> =
         checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
     let is_taken = |name: &String| {
@@ -242,6 +247,9 @@ fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
         Driver::ModbusRtu => parse(false, true),
         Driver::ModbusServer => parse(false, false),
         Driver::Gpio => GpioLine::parse(&entry.address).map(|line| Some(Address::Gpio(line))),
+        Driver::Ethercat => {
+            EthercatPoint::parse(&entry.address).map(|point| Some(Address::Ethercat(point)))
+        }
         Driver::Zenoh if !entry.address.is_empty() => {
             ZenohVariable::parse(&entry.address).map(|variable| Some(Address::Zenoh(variable)))
         }
@@ -281,6 +289,11 @@ fn unfit(Point { entry, symbol, address, is_input }: &Point) -> Option<String> {
         if !is_input && !line.circuit.is_for_outputs() {
             return Some("goes outside, but pull-up and pull-down are for inputs".into());
         }
+    }
+    if let Some(Address::Ethercat(point)) = address
+        && let Some(message) = ethercat_point::unfit(point, *is_input, place.is_bit())
+    {
+        return Some(message);
     }
     if let Some(Address::Modbus(address)) = address {
         if address.format.is_bit() != place.is_bit() {
@@ -474,6 +487,12 @@ mod tests {
             io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1\""),
             io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/2:pull-up\""),
             io("name = \"COUNT\"\ndriver = \"gpio\"\naddress = \"gpiochip0/3\"\nsafe = 16"),
+            io("name = \"LS1\"\ndriver = \"ethercat\"\naddress = \"eth1/1/out/0.0\""),
+            io("name = \"PUMP\"\ndriver = \"ethercat\"\naddress = \"eth1/1/in/0.0\""),
+            io("name = \"LAMP\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0:u8\""),
+            io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0.7\""),
+            io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0:i16\""),
+            io("name = \"PUMP\"\ndriver = \"ethercat\"\naddress = \"eth2/2/out/1.7\""),
             io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
         ]
         .concat();
@@ -493,9 +512,15 @@ mod tests {
             (56, "the point of `LAMP` is driven by the entry of line 52 already"),
             (60, "pull-up and pull-down are for inputs"),
             (64, "is a number, which a line of a GPIO chip can't be"),
-            (71, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
-            (72, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
-            (73, "`safe`: \"off\", \"hold\" or a number is expected"),
+            (69, "`LS1` is given from outside, but its address is an output of a terminal"),
+            (73, "`PUMP` goes outside, but its address is an input of a terminal"),
+            (77, "`LAMP` is a bit, which needs a bit of a byte, as in 0.3"),
+            (81, "`SPEED` is a number, which needs a format, as in 0:i16"),
+            (89, "`PUMP` is at eth2, but the entry of line 85 at eth1: all terminals are at one"),
+            (89, "the point of `PUMP` shares bits with that of `SPEED`, of the entry of line 85"),
+            (95, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+            (96, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+            (97, "`safe`: \"off\", \"hold\" or a number is expected"),
         ];
         assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
         for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {

@@ -14,6 +14,7 @@
 //! the program. Both find all mistakes, each with its line.
 
 mod check;
+mod ethercat_point;
 mod gpio_line;
 mod line_numbers;
 mod modbus_address;
@@ -24,6 +25,7 @@ use plcc_abi::{closest, printable};
 use toml::de::{DeArray, DeTable, DeValue};
 
 pub use check::{Address, Checked, Point, points};
+pub use ethercat_point::{EthercatPoint, ProcessValue};
 pub use gpio_line::{Circuit, GpioLine};
 pub use line_numbers::LineNumbers;
 pub use modbus_address::{Format, Medium, ModbusAddress, Table};
@@ -64,13 +66,15 @@ pub enum Driver {
     Hal,
     /// Lines of Linux's GPIO character device.
     Gpio,
+    /// Terminals of an EtherCAT segment, which `plcio` drives by a network interface.
+    Ethercat,
     /// Another program that uses the image file itself, such as a component of LinuxCNC.
     Other,
 }
 
 impl Driver {
     /// All drivers by their names.
-    pub const ALL: [(&str, Self); 9] = [
+    pub const ALL: [(&str, Self); 10] = [
         ("modbus-tcp", Self::ModbusTcp),
         ("modbus-rtu", Self::ModbusRtu),
         ("modbus-server", Self::ModbusServer),
@@ -79,6 +83,7 @@ impl Driver {
         ("zenoh", Self::Zenoh),
         ("hal", Self::Hal),
         ("gpio", Self::Gpio),
+        ("ethercat", Self::Ethercat),
         ("other", Self::Other),
     ];
 
