@@ -16,8 +16,9 @@
 //!
 //! A block passes the bytes that are dead at its beginning to its predecessors. At a branch only
 //! bytes that are dead both ways are dead; along an edge back to a block that was not visited yet
-//! nothing is known. Functions are visited last to first, and labels pass on dead bytes as blocks
-//! do ([`DeadBytes`]), so that cutting a program into functions loses little.
+//! nothing is known. Labels pass on dead bytes as blocks do ([`DeadBytes`]), so that cutting a program into functions
+//! loses little. These bytes are found before all passes: no pass changes what a function reads or overwrites
+//! as far as anyone can tell, so what was dead at a label stays so. Then each function can be treated by itself.
 //!
 //! The set of dead bytes is kept as marks on the bytes of the image
 //! ([`ImageBytes`](super::image_bytes)): a byte is dead if its
@@ -28,7 +29,7 @@
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
-use crate::{Block, FuncData, InstData, Label, Terminator};
+use crate::{Block, FuncData, Inst, InstData, Label, Module, Terminator};
 
 /// A load through an index that may read more bytes than this makes all bytes live.
 const MAX_LOADED_BYTES: usize = 64;
@@ -37,16 +38,31 @@ const MAX_LOADED_BYTES: usize = 64;
 /// if that is more. This keeps the time linear.
 const MAX_PASSED_ON: usize = 64;
 
-/// For each label of the functions visited so far, the bytes that are dead there.
+/// For each label the bytes that are dead there.
 #[derive(Debug, Default)]
 pub(super) struct DeadBytes {
     labels: Vec<Vec<u32>>,
 }
 
 impl DeadBytes {
-    /// For this number of labels; at none of them a byte is known to be dead.
-    pub(super) fn new(labels: u32) -> Self {
-        Self { labels: vec![vec![]; labels as usize] }
+    /// Those of a module. Control mostly goes from a function to a later one, so the last function is visited first;
+    /// at a label that control comes to from a later function, nothing is known there.
+    pub(super) fn of(module: &Module, bytes: &mut ImageBytes) -> Self {
+        let mut dead = Self { labels: vec![vec![]; module.label_count as usize] };
+        let mut insts = vec![];
+        for func in module.funcs.iter().rev() {
+            let mut walk = Walk::new(func, bytes);
+            for &block in Graph::new(func).order.iter().rev() {
+                insts.clone_from(&func.block(block).insts);
+                walk.block(func, block, &mut insts, &dead);
+            }
+            for &(label, block) in func.entries() {
+                if let Some(slot) = dead.labels.get_mut(label.index()) {
+                    slot.clone_from(&walk.blocks[block.index()]);
+                }
+            }
+        }
+        dead
     }
 
     fn at(&self, label: Label) -> &[u32] {
@@ -55,25 +71,14 @@ impl DeadBytes {
 }
 
 /// Runs the pass.
-pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBytes) {
+pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &DeadBytes) {
     let graph = Graph::new(func);
-    let mut walk = Walk {
-        bytes,
-        blocks: vec![vec![]; func.block_count()],
-        used: vec![false; func.value_count()],
-        stamp: 0,
-        marked: vec![],
-    };
+    let mut walk = Walk::new(func, bytes);
     // Definitions come before uses in this order, so backwards every use is seen first.
     for &block in graph.order.iter().rev() {
-        walk.start_at_end_of(func, block, dead);
-        let count = walk.visit_block(func, block);
-        walk.blocks[block.index()] = walk.dead_at_begin(count);
-    }
-    for &(label, block) in func.entries() {
-        if let Some(slot) = dead.labels.get_mut(label.index()) {
-            slot.clone_from(&walk.blocks[block.index()]);
-        }
+        let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        walk.block(func, block, &mut insts, dead);
+        func.blocks[block.index()].insts = insts;
     }
 }
 
@@ -91,7 +96,25 @@ struct Walk<'a> {
     marked: Vec<u32>,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    fn new(func: &FuncData, bytes: &'a mut ImageBytes) -> Self {
+        Self {
+            bytes,
+            blocks: vec![vec![]; func.block_count()],
+            used: vec![false; func.value_count()],
+            stamp: 0,
+            marked: vec![],
+        }
+    }
+
+    /// Visits a block, given with its instructions, and drops those of them that are dead.
+    fn block(&mut self, func: &FuncData, block: Block, insts: &mut Vec<Inst>, dead: &DeadBytes) {
+        let count = insts.len();
+        self.start_at_end_of(func, block, dead);
+        self.instructions(func, insts);
+        self.blocks[block.index()] = self.dead_at_begin(count);
+    }
+
     /// Begins a block at its end: finds the bytes that are dead there.
     fn start_at_end_of(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
         self.make_all_live();
@@ -128,12 +151,9 @@ impl Walk<'_> {
     }
 
     /// Visits a block's instructions from the last to the first and drops those that are dead.
-    /// Gives how many there were before.
-    fn visit_block(&mut self, func: &mut FuncData, block: Block) -> usize {
-        let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
-        let count = insts.len();
-        let mut kept = count;
-        for at in (0..count).rev() {
+    fn instructions(&mut self, func: &FuncData, insts: &mut Vec<Inst>) {
+        let mut kept = insts.len();
+        for at in (0..insts.len()).rev() {
             let inst = insts[at];
             let data = func.inst(inst);
             let is_used = func.result(inst).is_some_and(|value| self.used[value.index()]);
@@ -145,8 +165,6 @@ impl Walk<'_> {
             insts[kept] = inst;
         }
         insts.drain(..kept);
-        func.blocks[block.index()].insts = insts;
-        count
     }
 
     /// Enters which bytes an instruction makes dead or live; gives whether it is a dead store.

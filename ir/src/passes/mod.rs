@@ -37,9 +37,10 @@
 //!
 //! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
 //! `speculation_plan` what it checks, and treats whole statements in `speculate_statement` and rows of them in
-//! `speculate_row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their edges), `substitution` (which value
-//! replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds of doubles), `index_bounds`
-//! (bounds of a computed index) and `image_bytes` (accesses as byte addresses).
+//! `speculate_row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
+//! edges), `substitution` (which value replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds
+//! of doubles), `index_bounds` (bounds of a computed index) and `image_bytes` (accesses as byte addresses). `stage` runs
+//! them over the functions, in several threads.
 
 mod branches;
 mod byte_bits;
@@ -73,20 +74,22 @@ mod speculate_statement;
 mod speculate_variables;
 mod speculation_plan;
 mod split_tests;
+mod stage;
 mod substitution;
 mod switches;
 mod thread_tests;
 pub mod thresholds;
 mod value_range;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dead_stores::DeadBytes;
 pub(crate) use graph::Graph;
 use image_bytes::ImageBytes;
 pub use pass_set::PassSet;
+use stage::{PassOptions, each};
 
-use crate::{FuncData, Module, verify};
+use crate::{FuncData, Module};
 
 /// How much time to spend on making code fast.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -224,7 +227,7 @@ impl Pass {
         module: &Module,
         func: &mut FuncData,
         bytes: &mut ImageBytes,
-        dead: &mut DeadBytes,
+        dead: &DeadBytes,
         options: PassOptions,
     ) -> bool {
         match self {
@@ -257,20 +260,6 @@ impl Pass {
     }
 }
 
-/// In which way passes run that have more than one.
-#[derive(Clone, Copy, Debug)]
-struct PassOptions {
-    /// `forward`: whether truth values are loaded again rather than forwarded.
-    reload_bits: bool,
-    /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
-    /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
-    combine_bits: bool,
-    /// Whether `packed-bits` pays.
-    collect_bits: bool,
-    /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
-    by_length: bool,
-}
-
 /// How long each pass took, in the order in which the passes first ran, over all functions.
 pub type PassTimes = Vec<(Pass, Duration)>;
 
@@ -287,9 +276,10 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     let mut times = vec![];
     let length = instructions(module);
     let by_length = passes.contains(Pass::ByLength);
-    let may_unpack = length >= thresholds::UNPACK_BITS_FROM || !by_length;
+    let is_long_enough = length >= thresholds::UNPACK_BITS_FROM || !by_length;
+    let may_unpack = is_long_enough && !module.word_regions.is_empty();
     if may_unpack {
-        each(module, passes, length, &mut times, |stage| {
+        each(module, passes.without(Pass::DeadStores), length, &mut times, |stage| {
             stage.pass(Pass::Branches);
             if stage.pass(Pass::ByteBits) {
                 stage.pass(Pass::Dce);
@@ -369,90 +359,9 @@ pub fn run(module: &mut Module, passes: &[Pass]) {
     });
 }
 
-/// A function that is being optimised, with what its passes share with those of other functions.
-struct Stage<'a> {
-    module: &'a Module,
-    func: FuncData,
-    passes: PassSet,
-    times: &'a mut PassTimes,
-    options: PassOptions,
-    bytes: &'a mut ImageBytes,
-    dead: &'a mut DeadBytes,
-}
-
-impl Stage<'_> {
-    /// Runs passes one after the other.
-    fn all(&mut self, passes: &[Pass]) {
-        for &pass in passes {
-            self.pass(pass);
-        }
-    }
-
-    /// Runs one pass, if it may run; gives what [`Pass::run`] gives, or false.
-    fn pass(&mut self, pass: Pass) -> bool {
-        if !self.passes.contains(pass) {
-            return false;
-        }
-        let start = Instant::now();
-        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead, self.options);
-        let time = start.elapsed();
-        match self.times.iter_mut().find(|(known, _)| *known == pass) {
-            Some((_, sum)) => *sum += time,
-            None => self.times.push((pass, time)),
-        }
-        debug_assert_eq!(
-            verify::function(self.module, &self.func).first().map(ToString::to_string),
-            None,
-            "{} after {}",
-            self.func.name(),
-            pass.name()
-        );
-        changed
-    }
-}
-
 /// The number of instructions in the blocks of those functions that are executed as a rule: not those of general
 /// code beside specialised code, which are optimised for size.
 fn instructions(module: &Module) -> usize {
     let funcs = module.funcs.iter().filter(|func| !func.is_optimized_for_size());
     funcs.flat_map(|func| func.blocks()).map(|(_, block)| block.insts.len()).sum()
-}
-
-/// Lets `order` run passes over each function, from the last to the first. Control mostly goes from
-/// a function to a later one, and `dead-stores` needs to know first which bytes are dead there. `length` is
-/// the number of instructions that the module had before all passes.
-fn each(
-    module: &mut Module,
-    passes: PassSet,
-    length: usize,
-    times: &mut PassTimes,
-    order: impl Fn(&mut Stage<'_>),
-) {
-    // Bits that have become bytes take fewer instructions, so this may be less than `length`.
-    let reload_bits =
-        passes.contains(Pass::ReloadBits) && instructions(module) > thresholds::RELOAD_BITS_FROM;
-    let is_long = length >= thresholds::LONG_FROM;
-    let by_length = passes.contains(Pass::ByLength);
-    if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
-        let size = byte_bits::LOCAL_BITS;
-        module.local_bits.get_or_insert_with(|| Module::local_bits_of(module.image_size, size));
-    }
-    let mut bytes = ImageBytes::new(module);
-    let mut dead = DeadBytes::new(module.label_count);
-    for index in (0..module.funcs.len()).rev() {
-        let func = std::mem::take(&mut module.funcs[index]);
-        let (bytes, dead) = (&mut bytes, &mut dead);
-        let options = PassOptions {
-            reload_bits,
-            combine_bits: false,
-            collect_bits: !(by_length && is_long),
-            by_length,
-        };
-        let mut stage = Stage { module, func, passes, times: &mut *times, options, bytes, dead };
-        order(&mut stage);
-        module.funcs[index] = stage.func;
-    }
-    if !module.funcs.iter().any(FuncData::has_local_bits) {
-        module.local_bits = None;
-    }
 }

@@ -1,0 +1,199 @@
+//! Runs passes over the functions of a module, in several threads if the module is long.
+//!
+//! What one function is made into does not depend on the others, apart from the bytes that are dead at their labels
+//! ([`DeadBytes`]), which are found before all passes. So the result is the same with any number of threads.
+
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use super::dead_stores::DeadBytes;
+use super::image_bytes::ImageBytes;
+use super::{Pass, PassSet, PassTimes, byte_bits, instructions, thresholds};
+use crate::{FuncData, Module, verify};
+
+/// The number of IR instructions for which a further thread is started; for fewer it would cost more time than it
+/// saves.
+const INSTS_PER_THREAD: usize = 8000;
+
+/// In which way passes run that have more than one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PassOptions {
+    /// `forward`: whether truth values are loaded again rather than forwarded.
+    pub(super) reload_bits: bool,
+    /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
+    /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
+    pub(super) combine_bits: bool,
+    /// Whether `packed-bits` pays.
+    pub(super) collect_bits: bool,
+    /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
+    pub(super) by_length: bool,
+}
+
+/// A function that is being optimised, with what its passes need to know of the module.
+pub(super) struct Stage<'a> {
+    module: &'a Module,
+    pub(super) func: FuncData,
+    pub(super) passes: PassSet,
+    times: &'a mut PassTimes,
+    pub(super) options: PassOptions,
+    bytes: &'a mut ImageBytes,
+    dead: &'a DeadBytes,
+}
+
+impl Stage<'_> {
+    /// Runs passes one after the other.
+    pub(super) fn all(&mut self, passes: &[Pass]) {
+        for &pass in passes {
+            self.pass(pass);
+        }
+    }
+
+    /// Runs one pass, if it may run; gives what [`Pass::run`] gives, or false.
+    pub(super) fn pass(&mut self, pass: Pass) -> bool {
+        if !self.passes.contains(pass) {
+            return false;
+        }
+        let start = Instant::now();
+        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead, self.options);
+        add_time(self.times, pass, start.elapsed());
+        debug_assert_eq!(
+            verify::function(self.module, &self.func).first().map(ToString::to_string),
+            None,
+            "{} after {}",
+            self.func.name(),
+            pass.name()
+        );
+        changed
+    }
+}
+
+/// Adds to the time of a pass.
+fn add_time(times: &mut PassTimes, pass: Pass, time: std::time::Duration) {
+    match times.iter_mut().find(|(known, _)| *known == pass) {
+        Some((_, sum)) => *sum += time,
+        None => times.push((pass, time)),
+    }
+}
+
+/// Lets `order` run passes over each function. `length` is the number of instructions that the module had before
+/// all passes.
+pub(super) fn each(
+    module: &mut Module,
+    passes: PassSet,
+    length: usize,
+    times: &mut PassTimes,
+    order: impl Fn(&mut Stage<'_>) + Sync,
+) {
+    // Bits that have become bytes take fewer instructions, so this may be less than `length`.
+    let reload_bits =
+        passes.contains(Pass::ReloadBits) && instructions(module) > thresholds::RELOAD_BITS_FROM;
+    let is_long = length >= thresholds::LONG_FROM;
+    let by_length = passes.contains(Pass::ByLength);
+    if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
+        let size = byte_bits::LOCAL_BITS;
+        module.local_bits.get_or_insert_with(|| Module::local_bits_of(module.image_size, size));
+    }
+    let options = PassOptions {
+        reload_bits,
+        combine_bits: false,
+        collect_bits: !(by_length && is_long),
+        by_length,
+    };
+    let mut dead = DeadBytes::default();
+    if passes.contains(Pass::DeadStores) {
+        let start = Instant::now();
+        dead = DeadBytes::of(module, &mut ImageBytes::new(module));
+        add_time(times, Pass::DeadStores, start.elapsed());
+    }
+    let funcs = std::mem::take(&mut module.funcs);
+    module.funcs = in_threads(funcs, times, &|queue: &Queue, times: &mut PassTimes| {
+        let mut bytes = ImageBytes::new(module);
+        let mut done = vec![];
+        while let Some((index, func)) = take(queue) {
+            let (bytes, dead) = (&mut bytes, &dead);
+            let mut stage = Stage { module, func, passes, times, options, bytes, dead };
+            order(&mut stage);
+            done.push((index, stage.func));
+        }
+        done
+    });
+    if !module.funcs.iter().any(FuncData::has_local_bits) {
+        module.local_bits = None;
+    }
+}
+
+/// Functions with their numbers, of which each thread takes the next when it has done one.
+type Queue = Mutex<Vec<(usize, FuncData)>>;
+
+/// Takes the next function.
+fn take(queue: &Queue) -> Option<(usize, FuncData)> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner).pop()
+}
+
+/// Lets `work` take all functions from a queue and give them back, in several threads if they are long. Adds the
+/// times of all threads to `times`.
+fn in_threads(
+    funcs: Vec<FuncData>,
+    times: &mut PassTimes,
+    work: &(impl Fn(&Queue, &mut PassTimes) -> Vec<(usize, FuncData)> + Sync),
+) -> Vec<FuncData> {
+    let size: usize = funcs.iter().map(FuncData::inst_count).sum();
+    let wanted = funcs.len().min(1 + size / INSTS_PER_THREAD);
+    let threads = match wanted {
+        0 | 1 => 1,
+        _ => thread::available_parallelism().map_or(1, usize::from).min(wanted),
+    };
+    let mut funcs: Vec<(usize, FuncData)> = funcs.into_iter().enumerate().collect();
+    // The longest are taken first, so that all threads end at about the same time.
+    funcs.sort_by_key(|(_, func)| func.inst_count());
+    let queue = Queue::new(funcs);
+    let mut done = thread::scope(|scope| {
+        let helper = || {
+            let mut times = vec![];
+            (work(&queue, &mut times), times)
+        };
+        let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(helper)).collect();
+        let mut done = work(&queue, times);
+        for helper in helpers {
+            // A panic is a mistake in a pass, whichever thread meets it.
+            let (more, of_helper) =
+                helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            done.extend(more);
+            of_helper.into_iter().for_each(|(pass, time)| add_time(times, pass, time));
+        }
+        done
+    });
+    done.sort_unstable_by_key(|&(index, _)| index);
+    done.into_iter().map(|(_, func)| func).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::InstData;
+
+    #[test]
+    fn functions_keep_their_order_whichever_thread_takes_them() {
+        let func = |number: usize| FuncData {
+            name: format!("chunk{number}"),
+            insts: vec![InstData::IsLate; 1000 + 37 * number % 1000],
+            ..FuncData::default()
+        };
+        let mut times = vec![];
+        let done = in_threads((0..50).map(func).collect(), &mut times, &|queue, times| {
+            let mut done = vec![];
+            while let Some(taken) = take(queue) {
+                add_time(times, Pass::Fold, Duration::from_nanos(1));
+                done.push(taken);
+            }
+            done
+        });
+        let names: Vec<&str> = done.iter().map(FuncData::name).collect();
+        let wanted: Vec<String> = (0..50).map(|number| format!("chunk{number}")).collect();
+        assert_eq!(names, wanted);
+        assert_eq!(times, [(Pass::Fold, Duration::from_nanos(50))]);
+    }
+}
