@@ -57,14 +57,18 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = cores.min(count).min(1 + size / INSTS_PER_THREAD).max(1);
+    // The longest are compiled first, so that all threads end at about the same time.
+    let mut order: Vec<_> =
+        module.funcs().enumerate().map(|(index, (_, func))| (index, func)).collect();
+    order.sort_by_key(|(_, func)| std::cmp::Reverse(func.inst_count()));
     let next = AtomicUsize::new(0);
     let worker = || {
         let mut done = Vec::new();
         let mut context = Context::new();
         let mut builder_context = FunctionBuilderContext::new();
         loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some((_, func)) = module.funcs().nth(index) else { break };
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(&(index, func)) = order.get(number) else { break };
             let result = compile_to_bytes(module, func, target, &mut context, &mut builder_context);
             let failed = result.is_err();
             done.push((index, result));

@@ -22,11 +22,10 @@
 //! it is in the process image. Control flow inside one statement that passes values along uses
 //! blocks of the [`FuncBuilder`] directly.
 
-use std::collections::HashMap;
-
 use plcc_abi::{Region, Task, TrapCode, TrapSite};
 
 use crate::bound::ReturnStack;
+use crate::tables::FastMap;
 use crate::{
     Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, SourceLoc,
     Statement, Terminator, Value,
@@ -321,7 +320,7 @@ impl ChunkBuilder {
     pub fn finish(mut self) -> Module {
         self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new("")));
         self.bind_remaining_places();
-        let mut stubs = HashMap::new();
+        let mut stubs = FastMap::default();
         for (func, block, branch) in std::mem::take(&mut self.branches) {
             let mut resolve = |place: Place| self.resolve(func, place, &mut stubs);
             let terminator = match branch {
@@ -368,7 +367,7 @@ impl ChunkBuilder {
         &mut self,
         func: usize,
         place: Place,
-        stubs: &mut HashMap<(usize, Place), Block>,
+        stubs: &mut FastMap<(usize, Place), Block>,
     ) -> Block {
         match self.places[place.0 as usize].bound {
             Some((owner, block)) if owner == func => block,

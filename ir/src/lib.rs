@@ -72,6 +72,7 @@ pub mod module;
     reason = "passes see verified functions, whose entities index tables made for them"
 )]
 pub mod passes;
+pub mod tables;
 pub mod text;
 pub mod types;
 pub mod verify;

@@ -21,6 +21,8 @@ pub fn clif(module: &Module, target: &Target) -> Result<String, CodegenError> {
     for (_, func) in module.funcs() {
         let mut function = Function::new();
         lower::function(module, func, &*target.isa, &mut function, &mut builder_context)?;
+        // `FunctionBuilder` makes aliases of values for its variables; the listing has none.
+        function.dfg.resolve_all_aliases();
         let mut locs = SecondaryMap::with_default(SourceLoc::default());
         for block in function.layout.blocks() {
             for inst in function.layout.block_insts(block) {

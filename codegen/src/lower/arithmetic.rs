@@ -38,6 +38,7 @@ impl Lowering<'_> {
         self.builder.ins().brif(is_finite, join, &[x.into()], other, &[]);
         self.builder.set_cold_block(other);
         self.builder.switch_to_block(other);
+        self.builder.seal_block(other);
         let (high, low) =
             (self.builder.ins().f64const(f64::MAX), self.builder.ins().f64const(-f64::MAX));
         let zero = self.builder.ins().f64const(0.0);
@@ -47,6 +48,7 @@ impl Lowering<'_> {
         let nearest = self.builder.ins().select(positive, high, lower);
         self.builder.ins().jump(join, &[nearest.into()]);
         self.builder.switch_to_block(join);
+        self.builder.seal_block(join);
         if self.cold {
             self.builder.set_cold_block(join);
         }

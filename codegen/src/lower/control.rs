@@ -61,6 +61,7 @@ impl Lowering<'_> {
         let number = self.builder.ins().isub(label, first);
         self.table(number, &targets, unknown);
         self.builder.switch_to_block(unknown);
+        self.builder.seal_block(unknown);
         self.return_outcome(RawOutcome::trap(TrapCode::BadLabel));
         Ok(())
     }
@@ -86,6 +87,7 @@ impl Lowering<'_> {
             let below = self.builder.ins().icmp(IntCC::UnsignedLessThan, label, pivot);
             let (left, right) = (self.builder.create_block(), self.builder.create_block());
             self.builder.ins().brif(below, left, &[], right, &[]);
+            [left, right].into_iter().for_each(|block| self.builder.seal_block(block));
             pending.extend([(Some(left), low), (Some(right), high)]);
         }
         Ok(())
@@ -124,6 +126,7 @@ impl Lowering<'_> {
                         self.builder.ins().brif(truth, next, &[], otherwise, &other_args);
                     }
                     self.builder.switch_to_block(next);
+                    self.builder.seal_block(next);
                 }
                 let truth = self.truth(*last)?;
                 self.builder.ins().brif(truth, then, &then_args, otherwise, &other_args);

@@ -11,13 +11,12 @@
 //!               pmovmskb                     the highest bits of all bytes
 //! ```
 
-use std::collections::{HashMap, HashSet};
-
 use cranelift_codegen::ir::{
     ConstantData, Endianness, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
     Value as ClifValue, types,
 };
 use cranelift_frontend::FunctionBuilder;
+use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
     Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, Module, RegionId, Type, UnaryOp, Value,
 };
@@ -40,11 +39,11 @@ pub(super) struct LocalBits {
     /// The part of the stack frame, if the function has local bits.
     pub(super) slot: Option<StackSlot>,
     /// The words that are unpacked at once, by the last of their stores.
-    unpacked: HashMap<Inst, Unpacked>,
+    unpacked: FastMap<Inst, Unpacked>,
     /// The other stores of these words, for which nothing is written.
-    left_out: HashSet<Inst>,
+    left_out: FastSet<Inst>,
     /// The ORs that join two neighbouring groups of eight bits, with the address of the first.
-    joined: HashMap<Inst, Address>,
+    joined: FastMap<Inst, Address>,
 }
 
 /// A word that is unpacked.
@@ -68,9 +67,9 @@ impl LocalBits {
             size: 0,
             offset: i64::MAX,
             slot: None,
-            unpacked: HashMap::new(),
-            left_out: HashSet::new(),
-            joined: HashMap::new(),
+            unpacked: FastMap::default(),
+            left_out: FastSet::default(),
+            joined: FastMap::default(),
         };
         let Some(region) = &module.local_bits else { return this };
         this.offset = i64::from(region.offset);
@@ -147,7 +146,7 @@ impl LocalBits {
     /// Finds the ORs of a block that join two groups of bits.
     fn find_joined(&mut self, func: &FuncData, insts: &[Inst], uses: &[u32]) {
         // The groups that were gathered since anything was last stored in the local bits.
-        let mut gathered: HashMap<Value, Address> = HashMap::new();
+        let mut gathered: FastMap<Value, Address> = FastMap::default();
         let is_used_once = |value: Value| uses.get(value.index()) == Some(&1);
         for &inst in insts {
             if let InstData::Store { at, .. } = func.inst(inst) {

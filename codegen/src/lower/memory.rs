@@ -7,6 +7,16 @@ use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
+/// A base register: a value that the whole function uses; or a variable, where the value is computed again behind calls
+/// in cold blocks. Each block where ways meet then takes it as a parameter, which takes long to compile where such
+/// calls are many; so functions that are optimised for size keep one value.
+#[derive(Clone, Copy)]
+pub(super) enum Base {
+    /// The value, once it is computed.
+    Fixed(Option<ClifValue>),
+    Changing(Variable),
+}
+
 impl Lowering<'_> {
     /// Loads the image's address from the context and computes the base addresses from it. That is
     /// done at the beginning of a function, and they are rematerialised after each call in a cold
@@ -17,10 +27,11 @@ impl Lowering<'_> {
         let flags = MemFlagsData::trusted().with_readonly();
         let offset = std::mem::offset_of!(ScanContext, image) as i32;
         let image = self.builder.ins().load(pointer, flags, self.context, offset);
-        self.builder.def_var(self.image, image);
+        self.image = self.define_base(self.image, image);
         let local =
             self.local_bits.slot.map(|slot| self.builder.ins().stack_addr(pointer, slot, 0));
-        for &(place, base) in &self.bases {
+        for index in 0..self.bases.len() {
+            let (place, base) = self.bases[index];
             // By a subtraction: Cranelift would fold an addition back into every address.
             let (start, from) = match local.filter(|_| place >= self.local_bits.offset) {
                 Some(local) => (local, self.local_bits.offset),
@@ -28,7 +39,26 @@ impl Lowering<'_> {
             };
             let less = self.builder.ins().iconst(pointer, from - place);
             let value = self.builder.ins().isub(start, less);
-            self.builder.def_var(base, value);
+            self.bases[index].1 = self.define_base(base, value);
+        }
+    }
+
+    /// Gives a base register a value, from here on.
+    fn define_base(&mut self, base: Base, value: ClifValue) -> Base {
+        match base {
+            Base::Fixed(_) => Base::Fixed(Some(value)),
+            Base::Changing(variable) => {
+                self.builder.def_var(variable, value);
+                base
+            }
+        }
+    }
+
+    /// The value of a base register.
+    fn base(&mut self, base: Base) -> LowerResult<ClifValue> {
+        match base {
+            Base::Fixed(value) => value.ok_or_else(|| InvalidIr("a base is not there".into())),
+            Base::Changing(variable) => Ok(self.builder.use_var(variable)),
         }
     }
 
@@ -39,7 +69,7 @@ impl Lowering<'_> {
         let base = self.bases.iter().find(|(place, _)| *place >= start);
         let &(place, base) = base.ok_or_else(missing)?;
         let distance = i32::try_from(offset - place).map_err(|_| missing())?;
-        Ok((self.builder.use_var(base), distance))
+        Ok((self.base(base)?, distance))
     }
 
     pub(super) fn load(&mut self, ty: Type, at: Address) -> LowerResult<ClifValue> {
@@ -107,21 +137,21 @@ impl Lowering<'_> {
         let base = match at.index {
             Some(index) => {
                 let moved = self.index(index)?;
-                let image = self.builder.use_var(self.image);
+                let image = self.base(self.image)?;
                 self.builder.ins().iadd(image, moved)
             }
             None => {
                 let near = |place: i64| i8::try_from(offset - place).ok().map(i32::from);
-                let based = |&(place, base): &(i64, Variable)| Some((base, near(place)?));
+                let based = |&(place, base): &(i64, Base)| Some((base, near(place)?));
                 if near(0).is_none()
                     && let Some((base, offset)) = self.bases.iter().find_map(based)
                 {
-                    return Ok((self.builder.use_var(base), offset));
+                    return Ok((self.base(base)?, offset));
                 }
                 if at.region == RegionId::LOCAL_BITS {
                     return self.local_address(offset);
                 }
-                self.builder.use_var(self.image)
+                self.base(self.image)?
             }
         };
         Ok(match i32::try_from(offset) {

@@ -17,20 +17,20 @@ mod tests;
 mod truth_values;
 mod vectors;
 
-use std::collections::HashMap;
-
 use cranelift_codegen::ir::{
     AbiParam, Block as ClifBlock, Function, InstBuilder, MemFlagsData, Signature, SourceLoc,
     UserFuncName, Value as ClifValue, types,
 };
 use cranelift_codegen::isa::{CallConv, TargetIsa};
-use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use plcc_abi::{HostFn, HostType, ScanContext};
+use plcc_ir::tables::FastMap;
 use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
 use target_lexicon::Architecture;
 
 use crate::InternalError;
 use local_bits::LocalBits;
+use memory::Base;
 use truth_values::TruthValues;
 use vectors::Vectors;
 
@@ -64,14 +64,19 @@ pub(crate) fn function(
     let start = builder.create_block();
     builder.append_block_params_for_function_params(start);
     builder.switch_to_block(start);
+    builder.seal_block(start);
     let context_value = builder.block_params(start)[0];
     let label = builder.block_params(start)[1];
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
     let local_bits = LocalBits::new(module, func, &mut builder, is_x86);
     let places = base_registers::bases(module, func, is_x86);
-    let image = builder.declare_var(pointer);
-    let bases = places.into_iter().map(|place| (i64::from(place), builder.declare_var(pointer)));
-    let bases = bases.collect();
+    let changes = has_cold_calls(func) && !func.is_optimized_for_size();
+    let mut base = || match changes {
+        true => Base::Changing(builder.declare_var(pointer)),
+        false => Base::Fixed(None),
+    };
+    let image = base();
+    let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
@@ -88,9 +93,9 @@ pub(crate) fn function(
         cold: false,
         is_x86,
         uses: func.use_counts(),
-        truncated: HashMap::new(),
+        truncated: FastMap::default(),
         is_extended: memory::extended_values(func),
-        extended_loads: HashMap::new(),
+        extended_loads: FastMap::default(),
         trap_exit: None,
         host_signature: None,
         inst: None,
@@ -102,8 +107,6 @@ pub(crate) fn function(
     }
     lowering.builder.seal_all_blocks();
     lowering.builder.finalize(isa.frontend_config());
-    // `FunctionBuilder` makes aliases of values for its variables; the listing has none.
-    out.dfg.resolve_all_aliases();
     Ok(())
 }
 
@@ -136,6 +139,13 @@ fn order(func: &FuncData) -> Vec<Block> {
     postorder
 }
 
+/// Whether a function calls the host in cold blocks.
+fn has_cold_calls(func: &FuncData) -> bool {
+    let mut insts =
+        func.blocks().filter(|(_, block)| block.cold).flat_map(|(_, block)| &block.insts);
+    insts.any(|&inst| matches!(func.inst(inst), InstData::HostCall { .. }))
+}
+
 fn successors(func: &FuncData, block: Block) -> Vec<Block> {
     let mut next = Vec::new();
     if let Some(terminator) = &func.block(block).terminator {
@@ -156,9 +166,9 @@ struct Lowering<'a> {
     /// The function's first argument: the address of the scan context.
     context: ClifValue,
     /// The address of the process image.
-    image: Variable,
+    image: Base,
     /// The base registers, each with the offset in the image that it points to.
-    bases: Vec<(i64, Variable)>,
+    bases: Vec<(i64, Base)>,
     /// The function's local bits.
     local_bits: LocalBits,
     /// The block that is being lowered.
@@ -173,11 +183,11 @@ struct Lowering<'a> {
     uses: Vec<u32>,
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
-    truncated: HashMap<Value, ClifValue>,
+    truncated: FastMap<Value, ClifValue>,
     /// For each value whether it is an operand of an extension with zeros.
     is_extended: Vec<bool>,
     /// The values of 8 and 16 bits that were loaded with that extension, each with the 32 bits.
-    extended_loads: HashMap<Value, ClifValue>,
+    extended_loads: FastMap<Value, ClifValue>,
     /// The block in which all traps with a site leave the function, once there is such a trap. Its
     /// parameters are the two halves of the outcome.
     trap_exit: Option<ClifBlock>,
@@ -210,8 +220,19 @@ impl Lowering<'_> {
         for (block, _) in self.func.blocks() {
             self.params(block)?;
         }
-        for block in order(self.func) {
+        let order = order(self.func);
+        // A block is sealed as soon as all that lead to it are lowered: until then, each variable that is used there
+        // takes a parameter.
+        let mut edges = vec![0u32; self.blocks.len()];
+        for block in order.iter().flat_map(|&block| successors(self.func, block)) {
+            edges[block.index()] += 1;
+        }
+        for block in order {
+            if edges[block.index()] == 0 {
+                self.builder.seal_block(self.clif_block(block)?);
+            }
             self.block(block)?;
+            successors(self.func, block).iter().for_each(|next| edges[next.index()] -= 1);
         }
         self.write_trap_exit();
         Ok(())
@@ -384,7 +405,7 @@ impl Lowering<'_> {
         }
         let call = self.builder.ins().call_indirect(signature, callee, &operands);
         let result = self.builder.inst_results(call)[0];
-        if self.cold {
+        if self.cold && matches!(self.image, Base::Changing(_)) {
             self.materialise_bases();
         }
         Ok(function.signature().1.map(|ty| match ty {

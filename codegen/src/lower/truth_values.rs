@@ -14,10 +14,9 @@
 //! A load of 32 bits takes long when one of its bytes has just been stored: the processor can't
 //! take the value from the store, and waits until it is in the cache. Such a byte is loaded alone.
 
-use std::collections::HashMap;
-
 use cranelift_codegen::ir::{BlockArg, InstBuilder, Value as ClifValue, types};
 use plcc_ir::passes::{Pass, thresholds::STORED_RECENTLY};
+use plcc_ir::tables::FastMap;
 use plcc_ir::{Address, BinaryOp, Block, FuncData, Module, Type, Value};
 
 use super::memory::flags;
@@ -37,7 +36,7 @@ pub(super) struct TruthValues {
     /// The loads that wait for their use, each with its offset in the image.
     waiting: Vec<(Value, Address, i64)>,
     /// For each byte of the image that was stored, by its offset, the number of the instruction that stored it last.
-    last_stores: HashMap<i64, u32>,
+    last_stores: FastMap<i64, u32>,
     /// The number of the current instruction of the IR, counted over the function.
     current: u32,
 }
@@ -62,7 +61,7 @@ impl TruthValues {
             }
         }
         let wide = vec![None; uses.len()];
-        Self { enabled, wide, uses, waiting: vec![], last_stores: HashMap::new(), current: 0 }
+        Self { enabled, wide, uses, waiting: vec![], last_stores: FastMap::default(), current: 0 }
     }
 
     /// Whether a value is in 32 bits, or can be loaded so.
@@ -147,6 +146,7 @@ impl Lowering<'_> {
         let parameter = self.builder.append_block_param(next, types::I32);
         self.builder.ins().jump(next, &[BlockArg::Value(value)]);
         self.builder.switch_to_block(next);
+        self.builder.seal_block(next);
         if self.cold {
             self.builder.set_cold_block(next);
         }

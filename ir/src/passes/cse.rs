@@ -14,56 +14,13 @@
 //! It must not merge loads, since the image may have changed between them (`forward` does that),
 //! nor anything that has an effect.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
-
 use super::graph::Graph;
 use super::substitution::Substitution;
+use crate::tables::FastMap;
 use crate::{Block, FuncData, InstData, Value};
 
-/// A fast hash function. The keys are instructions that the front ends wrote, and a collision only
-/// costs time, so it need not withstand attacks.
-#[derive(Default)]
-struct FastHasher(u64);
-
-impl Hasher for FastHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u64(byte.into());
-        }
-    }
-
-    fn write_u8(&mut self, n: u8) {
-        self.write_u64(n.into());
-    }
-
-    fn write_u32(&mut self, n: u32) {
-        self.write_u64(n.into());
-    }
-
-    fn write_i64(&mut self, n: i64) {
-        self.write_u64(n as u64);
-    }
-
-    fn write_u64(&mut self, n: u64) {
-        let mixed = (self.0.rotate_left(5) ^ n).wrapping_mul(0x517C_C1B7_2722_0A95);
-        self.0 = mixed ^ (mixed >> 32);
-    }
-
-    fn write_usize(&mut self, n: usize) {
-        self.write_u64(n as u64);
-    }
-
-    fn write_isize(&mut self, n: isize) {
-        self.write_u64(n as u64);
-    }
-}
-
-type Table = HashMap<InstData, (Value, Block), BuildHasherDefault<FastHasher>>;
+/// Instructions by operation and operands, each with its result and its block.
+type Table = FastMap<InstData, (Value, Block)>;
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {

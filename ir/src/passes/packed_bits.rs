@@ -24,13 +24,13 @@
 //! of these loads read a single bit. Then the pass `demanded-bits` replaces the load by the truth value that
 //! was put into that bit, or uses the old word alone, so that nothing waits for a store.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
 use super::value_range::{ValueRanges, mask};
+use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Terminator, Type, Value,
 };
@@ -67,12 +67,12 @@ struct Collector<'a> {
     func: &'a mut FuncData,
     bytes: &'a ImageBytes,
     /// The words whose bits are collected, with the type of their stores.
-    candidates: HashMap<Address, Type>,
+    candidates: FastMap<Address, Type>,
     ranges: ValueRanges,
     /// The words with replaced bits that are not stored yet.
     words: Vec<Word>,
     /// For blocks where the two sides of a branch meet: the words that are not stored yet at their beginning.
-    waiting: HashMap<Block, Vec<Word>>,
+    waiting: FastMap<Block, Vec<Word>>,
     /// The instructions of the current block so far.
     out: Vec<Inst>,
     loc: SourceLoc,
@@ -87,7 +87,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     }
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
-    let (words, waiting, out) = (vec![], HashMap::new(), vec![]);
+    let (words, waiting, out) = (vec![], FastMap::default(), vec![]);
     let mut collector =
         Collector { func, bytes, candidates, ranges, words, waiting, out, loc: SourceLoc::NONE };
     for &block in &graph.order {
@@ -98,8 +98,8 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
 
 /// The words of which a function replaces bits at least twice, each with the type of the first such store.
 /// Stores of other types are not counted.
-fn candidates(func: &FuncData, graph: &Graph) -> HashMap<Address, Type> {
-    let mut stores: HashMap<Address, (Type, u32)> = HashMap::new();
+fn candidates(func: &FuncData, graph: &Graph) -> FastMap<Address, Type> {
+    let mut stores: FastMap<Address, (Type, u32)> = FastMap::default();
     for &inst in graph.order.iter().flat_map(|&block| &func.block(block).insts) {
         if let InstData::Store { at, value } = func.inst(inst)
             && is_word(at, func.ty(*value))

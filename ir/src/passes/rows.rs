@@ -20,11 +20,12 @@
 mod emit;
 mod selects;
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::value_range::{ValueRanges, mask};
+use crate::tables::FastSet;
 use crate::{
     Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value,
 };
@@ -88,7 +89,7 @@ struct Rows<'a> {
     /// For each value the first load in its block that reads the same, or the value itself.
     first_load: Vec<Value>,
     /// The rows of the current block that were computed last: their lanes and the words.
-    known: VecDeque<(HashSet<Lane>, Value)>,
+    known: VecDeque<(FastSet<Lane>, Value)>,
     /// How often each value was used before the pass, and how often new instructions use it.
     uses: Vec<u32>,
     /// New instructions, each with the place of the instruction before which it stands.
@@ -290,7 +291,7 @@ impl Rows<'_> {
 
     /// The word of a row that was computed before and contains all these lanes.
     fn known(&self, lanes: &[Lane]) -> Option<Value> {
-        let has_all = |known: &HashSet<Lane>| {
+        let has_all = |known: &FastSet<Lane>| {
             lanes.iter().all(|&lane| known.contains(&self.with_first_load(lane)))
         };
         self.known.iter().find(|(known, _)| has_all(known)).map(|&(_, word)| word)

@@ -22,12 +22,11 @@
 //!                                        jump block4
 //! ```
 
-use std::collections::HashMap;
-
 use super::float_range::FloatRange;
 use super::speculate::{Rest, Speculate, replace_all};
 use super::speculate_row::{KnownInteger, Row};
 use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
+use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, SourceLoc, Terminator, Type, Value, ValueDef,
 };
@@ -195,7 +194,7 @@ impl Speculate<'_> {
     /// The loads among some instructions that read the same as an earlier one of them, each with that one. None of
     /// the instructions has an effect.
     fn repeated_loads(&self, insts: &[Inst]) -> Vec<(Value, Value)> {
-        let mut first: HashMap<InstData, Value> = HashMap::new();
+        let mut first: FastMap<InstData, Value> = FastMap::default();
         let mut same = vec![];
         for &inst in insts {
             if let (data @ InstData::Load { .. }, Some(result)) =

@@ -1,8 +1,7 @@
 //! Checks rule 14: a scan is suspended only at labels where its task can go on.
 
-use std::collections::HashSet;
-
 use super::Errors;
+use crate::tables::FastSet;
 use crate::{Block, Func, Label, Module, Terminator};
 
 pub(super) fn check_module(module: &Module, errors: &mut Errors) {
@@ -11,14 +10,14 @@ pub(super) fn check_module(module: &Module, errors: &mut Errors) {
     if suspended.is_empty() {
         return;
     }
-    let all_points: HashSet<u32> =
+    let all_points: FastSet<u32> =
         module.tasks.iter().flat_map(|task| task.resume_points.iter().copied()).collect();
     for label in suspended.iter().filter(|label| !all_points.contains(&label.0)) {
         errors.push(format!("a scan is suspended at {label}, which no task has as a resume point"));
     }
     let targets = module.label_targets();
     for task in &module.tasks {
-        let points: HashSet<u32> = task.resume_points.iter().copied().collect();
+        let points: FastSet<u32> = task.resume_points.iter().copied().collect();
         for label in suspensions_reached(module, &targets, task.entry, &points) {
             if !points.contains(&label.0) && all_points.contains(&label.0) {
                 let name = &task.name;
@@ -50,10 +49,10 @@ fn suspensions_reached(
     module: &Module,
     targets: &[Option<(Func, Block)>],
     entry: u32,
-    points: &HashSet<u32>,
+    points: &FastSet<u32>,
 ) -> Vec<Label> {
     let target = |label: u32| targets.get(label as usize).copied().flatten();
-    let mut seen: HashSet<(Func, Block)> = HashSet::new();
+    let mut seen: FastSet<(Func, Block)> = FastSet::default();
     let mut to_visit: Vec<(Func, Block)> =
         points.iter().copied().chain([entry]).filter_map(target).collect();
     let mut labels = vec![];

@@ -1,7 +1,6 @@
 //! Finds rows of selects that choose a number by the last truth value of a row that is 1 ([`Chain`]).
 
-use std::collections::{HashMap, HashSet};
-
+use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{Inst, InstData, Type, Value};
 
 use super::plan::{Planner, Window};
@@ -21,13 +20,13 @@ impl Planner<'_> {
         rows: &[(Inst, StoredRow)],
     ) -> Vec<(Inst, Chain)> {
         // Each row of truth values by its first lane.
-        let mut by_first: HashMap<Value, (&Window, usize)> = HashMap::new();
+        let mut by_first: FastMap<Value, (&Window, usize)> = FastMap::default();
         for (window, (_, row)) in windows.iter().zip(rows) {
             if let (Format::Truths(_), Some(first)) = (window.format, window.stores.first()) {
                 by_first.insert(first.value, (window, row.node));
             }
         }
-        let (mut chains, mut taken) = (vec![], HashSet::new());
+        let (mut chains, mut taken) = (vec![], FastSet::default());
         for &inst in insts.iter().rev() {
             if !taken.contains(&inst)
                 && let Some((chain, selects)) = self.chain(inst, &by_first)
@@ -43,7 +42,7 @@ impl Planner<'_> {
     fn chain(
         &self,
         end: Inst,
-        by_first: &HashMap<Value, (&Window, usize)>,
+        by_first: &FastMap<Value, (&Window, usize)>,
     ) -> Option<(Chain, Vec<Inst>)> {
         let (mut selects, mut next) = (vec![], end);
         let otherwise = loop {

@@ -22,10 +22,9 @@ mod emit;
 mod nodes;
 mod plan;
 
-use std::collections::HashMap;
-
 use cranelift_codegen::ir::Value as ClifValue;
 use plcc_ir::passes::Pass;
+use plcc_ir::tables::FastMap;
 use plcc_ir::{Address, BinaryOp, FuncData, Inst, IntCond, Module, Type, UnaryOp, Value};
 
 /// What of a function is computed in vectors.
@@ -34,15 +33,15 @@ pub(super) struct Vectors {
     /// For each instruction whether it is left out. Empty if there are no rows.
     left_out: Vec<bool>,
     /// The rows of stores, by the instruction in whose place they are written: the last of their stores.
-    rows: HashMap<Inst, StoredRow>,
+    rows: FastMap<Inst, StoredRow>,
     /// The rows of selects, by the last of these instructions.
-    chains: HashMap<Inst, Chain>,
+    chains: FastMap<Inst, Chain>,
     /// How the values of rows and chains are computed. Operands are indices into this list.
     nodes: Vec<Node>,
     /// For each node the vector, once it has been written.
     written: Vec<Option<ClifValue>>,
     /// The words that hold the truth values of rows of selects, with the nodes of these values.
-    words: HashMap<Vec<(usize, usize)>, ClifValue>,
+    words: FastMap<Vec<(usize, usize)>, ClifValue>,
 }
 
 impl Vectors {

@@ -8,9 +8,9 @@
 //! The rows of a block are entered in the order in which they are written, so that a row can use what rows
 //! before it have computed.
 
-use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
+use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{Address, Block, FuncData, Inst, InstData, Module, Type, Value};
 
 use super::{Chain, Format, Node, StoredRow, Vectors};
@@ -48,13 +48,13 @@ pub(super) fn plan(module: &Module, func: &FuncData) -> Vectors {
         func,
         positions: vec![],
         uses: vec![],
-        accesses: HashMap::new(),
+        accesses: FastMap::default(),
         indexed: vec![],
         effects: vec![],
-        known: HashMap::new(),
+        known: FastMap::default(),
         added: vec![],
         end: 0,
-        delayed: HashMap::new(),
+        delayed: FastMap::default(),
         vectors: Vectors::default(),
     };
     for (block, _) in func.blocks() {
@@ -87,19 +87,19 @@ pub(super) struct Planner<'a> {
     /// How often each value is used by what is not left out.
     pub(super) uses: Vec<u32>,
     /// For each byte of the image the positions of the block's accesses, and whether they are stores.
-    pub(super) accesses: HashMap<u32, Vec<(u32, bool)>>,
+    pub(super) accesses: FastMap<u32, Vec<(u32, bool)>>,
     /// The block's accesses through an index: their positions, their bytes, and whether they are stores.
     pub(super) indexed: Vec<(u32, Range<u32>, bool)>,
     /// The positions of instructions that have other effects, or may see the effects of others.
     pub(super) effects: Vec<u32>,
     /// The rows of the block that are computed already, or will be for the row that is being entered.
-    pub(super) known: HashMap<(Vec<Value>, Format), usize>,
+    pub(super) known: FastMap<(Vec<Value>, Format), usize>,
     /// What was added to `known` for the row that is being entered.
     pub(super) added: Vec<(Vec<Value>, Format)>,
     /// The position at which that row is written.
     pub(super) end: u32,
     /// For the stores of rows where those are written, by the stores' positions.
-    pub(super) delayed: HashMap<u32, u32>,
+    pub(super) delayed: FastMap<u32, u32>,
     pub(super) vectors: Vectors,
 }
 
@@ -416,7 +416,7 @@ impl Planner<'_> {
         for (_, chain) in chains {
             self.uses[chain.otherwise.index()] += 1;
         }
-        let written_otherwise: HashSet<Inst> =
+        let written_otherwise: FastSet<Inst> =
             stores.iter().map(|store| store.inst).chain(chains.iter().map(|c| c.0)).collect();
         let mut left_out = vec![];
         for &inst in insts.iter().rev() {

@@ -8,10 +8,9 @@
 //!
 //! A word that is used in any other way is refused.
 
-use std::collections::{HashMap, HashSet};
-
 use super::super::graph::Graph;
 use super::{MAX_WORDS, WORD_BITS, Word};
+use crate::tables::{FastMap, FastSet};
 use crate::{Address, BinaryOp, FuncData, Inst, InstData, RegionId, Type, Value};
 
 /// What a read of a bit saves, in instructions: a shift, and a load that becomes an operand.
@@ -41,7 +40,7 @@ impl Access {
 pub(super) struct Found {
     pub(super) words: Vec<Word>,
     /// The accesses of their bits.
-    pub(super) accesses: HashMap<Inst, Access>,
+    pub(super) accesses: FastMap<Inst, Access>,
 }
 
 /// How a value follows from a word.
@@ -93,18 +92,18 @@ struct Search<'a> {
     regions: &'a [RegionId],
     candidates: Vec<Candidate>,
     /// The number of the candidate at an address.
-    numbers: HashMap<(RegionId, u32), usize>,
+    numbers: FastMap<(RegionId, u32), usize>,
     /// For each value how it follows from a word, if it does.
     derived: Vec<Option<Derived>>,
     /// The number of the current instruction, counted over the whole function.
     current: u32,
     /// The number of the last instruction in this block that may have changed any word, or of the block's beginning.
     last_effect: u32,
-    accesses: HashMap<Inst, Access>,
+    accesses: FastMap<Inst, Access>,
     /// Words that are accessed in other ways, such as single bytes of them.
-    other_accesses: HashSet<(RegionId, u32)>,
+    other_accesses: FastSet<(RegionId, u32)>,
     /// Regions of words that are accessed by an index.
-    indexed: HashSet<RegionId>,
+    indexed: FastSet<RegionId>,
 }
 
 /// Finds the words, and what bytes would save in each, by how often blocks are executed.
@@ -118,13 +117,13 @@ pub(super) fn find(
         func,
         regions,
         candidates: vec![],
-        numbers: HashMap::new(),
+        numbers: FastMap::default(),
         derived: vec![None; func.value_count()],
         current: 0,
         last_effect: 0,
-        accesses: HashMap::new(),
-        other_accesses: HashSet::new(),
-        indexed: HashSet::new(),
+        accesses: FastMap::default(),
+        other_accesses: FastSet::default(),
+        indexed: FastSet::default(),
     };
     for &block in &graph.order {
         search.current += 1;

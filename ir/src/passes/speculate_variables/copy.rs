@@ -1,13 +1,12 @@
 //! The copy of a function in which its variables hold integers.
 
-use std::collections::HashMap;
-
 use super::super::float_range::{FloatRange, FloatRanges};
 use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
 use super::super::value_range::ValueRanges;
 use super::{Check, gains};
 use crate::func::ValueData;
+use crate::tables::FastMap;
 use crate::{
     Address, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond,
     SourceLoc, Terminator, Type, Value, ValueDef,
@@ -31,7 +30,7 @@ pub(super) struct Copy<'a> {
     /// The variables that are checked.
     pub(super) variables: Vec<Address>,
     /// For values of the copy that are the bits of a variable, as an `i64`, the double.
-    pub(super) bits: HashMap<Value, Value>,
+    pub(super) bits: FastMap<Value, Value>,
     /// How many operations of the copy are faster on integers, and how many of these have operands that are
     /// not known to be integers.
     pub(super) gaining: usize,

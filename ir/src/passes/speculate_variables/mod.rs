@@ -27,8 +27,6 @@
 
 mod copy;
 
-use std::collections::HashMap;
-
 use copy::Copy;
 use plcc_abi::IntegerForm;
 
@@ -36,6 +34,7 @@ use super::float_range::{FloatRange, FloatRanges};
 use super::graph::Graph;
 use super::speculation_plan::called_integer_form;
 use super::value_range::ValueRanges;
+use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, FuncData, Inst, InstData, RegionId, SourceLoc,
     Terminator, UnaryOp, Value,
@@ -71,7 +70,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
         values: vec![None; func.value_count()],
         blocks: vec![None; func.block_count()],
         variables,
-        bits: HashMap::new(),
+        bits: FastMap::default(),
         gaining: 0,
         other_operands: 0,
         func,
@@ -121,7 +120,7 @@ fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
 /// The variables that are worth being checked, in the order of their addresses; none if it does not pay.
 fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) -> Vec<Address> {
     let mut needed = vec![false; func.value_count()];
-    let mut counts: HashMap<(RegionId, u32), usize> = HashMap::new();
+    let mut counts: FastMap<(RegionId, u32), usize> = FastMap::default();
     // How many operations are faster on integers, and how many of their operands come from something other than
     // variables.
     let (mut gaining, mut others) = (0, 0);
