@@ -14,18 +14,22 @@
 //! ```
 //!
 //! So the other operands are computed only where the comparison holds; they have no effects.
-
-use std::collections::HashMap;
+//!
+//! Where the contact comes first, as in `IF (I3) IF (S=1) S=2 ENDIF ENDIF`, the two branches are made one of an AND
+//! before, if nothing happens between them and both lead to the same block where they fail.
 
 use super::graph::Graph;
 use super::switches::compared_field;
+use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
-    Terminator, Type, Value,
+    SourceLoc, Terminator, Type, Value,
 };
 
 /// Rows of fewer conditions stay as they are.
 const MIN_TESTS: usize = 5;
+/// A block with more instructions than this does not become part of the one before it.
+const MAX_JOINED: usize = 16;
 /// How many operands an AND may have.
 const MAX_OPERANDS: usize = 12;
 
@@ -40,14 +44,20 @@ struct Condition {
     /// The instructions that compute the AND.
     ands: Vec<Inst>,
     otherwise: Block,
+    /// The block that has the comparison, if the block itself tests something else before.
+    inner: Option<Block>,
 }
 
 /// Splits the comparisons off the conditions of all rows; gives whether there were any.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut uses = uses(func);
+    let condition_of = |index| {
+        let block = Block(index as u32);
+        condition(func, block, &uses).or_else(|| nested(func, &graph, block, &uses))
+    };
     let mut conditions: Vec<Option<Condition>> =
-        (0..func.block_count()).map(|index| condition(func, Block(index as u32), &uses)).collect();
+        (0..func.block_count()).map(condition_of).collect();
     let next_of = |conditions: &[Option<Condition>], block: Block| {
         let condition = conditions[block.index()].as_ref()?;
         let next = conditions[condition.otherwise.index()].as_ref()?;
@@ -69,9 +79,19 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     let mut changed = false;
     for &block in &graph.order {
         if lengths[block.index()] >= MIN_TESTS
-            && let Some(condition) = conditions[block.index()].take()
-            && !condition.others.is_empty()
+            && let Some(mut condition) = conditions[block.index()].take()
         {
+            if let Some(inner) = condition.inner {
+                join(func, block, inner, &mut uses);
+                conditions[inner.index()] = None;
+                match self::condition(func, block, &uses) {
+                    Some(joined) => condition = joined,
+                    None => continue,
+                }
+            }
+            if condition.others.is_empty() {
+                continue;
+            }
             split(func, block, &condition, &mut uses);
             changed = true;
         }
@@ -125,7 +145,52 @@ fn condition(func: &FuncData, block: Block, uses: &[u32]) -> Option<Condition> {
         }
     }
     let (variable, comparison) = comparison?;
-    Some(Condition { variable, comparison, others, ands, otherwise: otherwise.block })
+    Some(Condition { variable, comparison, others, ands, otherwise: otherwise.block, inner: None })
+}
+
+/// The condition of the block that a block leads to if what it tests itself holds; `None` if they can't be one.
+fn nested(func: &FuncData, graph: &Graph, block: Block, uses: &[u32]) -> Option<Condition> {
+    let data = func.block(block);
+    let Some(Terminator::Brif { cond: _, then, otherwise }) = &data.terminator else { return None };
+    let inner = then.block;
+    let inside = func.block(inner);
+    let is_inside = graph.sole_predecessor[inner.index()] == Some(block)
+        && then.args.is_empty()
+        && otherwise.args.is_empty()
+        && (inside.cold, inside.optimize_for_size) == (data.cold, data.optimize_for_size)
+        && inside.insts.len() <= MAX_JOINED
+        && !inside.insts.iter().any(|&inst| func.inst(inst).has_effect());
+    if !is_inside {
+        return None;
+    }
+    let condition = condition(func, inner, uses)?;
+    (condition.otherwise == otherwise.block)
+        .then_some(Condition { inner: Some(inner), ..condition })
+}
+
+/// Makes one block of two, whose branches become one of an AND.
+fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
+    let ends = (&func.block(block).terminator, &func.block(inner).terminator);
+    let (Some(Terminator::Brif { cond: first, .. }), Some(Terminator::Brif { cond, then, .. })) =
+        ends
+    else {
+        return;
+    };
+    let (args, then) = ([*cond, *first], then.clone());
+    let loc = func.definition(*cond).map_or(SourceLoc::NONE, |inst| func.loc(inst));
+    let and = func.append(InstData::Binary { op: BinaryOp::And, args }, loc);
+    // The result is used by the branch alone.
+    uses.resize(func.value_count(), 1);
+    let left = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
+    let insts = std::mem::replace(&mut func.blocks[inner.index()], left).insts;
+    let both = func.result(and);
+    let data = &mut func.blocks[block.index()];
+    data.insts.extend(insts);
+    data.insts.push(and);
+    if let Some(Terminator::Brif { cond, then: to, .. }) = &mut data.terminator {
+        *to = then;
+        *cond = both.unwrap_or(*cond);
+    }
 }
 
 /// The variable that a value compares with a constant for equality, if it still holds at the end of the block what
@@ -151,12 +216,12 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
     let mut insts = std::mem::take(&mut data.insts);
     let (cold, optimize_for_size) = (data.cold, data.optimize_for_size);
     let Some(Terminator::Brif { cond, then, otherwise }) = data.terminator.take() else { return };
-    let loc = func.definition(cond).map_or(crate::SourceLoc::NONE, |inst| func.loc(inst));
+    let loc = func.definition(cond).map_or(SourceLoc::NONE, |inst| func.loc(inst));
 
     // The instructions that nothing but the other operands needs go to the new block, as far as no effect comes
     // behind them. What only the comparison needed is dropped: it is computed again, for itself.
     uses[condition.comparison.index()] -= 1;
-    let mut uses_there: HashMap<Value, u32> = HashMap::new();
+    let mut uses_there: FastMap<Value, u32> = FastMap::default();
     for &other in &condition.others {
         *uses_there.entry(other).or_default() += 1;
     }
