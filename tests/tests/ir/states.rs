@@ -79,6 +79,17 @@ impl Writer {
 
     /// A condition with its statements, between two blocks.
     fn condition(&mut self, states: usize) {
+        let has_inner = self.rng.below(2) == 0;
+        if self.rng.below(3) == 0 {
+            // A contact that is tested before the state.
+            let (inner, input) = (self.blocks, self.input());
+            let behind = if has_inner { inner + 5 } else { inner + 2 };
+            let _ = writeln!(self.text, "brif v{input}, block{inner}, block{behind}");
+            self.block();
+            if self.rng.below(8) == 0 {
+                self.output();
+            }
+        }
         let number = self.rng.below(states) as i64;
         let mut terms = vec![self.test(number)];
         for _ in 0..self.rng.below(3) {
@@ -93,7 +104,6 @@ impl Writer {
             let b = terms.swap_remove(self.rng.below(terms.len()));
             terms.push(self.inst("i1", &format!("and v{a}, v{b}")));
         }
-        let has_inner = self.rng.below(2) == 0;
         let first = self.blocks;
         let behind = if has_inner { first + 4 } else { first + 1 };
         let _ = writeln!(self.text, "brif v{}, block{first}, block{behind}", terms[0]);
