@@ -318,7 +318,7 @@ class FloodingBroker:
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         self.values = queue.Queue()
-        self.is_over = threading.Event()
+        self.is_over, self.is_pinged = threading.Event(), threading.Event()
 
     def packet(self, kind, body):
         length, digits = len(body), b""
@@ -353,6 +353,9 @@ class FloodingBroker:
         try:
             while True:
                 kind, body = self.read(file)
+                if kind == 0xC0:
+                    self.is_pinged.set()
+                    continue
                 topic = body[2 : 2 + int.from_bytes(body[:2], "big")].decode()
                 if kind & 0xF0 == 0x30 and "/NDATA/" in topic:
                     self.values.put(topic)
@@ -370,6 +373,9 @@ class FloodingBroker:
         try:
             while not self.is_over.is_set():
                 connection.sendall(commands)
+                if self.is_pinged.is_set():
+                    self.is_pinged.clear()
+                    connection.sendall(b"\xd0\0")
         except OSError:
             pass
 
