@@ -42,11 +42,41 @@ impl Events {
             sentence.push_str(&format!(" {key} {shown};"));
             line.insert((*key).into(), value.clone());
         }
-        // What can't be written is lost: there is nowhere else to say it.
-        let _ = writeln!(std::io::stderr(), "{}", printable(sentence.trim_end_matches([';', ':'])));
+        let sentence = printable(sentence.trim_end_matches([';', ':']));
+        append(&mut std::io::stderr(), sentence.to_string());
         let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(log) = log.as_mut() {
-            let _ = writeln!(log, "{}", Value::Object(line));
+            append(log, Value::Object(line).to_string());
         }
+    }
+}
+
+/// Writes a line at once, so that nobody reads half of it, and none is left when `plcio` is killed. What can't be
+/// written is lost: there is nowhere else to say it.
+fn append(to: &mut impl Write, mut line: String) {
+    line.push('\n');
+    let _ = to.write_all(line.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_written_at_once() {
+        struct Writes(Vec<Vec<u8>>);
+        impl Write for Writes {
+            fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+                self.0.push(bytes.to_vec());
+                Ok(bytes.len())
+            }
+
+            fn flush(&mut self) -> std::io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut writes = Writes(vec![]);
+        append(&mut writes, "{\"kind\":\"lost\"}".into());
+        assert_eq!(writes.0, [b"{\"kind\":\"lost\"}\n"]);
     }
 }
