@@ -15,6 +15,7 @@
 //! | `packed-bits` | collects bits that are put one by one into the same word, and stores it once |
 //! | `rows` | computes many bits of a word at once, where statements do the same with each of them |
 //! | `narrow` | computes with truth values instead of integers of which only one bit matters |
+//! | `decoders` | tests a mask where a number is compared with several numbers |
 //! | `demanded-bits` | goes around instructions that change only bits nobody uses |
 //! | `cse` | computes the same thing once (common subexpressions) |
 //! | `dead-stores` | drops stores that are overwritten before anything reads them |
@@ -48,6 +49,7 @@ mod compact;
 mod cse;
 mod dce;
 mod dead_stores;
+mod decoders;
 mod demanded_bits;
 mod float_range;
 mod fold;
@@ -131,6 +133,8 @@ pub enum Pass {
     Rows,
     /// Truth values instead of integers.
     Narrow,
+    /// Tests of masks, where a number is compared with several numbers.
+    Decoders,
     /// Goes around operations on bits that nobody uses.
     DemandedBits,
     /// Common subexpression elimination.
@@ -159,7 +163,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::ByteBits,
         Self::Integers,
         Self::SpeculateVariables,
@@ -173,6 +177,7 @@ impl Pass {
         Self::PackedBits,
         Self::Rows,
         Self::Narrow,
+        Self::Decoders,
         Self::DemandedBits,
         Self::Cse,
         Self::DeadStores,
@@ -201,6 +206,7 @@ impl Pass {
             Self::PackedBits => "packed-bits",
             Self::Rows => "rows",
             Self::Narrow => "narrow",
+            Self::Decoders => "decoders",
             Self::DemandedBits => "demanded-bits",
             Self::Cse => "cse",
             Self::DeadStores => "dead-stores",
@@ -248,6 +254,7 @@ impl Pass {
             Self::PackedBits => return packed_bits::run(func, bytes),
             Self::Rows => return rows::run(func, bytes),
             Self::Narrow => return narrow::run(func),
+            Self::Decoders => return decoders::run(func),
             Self::DemandedBits => demanded_bits::run(func),
             Self::Cse => cse::run(func),
             Self::DeadStores => dead_stores::run(func, bytes, dead),
@@ -334,7 +341,7 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
             }
         }
         stage.options.combine_bits = true;
-        stage.all(&[Pass::Narrow, Pass::Fold]);
+        stage.all(&[Pass::Narrow, Pass::Fold, Pass::Decoders]);
         stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce]);
         if has_checks {
             // Where a store has gone, integrality checks of what it stored guard nothing any more.

@@ -32,3 +32,11 @@ pub const UNPACK_BITS_FROM: usize = 6000;
 /// their word is stored that the code becomes longer, and the processor finds enough to do while a
 /// statement waits for another.
 pub const LONG_FROM: usize = 20_000;
+
+/// How many instructions it takes to shift a 1 by a number that several tests use (`decoders`), with the check that the
+/// distance is less than the width.
+pub const DECODER_COST: u32 = 6;
+
+/// How many instructions a test of the shifted 1 takes (`decoders`). A comparison takes two, and one more combines it
+/// with another one.
+pub const DECODER_TEST_COST: u32 = 2;

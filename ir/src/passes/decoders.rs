@@ -1,0 +1,181 @@
+//! Tests of whether a number is one of several become one test of a mask. Decoders have such tests: an output that is on
+//! for some places of a tool turret, or for some of the functions that the control sends.
+//!
+//! ```text
+//! v3: i1 = icmp eq v0, 3                v10: i32 = zext v0
+//! v5: i1 = icmp eq v0, 4                v12: i32 = shl 1, v10
+//! v6: i1 = or v3, v5             ==>    v14: i32 = and v12, 536870936
+//! v8: i1 = icmp eq v0, 29               v9: i1 = icmp ne v14, 0
+//! v9: i1 = or v6, v8
+//! ```
+//!
+//! The numbers are 0 to 63. A shift by a greater distance gives 0, as for numbers that are none of them. The shifted 1 is
+//! the same for all tests of one number, and `cse` leaves one of them. So what it costs is shared by the tests of a
+//! number in a block, and tests are changed only where there are enough comparisons for it. The number may be a field of
+//! a word.
+
+use super::graph::Graph;
+use super::switches::compared_field;
+use super::thresholds::{DECODER_COST, DECODER_TEST_COST};
+use super::value_range::mask;
+use crate::{BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, IntCond, Type, Value};
+
+/// A field of a word: the word, and by how many bits it must be shifted left so that the field is at its top.
+type Field = (Value, u32);
+
+/// A test of whether a field is one of some numbers.
+#[derive(Clone, Copy)]
+struct Members {
+    field: Field,
+    /// A bit for each number.
+    set: u64,
+    /// How many comparisons compute it.
+    comparisons: u32,
+}
+
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
+    let graph = Graph::new(func);
+    let mut members: Vec<Option<Members>> = vec![None; func.value_count()];
+    let mut has_unions = false;
+    for &block in &graph.order {
+        for &inst in &func.block(block).insts {
+            if let Some(found) = test(func, inst, &members)
+                && let Some(slot) = func.result(inst).and_then(|v| members.get_mut(v.index()))
+            {
+                has_unions |= found.comparisons > 1;
+                *slot = Some(found);
+            }
+        }
+    }
+    if !has_unions {
+        return false;
+    }
+    let is_part = parts(func, &graph, &members);
+    let mut changed = false;
+    for &block in &graph.order {
+        changed |= write(func, block, &members, &is_part);
+    }
+    changed
+}
+
+/// The test that an instruction is: a comparison with a number, or an OR of tests of one field.
+fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Members> {
+    match *func.inst(inst) {
+        InstData::Icmp { cond: IntCond::Eq, args: [value, number] } => {
+            let ty = func.ty(value);
+            if !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
+                return None;
+            }
+            let (word, shift, number) = compared_field(func, value, func.constant(number)?);
+            let number = number as u64 & mask(ty);
+            if number & ((1 << shift) - 1) != 0 || number >> shift > 63 {
+                return None;
+            }
+            Some(Members { field: (word, shift), set: 1 << (number >> shift), comparisons: 1 })
+        }
+        InstData::Binary { op: BinaryOp::Or, args } => {
+            let [a, b] = args.map(|arg| members.get(arg.index()).copied().flatten());
+            let (a, b) = (a?, b?);
+            let comparisons = a.comparisons.saturating_add(b.comparisons);
+            let both = Members { set: a.set | b.set, comparisons, ..a };
+            (a.field == b.field).then_some(both)
+        }
+        _ => None,
+    }
+}
+
+/// For each value whether all its uses are ORs that are tests themselves.
+fn parts(func: &FuncData, graph: &Graph, members: &[Option<Members>]) -> Vec<bool> {
+    let mut is_part = vec![true; func.value_count()];
+    for &block in &graph.order {
+        let data = func.block(block);
+        for &inst in &data.insts {
+            let result = func.result(inst);
+            if result.is_none_or(|result| members[result.index()].is_none()) {
+                func.inst(inst).for_each_arg(|arg| is_part[arg.index()] = false);
+            }
+        }
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(|arg| is_part[arg.index()] = false);
+        }
+    }
+    is_part
+}
+
+/// Writes the tests of a block again, where it pays; gives whether there were any.
+fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part: &[bool]) -> bool {
+    let outermost = |func: &FuncData, inst: Inst| {
+        let result = func.result(inst).filter(|result| result.index() < members.len())?;
+        let found = members[result.index()].filter(|found| found.comparisons > 1)?;
+        (!is_part[result.index()]).then_some(found)
+    };
+    // For each field how many comparisons and tests there are, and all numbers.
+    let mut fields: Vec<(Field, u32, u32, u64)> = vec![];
+    for &inst in &func.block(block).insts {
+        let Some(found) = outermost(func, inst) else { continue };
+        match fields.iter_mut().rev().find(|(field, ..)| *field == found.field) {
+            Some((_, comparisons, tests, set)) => {
+                *comparisons += found.comparisons;
+                *tests += 1;
+                *set |= found.set;
+            }
+            None => fields.push((found.field, found.comparisons, 1, found.set)),
+        }
+    }
+    // A comparison takes two instructions, and one more combines it with another one.
+    fields.retain(|&(_, comparisons, tests, _)| {
+        let before = 3u32.saturating_mul(comparisons) - tests;
+        before > DECODER_COST + DECODER_TEST_COST * tests
+    });
+    if fields.is_empty() {
+        return false;
+    }
+    let insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    let mut out = Vec::with_capacity(insts.len());
+    for inst in insts {
+        if let Some(found) = outermost(func, inst)
+            && let Some(&(.., all)) = fields.iter().find(|(field, ..)| *field == found.field)
+            && let Some(data) = mask_test(func, inst, found, all, &mut out)
+        {
+            func.insts[inst.index()] = data;
+        }
+        out.push(inst);
+    }
+    func.blocks[block.index()].insts = out;
+    true
+}
+
+/// The test of a mask for a set of numbers, before which come the instructions that it needs. `all` are the numbers of
+/// all tests of the field.
+fn mask_test(
+    func: &mut FuncData,
+    inst: Inst,
+    found: Members,
+    all: u64,
+    out: &mut Vec<Inst>,
+) -> Option<InstData> {
+    let loc = func.loc(inst);
+    let mut push = |func: &mut FuncData, data| {
+        let inst = func.append(data, loc);
+        out.push(inst);
+        func.result(inst)
+    };
+    let (mut number, shift) = found.field;
+    let from = func.ty(number);
+    if shift > 0 {
+        let kept = from.wrap((mask(from) >> shift) as i64);
+        let kept = push(func, InstData::Iconst { ty: from, value: kept })?;
+        number = push(func, InstData::Binary { op: BinaryOp::And, args: [number, kept] })?;
+    }
+    let ty = if all >> 32 == 0 { Type::I32 } else { Type::I64 };
+    if from != ty {
+        number = push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg: number })?;
+    }
+    let one = push(func, InstData::Iconst { ty, value: 1 })?;
+    let shifted = push(func, InstData::Binary { op: BinaryOp::Shl, args: [one, number] })?;
+    let set = push(func, InstData::Iconst { ty, value: ty.wrap(found.set as i64) })?;
+    let common = push(func, InstData::Binary { op: BinaryOp::And, args: [shifted, set] })?;
+    let none = push(func, InstData::Iconst { ty, value: 0 })?;
+    Some(InstData::Icmp { cond: IntCond::Ne, args: [common, none] })
+}

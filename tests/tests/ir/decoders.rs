@@ -1,0 +1,124 @@
+//! The pass `decoders` on random programs: truth values that are on for several numbers, of a number of any type or of a
+//! field of a word. The programs leave the same image with the pass, with all passes, and without any.
+#![allow(clippy::unwrap_used)]
+
+use std::fmt::Write as _;
+
+use plcc_abi::engine::NoHost;
+use plcc_abi::{Engine, Scan};
+use plcc_ir::interp::Interpreter;
+use plcc_ir::passes::{Pass, PassSet, optimize, run};
+use plcc_ir::text::{parse, print};
+use plcc_ir::{Module, verify};
+use plcc_random::{Rng, seeds};
+
+/// The number of output bits.
+const OUTPUTS: usize = 8;
+
+/// Writes the function of a decoder.
+struct Writer {
+    rng: Rng,
+    text: String,
+    values: usize,
+}
+
+impl Writer {
+    fn inst(&mut self, ty: &str, text: &str) -> usize {
+        let value = self.values;
+        self.values += 1;
+        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
+        value
+    }
+
+    /// Whether a number, or its lowest bits by a mask or a shift, is another one.
+    fn comparison(&mut self, ty: &str, bits: u32, number: usize, field: usize) -> usize {
+        let limit = *self.rng.pick(&[8, 32, 64, 70]);
+        let mut to = self.rng.below(limit) as i64 - i64::from(self.rng.chance(5));
+        let compared = match field {
+            0 => number,
+            1 => {
+                let kept = self.inst(ty, "iconst 15");
+                self.inst(ty, &format!("and v{number}, v{kept}"))
+            }
+            _ => {
+                let by = self.inst(ty, "iconst 3");
+                to = to << 3 | i64::from(self.rng.chance(10));
+                self.inst(ty, &format!("shl v{number}, v{by}"))
+            }
+        };
+        let to = (to << (64 - bits)) >> (64 - bits);
+        let to = self.inst(ty, &format!("iconst {to}"));
+        self.inst("i1", &format!("icmp eq v{compared}, v{to}"))
+    }
+
+    /// An output that is on if any of several comparisons holds, or an input.
+    fn output(&mut self, ty: &str, bits: u32, number: usize, field: usize) {
+        let mut terms: Vec<usize> = vec![];
+        for _ in 0..1 + self.rng.below(6) {
+            terms.push(self.comparison(ty, bits, number, field));
+        }
+        if self.rng.chance(30) {
+            terms.push(self.inst("i1", "load inputs:0"));
+        }
+        while terms.len() > 1 {
+            let a = terms.swap_remove(self.rng.below(terms.len()));
+            let b = terms.swap_remove(self.rng.below(terms.len()));
+            let both = self.inst("i1", &format!("or v{a}, v{b}"));
+            terms.push(both);
+            if self.rng.chance(10) {
+                let place = self.rng.below(OUTPUTS);
+                let _ = writeln!(self.text, "store outputs:{place}, v{both}");
+            }
+        }
+        let place = self.rng.below(OUTPUTS);
+        let _ = writeln!(self.text, "store outputs:{place}, v{}", terms[0]);
+    }
+}
+
+fn program(seed: u64) -> Module {
+    let mut w = Writer { rng: Rng::new(seed), text: String::new(), values: 0 };
+    let (ty, bits) = *w.rng.pick(&[("i8", 8), ("i16", 16), ("i32", 32)]);
+    let numbers = [0, 4].map(|at| w.inst(ty, &format!("load numbers:{at}")));
+    for _ in 0..1 + w.rng.below(6) {
+        let (number, field) = (*w.rng.pick(&numbers), w.rng.below(3));
+        w.output(ty, bits, number, field);
+    }
+    let text = format!(
+        "image 32\nregion numbers at 0 size 8\nregion inputs at 8 size 8 bits\nregion outputs at 16 size 8 bits\n\
+         task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
+        w.text
+    );
+    parse(&text).unwrap()
+}
+
+#[test]
+fn decoders_of_any_form_stay_the_same() {
+    let (mut decoded, mut programs) = (0, 0);
+    for seed in seeds(300) {
+        let plain = program(seed);
+        let (mut all, mut alone) = (plain.clone(), plain.clone());
+        optimize(&mut all, PassSet::ALL);
+        run(&mut alone, &[Pass::Decoders]);
+        assert!(verify::verify(&alone).is_empty(), "seed {seed}");
+        programs += 1;
+        decoded += usize::from(print(&alone) != print(&plain));
+        let mut engines = [plain, all, alone].map(Interpreter::new);
+        let mut rng = Rng::new(seed);
+        for number in 0..80 {
+            let mut start = [0; 32];
+            let number = if number < 72 { number } else { rng.bits() as u32 };
+            start[0..4].copy_from_slice(&number.to_le_bytes());
+            start[4..8].copy_from_slice(&(rng.below(70) as u32).to_le_bytes());
+            start[8] = rng.below(2) as u8;
+            let images = engines.each_mut().map(|engine| {
+                let mut image = start;
+                engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
+                image
+            });
+            assert_eq!(images[1], images[0], "seed {seed}, all passes, {number}");
+            assert_eq!(images[2], images[0], "seed {seed}, decoders, {number}");
+        }
+    }
+    // If few were changed, errors would hardly be found.
+    assert!(2 * decoded > programs, "{decoded} of {programs}");
+}
