@@ -29,8 +29,8 @@ impl Draft {
     pub(super) fn finish(mut self) -> Kernel {
         let mut assigned = vec![false; self.kernel.bits];
         note_assigned(&self.kernel.stmts, &mut assigned);
-        for bit in INPUTS..self.kernel.bits {
-            if !assigned[bit] {
+        for (bit, is_assigned) in assigned.into_iter().enumerate().skip(INPUTS) {
+            if !is_assigned {
                 let value = Expr::All(self.contacts(2));
                 self.set(bit, value);
             }

@@ -38,10 +38,10 @@ fn add_piece(draft: &mut Draft, kind: usize) {
     let some = draft.rng.below(5);
     match kind {
         0 => add_machine(draft, 5 + some, style),
-        1 => add_chain(draft, 6 + some, some % 2 == 0),
+        1 => add_chain(draft, 6 + some, some.is_multiple_of(2)),
         2 => add_decoder(draft, 4 + some),
         3 => add_encoder(draft, 6 + some),
-        4 => add_pair(draft, some % 2 == 0),
+        4 => add_pair(draft, some.is_multiple_of(2)),
         5 => add_alarms(draft, 6 + some),
         6 => add_toggle(draft),
         7 => add_shift_register(draft, 12 + some),
