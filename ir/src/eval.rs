@@ -53,6 +53,7 @@ pub fn binary(op: BinaryOp, ty: Type, a: i64, b: i64) -> i64 {
         BinaryOp::Add => a.wrapping_add(b),
         BinaryOp::Sub => a.wrapping_sub(b),
         BinaryOp::Mul => a.wrapping_mul(b),
+        BinaryOp::Umulh => ((u128::from(ua) * u128::from(ub)) >> width) as i64,
         BinaryOp::Sdiv => {
             if b == 0 {
                 0
@@ -197,11 +198,14 @@ mod tests {
             (BinaryOp::Lshr, -1, 15, 1),
             (BinaryOp::Ashr, min, 99, -1),
             (BinaryOp::Umax, -1, 1, -1),
+            (BinaryOp::Umulh, -1, -1, -2),
+            (BinaryOp::Umulh, 0x4000, 12, 3),
             (BinaryOp::Add, 0x7FFF, 1, min),
         ] {
             assert_eq!(binary(op, Type::I16, a, b), result, "{} {a} {b}", op.name());
         }
         assert_eq!(binary(BinaryOp::Sdiv, Type::I64, i64::MIN, -1), i64::MIN);
+        assert_eq!(binary(BinaryOp::Umulh, Type::I64, -1, -1), -2);
         assert_eq!(convert(ConvertOp::Sext, Type::I1, Type::I32, 1), -1);
         assert_eq!(convert(ConvertOp::Zext, Type::I8, Type::I32, -1), 255);
         let truncated = |x: f64| convert(ConvertOp::FloatToInt, Type::F64, Type::I32, bits(x));

@@ -94,6 +94,8 @@ words! {
         Sub = "sub",
         /// Wrapping product.
         Mul = "mul",
+        /// The upper half of the unsigned product, which has twice as many bits as the operands.
+        Umulh = "umulh",
         /// Signed quotient, rounded towards 0. Divided by 0 it is 0; the least integer divided by
         /// -1 is itself.
         Sdiv = "sdiv",
@@ -149,6 +151,7 @@ impl BinaryOp {
             self,
             Self::Add
                 | Self::Mul
+                | Self::Umulh
                 | Self::And
                 | Self::Or
                 | Self::Xor

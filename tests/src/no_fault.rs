@@ -14,6 +14,7 @@ const TOTAL: &[&str] = &[
     "iadd",
     "isub",
     "imul",
+    "umulhi",
     "band",
     "bor",
     "bxor",
@@ -44,6 +45,7 @@ const TOTAL: &[&str] = &[
     "bitselect",
     "uwiden_low",
     "splat",
+    "vany_true",
     "snarrow",
     "swiden_low",
     // Lanes that do not fit become the least integer.

@@ -59,15 +59,25 @@ impl Lowering<'_> {
     pub(super) fn binary(
         &mut self,
         op: BinaryOp,
-        args: [Value; 2],
+        mut args: [Value; 2],
         result_uses: u32,
     ) -> LowerResult<ClifValue> {
+        // Only as second operand is a constant loaded by the instruction that uses it. A sum or product with a number does
+        // not depend on the order, also if the other operand is NaN.
+        let number = |value: Value| match self.func.def_inst(value) {
+            Some(&InstData::Fconst { bits }) => !f64::from_bits(bits).is_nan(),
+            _ => false,
+        };
+        if matches!(op, BinaryOp::Fadd | BinaryOp::Fmul) && number(args[0]) && !number(args[1]) {
+            args.reverse();
+        }
         let ty = self.func.ty(args[0]);
         let (a, mut b) = (self.value(args[0])?, self.value(args[1])?);
         if let (Some(InstData::Load { .. }), Some(&InstData::Fconst { bits })) =
             (self.func.def_inst(args[0]), self.func.def_inst(args[1]))
             && self.use_count(args[0]) == 1
             && result_uses == 1
+            && self.double_in_register(args[1]).is_none()
         {
             b = self.pooled_constant(bits);
         }
@@ -81,6 +91,7 @@ impl Lowering<'_> {
                 }
                 _ => self.builder.ins().imul(a, b),
             },
+            BinaryOp::Umulh => self.high_product(ty, a, b),
             BinaryOp::And => self.builder.ins().band(a, b),
             BinaryOp::Or => self.builder.ins().bor(a, b),
             BinaryOp::Xor => self.builder.ins().bxor(a, b),
@@ -99,12 +110,23 @@ impl Lowering<'_> {
         })
     }
 
+    /// The upper half of an unsigned product.
+    fn high_product(&mut self, ty: Type, a: ClifValue, b: ClifValue) -> ClifValue {
+        if ty == Type::I64 {
+            return self.builder.ins().umulhi(a, b);
+        }
+        let [a, b] = [a, b].map(|value| self.builder.ins().uextend(types::I64, value));
+        let product = self.builder.ins().imul(a, b);
+        let upper = self.builder.ins().ushr_imm_u(product, i64::from(ty.bits()));
+        self.builder.ins().ireduce(clif_type(ty), upper)
+    }
+
     /// A double that is loaded from the constants after the function's code. Cranelift would build
     /// it with two instructions of 15 bytes together. That is worth avoiding where the other
     /// operand comes from the image, if the operation then reads that one from memory by itself. It does
     /// not if one of the two values is used more than once; then Cranelift lets the operation read the
     /// constant from memory.
-    fn pooled_constant(&mut self, bits: u64) -> ClifValue {
+    pub(super) fn pooled_constant(&mut self, bits: u64) -> ClifValue {
         let mut both = [0; 16];
         both[..8].copy_from_slice(&bits.to_le_bytes());
         let constant = self.builder.func.dfg.constants.insert(both.as_slice().into());
@@ -295,7 +317,10 @@ impl Lowering<'_> {
                     _ => self.builder.ins().sextend(wide, narrow),
                 }
             }
-            ConvertOp::Sext => self.builder.ins().sextend(wide, x),
+            ConvertOp::Sext => match self.checked_integer_extended(arg) {
+                Some(extended) if to == Type::I64 => extended,
+                _ => self.builder.ins().sextend(wide, x),
+            },
             ConvertOp::Trunc if to == Type::I1 => {
                 let narrow = match from {
                     Type::I8 => x,

@@ -26,10 +26,7 @@ impl Lowering<'_> {
         }
         // Both lanes get the double; to fill one alone takes an instruction more.
         let doubles = self.builder.ins().splat(types::F64X2, x);
-        let truncated = self.builder.ins().x86_cvtt2dq(types::I64X2, doubles);
-        let zeros = self.builder.func.dfg.constants.insert([0; 16].as_slice().into());
-        let zeros = self.builder.ins().vconst(types::I64X2, zeros);
-        let lanes = self.builder.ins().snarrow(truncated, zeros);
+        let lanes = self.truncated_lanes(doubles);
         if let Some(result) = self.func.result(inst) {
             self.truncated.insert(result, lanes);
         }
@@ -39,6 +36,14 @@ impl Lowering<'_> {
         let floats = self.builder.ins().bitcast(types::F32X4, flags, lanes);
         let first = self.builder.ins().extractlane(floats, 0);
         Ok(self.builder.ins().bitcast(types::I32, MemFlagsData::new(), first))
+    }
+
+    /// Two doubles truncated, as the two lower lanes of a vector of `i32`.
+    pub(super) fn truncated_lanes(&mut self, doubles: ClifValue) -> ClifValue {
+        let truncated = self.builder.ins().x86_cvtt2dq(types::I64X2, doubles);
+        let zeros = self.builder.func.dfg.constants.insert([0; 16].as_slice().into());
+        let zeros = self.builder.ins().vconst(types::I64X2, zeros);
+        self.builder.ins().snarrow(truncated, zeros)
     }
 
     /// An integer as a double.

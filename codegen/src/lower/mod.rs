@@ -8,6 +8,7 @@
 mod arithmetic;
 mod base_registers;
 mod control;
+mod double_constants;
 mod indices;
 mod integrality_check;
 mod local_bits;
@@ -15,6 +16,7 @@ mod memory;
 #[cfg(test)]
 mod tests;
 mod truth_values;
+mod variable_checks;
 mod vectors;
 
 use cranelift_codegen::ir::{
@@ -29,9 +31,11 @@ use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
 use target_lexicon::Architecture;
 
 use crate::InternalError;
+use double_constants::DoubleConstants;
 use local_bits::LocalBits;
 use memory::Base;
 use truth_values::TruthValues;
+use variable_checks::VariableChecks;
 use vectors::Vectors;
 
 /// Why the IR can't be lowered: a message that says which rule it breaks.
@@ -77,6 +81,7 @@ pub(crate) fn function(
     };
     let image = base();
     let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
+    let double_constants = double_constants::choose(module, func, &mut builder, is_x86);
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
@@ -94,6 +99,8 @@ pub(crate) fn function(
         is_x86,
         uses: func.use_counts(),
         truncated: FastMap::default(),
+        double_constants,
+        variable_checks: VariableChecks::new(module, func, is_x86),
         is_extended: memory::extended_values(func),
         extended_loads: FastMap::default(),
         trap_exit: None,
@@ -184,6 +191,10 @@ struct Lowering<'a> {
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
     truncated: FastMap<Value, ClifValue>,
+    /// The doubles that are kept in registers.
+    double_constants: DoubleConstants,
+    /// The checks of variables at the function's entry that are made in vectors.
+    variable_checks: VariableChecks,
     /// For each value whether it is an operand of an extension with zeros.
     is_extended: Vec<bool>,
     /// The values of 8 and 16 bits that were loaded with that extension, each with the 32 bits.
@@ -216,6 +227,7 @@ impl Lowering<'_> {
     /// Lowers the whole function, beginning in its first block; `label` is the label to enter at.
     fn run(&mut self, label: ClifValue) -> LowerResult<()> {
         self.materialise_bases();
+        self.materialise_constants();
         self.enter(label)?;
         for (block, _) in self.func.blocks() {
             self.params(block)?;
@@ -257,6 +269,9 @@ impl Lowering<'_> {
         let clif = self.clif_block(block)?;
         self.builder.switch_to_block(clif);
         self.ir_block = block;
+        if self.variable_checks(block)? {
+            return Ok(());
+        }
         let data = self.func.block(block);
         self.cold = data.cold;
         if self.cold {
@@ -274,6 +289,12 @@ impl Lowering<'_> {
     fn value(&mut self, value: Value) -> LowerResult<ClifValue> {
         if let Some(narrow) = self.narrow_truth(value)? {
             return Ok(narrow);
+        }
+        if let Some(constant) = self.double_in_register(value) {
+            return Ok(constant);
+        }
+        if let Some(integer) = self.checked_integer(value) {
+            return Ok(integer);
         }
         let found = self.values.get(value.index()).copied().flatten();
         found.ok_or_else(|| InvalidIr(format!("{value} is used and not defined before")))
@@ -407,6 +428,7 @@ impl Lowering<'_> {
         let result = self.builder.inst_results(call)[0];
         if self.cold && matches!(self.image, Base::Changing(_)) {
             self.materialise_bases();
+            self.materialise_constants();
         }
         Ok(function.signature().1.map(|ty| match ty {
             HostType::I32 => self.builder.ins().ireduce(types::I32, result),

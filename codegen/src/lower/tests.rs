@@ -176,3 +176,68 @@ fn conditions_of_a_guard_that_were_joined_in_32_bits_are_not_computed_again() {
     module.passes = PassSet::NONE.with(Pass::WideBits);
     assert_eq!(lower(&module), Ok(()));
 }
+
+/// A constant that is often used is loaded once, where the function is entered, and in cold code that calls the host.
+#[test]
+fn doubles_that_are_used_often_are_loaded_once() {
+    let multiply = |count: usize| {
+        let one = |n: usize| {
+            format!(
+                "v{}: f64 = load data:0\nv{}: f64 = fmul v{0}, v0\nstore data:8, v{1}\n",
+                2 * n + 1,
+                2 * n + 2
+            )
+        };
+        let body: String = (0..count).map(one).collect();
+        format!("v0: f64 = fconst 0.3\n{body}return")
+    };
+    let loads = |body: &str, passes: PassSet| {
+        let mut module = module(body);
+        module.passes = passes;
+        clif(&module).unwrap().matches("vconst").count()
+    };
+    if cfg!(target_arch = "x86_64") {
+        assert_eq!(loads(&multiply(6), PassSet::ALL), 1);
+        assert_eq!(loads(&multiply(6), PassSet::ALL.without(Pass::DoubleConstants)), 6);
+        assert_eq!(loads(&multiply(5), PassSet::ALL), 5);
+    }
+}
+
+/// Checks of variables at a function's entry are made in vectors, of neighbours and of others.
+#[test]
+fn checks_of_variables_are_made_in_vectors() {
+    let text = |count: usize, finite: &str| {
+        let check = |n: usize| {
+            let (at, v) = (if n == 2 { 40 } else { 8 * n }, 4 * n);
+            let label = if n == 0 { " (L0)" } else { "" };
+            format!(
+                "block{n}{label}:\nv{v}: f64 = load data:{at}\nv{}: i32 = ftoi v{v}\nv{}: f64 = itof v{}\n\
+                 v{}: i1 = fcmp ordered_ne v{1}, v{v}\nbrif v{3}, block{}, block{}\n",
+                v + 1,
+                v + 2,
+                v + 1,
+                v + 3,
+                count + 1,
+                n + 1
+            )
+        };
+        let checks: String = (0..count).map(check).collect();
+        format!(
+            "image 64\nregion data at 0 size 64{finite}\ntask \"scan\" L0\nfn \"f\" {{\n{checks}\
+             block{count}:\nv90: i64 = sext v1\nstore data:48, v90\nv91: i32 = add v5, v9\nstore data:56, v91\nreturn\n\
+             block{} cold:\nreturn\n}}\n",
+            count + 1
+        )
+    };
+    let has_vectors = |text: &str, passes: PassSet| {
+        let mut module = parse(text).unwrap();
+        module.passes = passes;
+        clif(&module).unwrap().contains("vany_true")
+    };
+    if cfg!(target_arch = "x86_64") {
+        assert!(has_vectors(&text(4, " finite"), PassSet::ALL));
+        assert!(!has_vectors(&text(3, " finite"), PassSet::ALL));
+        assert!(!has_vectors(&text(4, ""), PassSet::ALL));
+        assert!(!has_vectors(&text(4, " finite"), PassSet::ALL.without(Pass::Vectors)));
+    }
+}

@@ -97,7 +97,18 @@ impl Fold<'_> {
             (B::Add | B::Sub | B::Or | B::Xor | B::Shl | B::Lshr | B::Ashr | B::Umax, 0) => {
                 return Some(Simpler::Value(a));
             }
-            (B::And | B::Mul | B::Sdiv | B::Udiv | B::Srem | B::Smod | B::Urem | B::Umin, 0) => {
+            (
+                B::And
+                | B::Mul
+                | B::Umulh
+                | B::Sdiv
+                | B::Udiv
+                | B::Srem
+                | B::Smod
+                | B::Urem
+                | B::Umin,
+                0,
+            ) => {
                 return Some(Simpler::Const(0));
             }
             (B::Xor, c) if c == all => return Some(Simpler::not(a)),

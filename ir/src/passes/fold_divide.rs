@@ -17,6 +17,11 @@
 //!   constant, is treated in the same way if there is a shift with which the product fits into 64
 //!   bits and is off by no more than what was added.
 //!
+//! If there is none, a multiple of the divisor that makes every dividend positive is added to it, which does not
+//! change the remainder. The quotient of that sum `x` is the upper half of its product with `2^64 / d` rounded up,
+//! 128 bits long (`umulh`). The factor is too large by `e / d`, with `e` less than `d`, so that the quotient is too
+//! large by less than `1/d` if `x * e` is less than `2^64`.
+//!
 //! A quotient of doubles becomes a product with the reciprocal if the divisor is a power of two
 //! whose reciprocal is a normal number. Then the exact quotient and the exact product are the same
 //! number, so both are rounded to the same double.
@@ -98,17 +103,52 @@ impl Fold<'_> {
             return Some(Simpler::binary(BinaryOp::And, a, below));
         }
         let quotient = if low >= 0 {
-            self.quotient_of_non_negative(ty, a, high as u64, c as u64)?
+            self.quotient_of_non_negative(ty, a, high as u64, c as u64)
         } else {
-            self.quotient_rounded_down(ty, a, (low, high), c)?
+            self.quotient_rounded_down(ty, a, (low, high), c)
         };
-        self.remainder(ty, a, quotient, c)
+        match quotient {
+            Some(quotient) => self.remainder(ty, a, quotient, c),
+            None => self.modulo_of_long_dividend(ty, a, (low, high), c),
+        }
     }
 
     /// The remainder: the dividend less the product of quotient and divisor.
     fn remainder(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
         let product = self.insert_with_const(BinaryOp::Mul, ty, quotient, by)?;
         Some(Simpler::binary(BinaryOp::Sub, a, product))
+    }
+
+    /// The remainder (`smod`) by a constant that is no power of two, of a dividend for which no product fits
+    /// into 64 bits.
+    fn modulo_of_long_dividend(
+        &mut self,
+        ty: Type,
+        a: Value,
+        (low, high): (i64, i64),
+        by: i64,
+    ) -> Option<Simpler> {
+        // The least multiple of the divisor that makes every dividend positive.
+        let moved_by = match low {
+            0.. => 0,
+            _ => by.checked_mul((low.checked_neg()? - 1) / by + 1)?,
+        };
+        let most = high.checked_add(moved_by)?;
+        let factor = (1u128 << 64).div_ceil(by as u128);
+        let too_large = factor * by as u128 - (1 << 64);
+        if too_large * most as u128 >= 1 << 64 {
+            return None;
+        }
+        let mut dividend = self.extended_to_i64(ConvertOp::Sext, ty, a)?;
+        if moved_by > 0 {
+            dividend = self.insert_with_const(BinaryOp::Add, Type::I64, dividend, moved_by)?;
+        }
+        let quotient =
+            self.insert_with_const(BinaryOp::Umulh, Type::I64, dividend, factor as u64 as i64)?;
+        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, quotient, by)?;
+        let args = [dividend, product];
+        let rest = self.insert(InstData::Binary { op: BinaryOp::Sub, args })?;
+        self.truncated_from_i64(ty, rest).map(Simpler::Value)
     }
 
     /// The quotient rounded down by a positive constant that is no power of two.

@@ -24,6 +24,7 @@
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
 //! | `vectors` | no pass over IR: code generation computes rows of neighbouring variables at once |
+//! | `double-constants` | no pass over IR: code generation keeps doubles that are used often in registers |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
 //! | `by-length` | no pass: `packed-bits` is left out in long programs, `byte-bits` in short ones |
 //!
@@ -153,6 +154,8 @@ pub enum Pass {
     /// Vectors for rows of statements: a technique of code generation, for which there is nothing to
     /// do in IR.
     Vectors,
+    /// Constant doubles in registers: a technique of code generation.
+    DoubleConstants,
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
@@ -163,7 +166,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::ByteBits,
         Self::Integers,
         Self::SpeculateVariables,
@@ -186,6 +189,7 @@ impl Pass {
         Self::Compact,
         Self::WideBits,
         Self::Vectors,
+        Self::DoubleConstants,
         Self::ReloadBits,
         Self::ByLength,
     ];
@@ -215,6 +219,7 @@ impl Pass {
             Self::Compact => "compact",
             Self::WideBits => "wide-bits",
             Self::Vectors => "vectors",
+            Self::DoubleConstants => "double-constants",
             Self::ReloadBits => "reload-bits",
             Self::ByLength => "by-length",
         }
@@ -261,7 +266,11 @@ impl Pass {
             Self::Dce => dce::run(func),
             Self::Gates => gates::run(func),
             Self::Compact => compact::run(func),
-            Self::WideBits | Self::Vectors | Self::ReloadBits | Self::ByLength => return false,
+            Self::WideBits
+            | Self::Vectors
+            | Self::DoubleConstants
+            | Self::ReloadBits
+            | Self::ByLength => return false,
         }
         true
     }
@@ -299,10 +308,11 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         }
         // Instructions on doubles that `integers` has replaced are dropped after each of its runs: otherwise
         // `fold` would take them for uses of their operands.
-        let mut has_checks = false;
+        let (mut has_checks, mut has_integers) = (false, false);
         if stage.pass(Pass::Integers) {
             stage.pass(Pass::Dce);
             if stage.pass(Pass::SpeculateVariables) {
+                has_integers = true;
                 stage.all(&[Pass::Integers, Pass::Dce]);
             }
             if stage.pass(Pass::Speculate) {
@@ -339,6 +349,10 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
             if stage.pass(Pass::Rows) {
                 stage.pass(Pass::Dce);
             }
+        }
+        if has_integers {
+            // Where a store has gone, the double that it stored may have no use but a select.
+            stage.all(&[Pass::DeadStores, Pass::Dce]);
         }
         stage.options.combine_bits = true;
         stage.all(&[Pass::Narrow, Pass::Fold, Pass::Decoders]);

@@ -225,6 +225,12 @@ impl ValueRanges {
             (BinaryOp::Urem, Some(by)) => up_to_highest_bit(a.min(by.saturating_sub(1))),
             (BinaryOp::Umin, _) => up_to_highest_bit(a.min(b)),
             (BinaryOp::Umax, _) => up_to_highest_bit(a.max(b)),
+            // The product of operands below 2^m and 2^n is below 2^(m+n).
+            (BinaryOp::Umulh, _) => {
+                let bits = |ones: u64| u64::BITS - ones.leading_zeros();
+                let above = (bits(a) + bits(b)).saturating_sub(bits(all));
+                if above < u64::BITS { (1 << above) - 1 } else { all }
+            }
             (BinaryOp::Add, _) => within(a.checked_add(b)),
             (BinaryOp::Mul, _) => within(a.checked_mul(b)),
             _ => all,

@@ -19,8 +19,8 @@ use plcc_ir::{Module, Terminator};
 use plcc_random::Rng;
 use plcc_runtime::native::NativeEngine;
 
-/// The variables of a program are P0 and those behind it.
-const VARIABLES: usize = 12;
+/// The numbers of a program's P-variables: neighbours, which are checked together, and single ones.
+const VARIABLES: [usize; 12] = [0, 1, 2, 3, 5, 7, 8, 10, 12, 14, 15, 18];
 /// The elements of its array are P20 and those behind it.
 const ARRAY: usize = 20;
 
@@ -34,7 +34,7 @@ impl Host for Pure {
 }
 
 fn variable(rng: &mut Rng) -> String {
-    format!("P{}", rng.below(VARIABLES))
+    format!("P{}", rng.pick(&VARIABLES))
 }
 
 /// An element of the array; seldom the index may reach other variables.

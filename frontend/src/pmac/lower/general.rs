@@ -16,12 +16,21 @@
 //! Four bytes are loaded of which one counts, since machines combine words with memory and not bytes.
 //! So the code is little longer than that of specialised code, and fast. Where code for the assumed places would
 //! call the host, too, for an operator or a conversion, the host executes the statement in any case, without a
-//! check: that takes one call, and less code.
+//! check: that takes one call, and less code. Where it would not if the P- and Q-variables of the statement held integers,
+//! that is checked besides:
+//!
+//! ```text
+//!   v5: f64 = load p:8                         (P1)         P1 holds no integer:
+//!   v6: i32 = ftoi v5                                         hostcall pmac_statement(18)
+//!   v7: f64 = itof v6
+//!   v8: i1 = fcmp ordered_ne v7, v5                         it does:
+//!   brif v8, block2, block3                                   P2=P1%10, with v7 for P1
+//! ```
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::{Direct, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
-use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
+use plcc_ir::{Address, BinaryOp, ConvertOp, FloatCond, IntCond, Place, Type, Value};
 
 use super::emit;
 use super::{Lowerer, StatementPlaces};
@@ -31,6 +40,9 @@ use crate::pmac::ast::{Bin, Download, Expr, Func, Op, Stmt, StmtKind, Target};
 
 /// A statement that names more M-variables than this is not lowered as specialised code.
 const MAX_CHECKED: usize = 12;
+
+/// A statement with more P- and Q-variables than this is left to the host rather than to check them all.
+const MAX_INTEGERS: usize = 4;
 
 /// In programs that have more instructions than this, statements are left to the host alone, which is slower,
 /// so that general code does not use up what a program may have.
@@ -50,8 +62,13 @@ impl Lowerer<'_> {
             return self.statement(stmt, version, resumes);
         }
         let number = self.host_statements.get(index).copied().flatten();
+        let is_long = self.builder.instruction_count() > LONG_PROGRAM;
+        let mut integers = vec![];
         if let Some(number) = number
-            && (self.builder.instruction_count() > LONG_PROGRAM || self.needs_host(stmt))
+            && (is_long
+                || self.needs_host(stmt, None)
+                    && (self.needs_host(stmt, Some(&mut integers))
+                        || integers.len() > MAX_INTEGERS))
         {
             return self.host_statement(stmt, number, version);
         }
@@ -59,9 +76,11 @@ impl Lowerer<'_> {
         let differs = self.definitions_differ(&checked);
         self.builder.brif(differs, differing, as_assumed);
         self.builder.bind(as_assumed);
+        self.check_integers(&integers, differing);
         self.specialised = true;
         let lowered = self.statement(stmt, version, resumes);
         self.specialised = false;
+        self.known_integers.clear();
         lowered?;
         self.builder.jump(next);
         self.builder.bind(differing);
@@ -77,12 +96,34 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// Goes on if variables hold integers, which are known then, and to a place if one does not.
+    fn check_integers(&mut self, variables: &[(Kind, u32)], otherwise: Place) {
+        let mut any = None;
+        for &(kind, number) in variables {
+            let at = self.integer_address(kind, number);
+            let b = self.builder.ins();
+            let double = b.load(Type::F64, at);
+            let integer = b.convert(ConvertOp::FloatToInt, Type::I32, double);
+            let converted = b.convert(ConvertOp::IntToFloat, Type::F64, integer);
+            let fails = b.fcmp(FloatCond::OrderedNe, converted, double);
+            any = Some(any.map_or(fails, |any| b.binary(BinaryOp::Or, any, fails)));
+            self.known_integers.push((at, converted));
+        }
+        let Some(any) = any else { return };
+        let holds = self.builder.place();
+        self.builder.brif(any, otherwise, holds);
+        // The integers are used in this function, so that no other one may begin here.
+        self.builder.set_limit(usize::MAX);
+        self.builder.bind(holds);
+    }
+
     /// Whether code for the assumed places of M-variables would call the host in an assignment or a
     /// condition: for a bit operator or `%` of a number that may be no integer, for a function, or to make
-    /// an integer of a number.
-    fn needs_host(&self, stmt: &Stmt) -> bool {
+    /// an integer of a number. With `integers` it is assumed that P- and Q-variables hold integers, and those that the
+    /// value names are entered there.
+    fn needs_host(&self, stmt: &Stmt, integers: Option<&mut Vec<(Kind, u32)>>) -> bool {
         let Some(value) = Download::computed(&stmt.kind) else { return false };
-        let Some(is_integer) = self.is_integer_without_host(value) else { return true };
+        let Some(is_integer) = self.is_integer_without_host(value, integers) else { return true };
         let StmtKind::Assign(Target::Var(kind, number), _) = stmt.kind else { return false };
         match kind {
             Kind::P | Kind::Q => false,
@@ -94,12 +135,27 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Whether an expression is an integer whatever its variables hold; `None` if code for it calls the host.
-    fn is_integer_without_host(&self, value: Expr) -> Option<bool> {
+    /// Whether an expression is an integer whatever its variables hold; `None` if code for it calls the host. `assumed`
+    /// is as in [`needs_host`](Self::needs_host).
+    fn is_integer_without_host(
+        &self,
+        value: Expr,
+        mut assumed: Option<&mut Vec<(Kind, u32)>>,
+    ) -> Option<bool> {
         let mut integers = vec![];
         for op in self.download.ops(value) {
             let integer = match *op {
                 Op::Const(value) => value.fract() == 0.0,
+                Op::Var(kind @ (Kind::P | Kind::Q), number)
+                    if kind == Kind::P || !self.has_address_statements =>
+                {
+                    let variable = (kind, u32::from(number) & (self.layout.count - 1));
+                    if let Some(assumed) = assumed.as_deref_mut().filter(|a| !a.contains(&variable))
+                    {
+                        assumed.push(variable);
+                    }
+                    assumed.is_some()
+                }
                 Op::Var(Kind::M, number) => {
                     let number = u32::from(number) & (self.layout.count - 1);
                     self.places_of_m.get(number as usize).copied().flatten()?;
