@@ -138,7 +138,12 @@ fn main() -> ExitCode {
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     match runtime {
-        Ok(runtime) => runtime.block_on(run(settings)),
+        Ok(runtime) => {
+            let status = runtime.block_on(run(settings));
+            // A device whose driver in the kernel hangs may keep a thread for ever.
+            runtime.shutdown_background();
+            status
+        }
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(2)

@@ -109,6 +109,13 @@ def main():
         plant.follows()
         plant.stop(plant.driver)
         assert plant.outputs() == "01", "outputs are safe when plcio ends"
+        # It also ends while a chip does not answer.
+        plant.start_driver()
+        plant.follows()
+        lost = len(plant.events("lost"))
+        plant.conduct("hangs")
+        wait_until("the chip is lost", lambda: len(plant.events("lost")) > lost)
+        plant.stop(plant.driver)
     print("GPIO: everything as it should be")
 
 
