@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use plcc_image::configuration::{Address, Medium, Table};
+use rustix::io::Errno;
 use serde_json::Value;
 use tokio::net::TcpStream;
 use tokio::sync::watch::Receiver;
@@ -202,9 +203,24 @@ async fn ask(
     context.set_slave(Slave(unit));
     match timeout(shared.settings.answer, context.call(request)).await {
         Err(_) => Err(Failure::Lost("it does not answer".into())),
-        Ok(Err(error)) => Err(Failure::Lost(error.to_string())),
+        Ok(Err(error)) => Err(Failure::Lost(why_lost(&error))),
         Ok(Ok(Err(code))) => Err(Failure::Refused(code.to_string())),
         Ok(Ok(Ok(response))) => Ok(response),
+    }
+}
+
+/// Why a request failed, for people. When the device has closed the connection, the crate gives the error of whatever
+/// system call has failed last; one that is no error of a connection means that.
+fn why_lost(error: &tokio_modbus::Error) -> String {
+    let others = [Errno::INPROGRESS, Errno::AGAIN, Errno::INTR, Errno::NOENT, Errno::INVAL];
+    let is_other = |code| code == 0 || others.iter().any(|other| other.raw_os_error() == code);
+    match error {
+        tokio_modbus::Error::Transport(transport)
+            if transport.raw_os_error().is_some_and(is_other) =>
+        {
+            "it has closed the connection".into()
+        }
+        _ => error.to_string(),
     }
 }
 
@@ -275,5 +291,23 @@ async fn write(context: &mut Context, shared: &Shared, block: &Block) -> Result<
             Ok(())
         }
         _ => Err(malformed()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    #[test]
+    fn a_closed_connection_is_told_as_that() {
+        let lost = |code: Errno| {
+            why_lost(&tokio_modbus::Error::Transport(io::Error::from_raw_os_error(
+                code.raw_os_error(),
+            )))
+        };
+        assert_eq!(lost(Errno::INPROGRESS), "it has closed the connection");
+        assert!(lost(Errno::CONNRESET).contains("reset"));
     }
 }
