@@ -493,6 +493,7 @@ mod tests {
             io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0.7\""),
             io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0:i16\""),
             io("name = \"PUMP\"\ndriver = \"ethercat\"\naddress = \"eth2/2/out/1.7\""),
+            io("name = \"LAMP\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0.2\""),
             io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
         ]
         .concat();
@@ -518,9 +519,10 @@ mod tests {
             (81, "`SPEED` is a number, which needs a format, as in 0:i16"),
             (89, "`PUMP` is at eth2, but the entry of line 85 at eth1: all terminals are at one"),
             (89, "the point of `PUMP` shares bits with that of `SPEED`, of the entry of line 85"),
-            (95, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
-            (96, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
-            (97, "`safe`: \"off\", \"hold\" or a number is expected"),
+            (93, "the point of `LAMP` shares bits with that of `SPEED`, of the entry of line 85"),
+            (99, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+            (100, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+            (101, "`safe`: \"off\", \"hold\" or a number is expected"),
         ];
         assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
         for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {

@@ -169,38 +169,52 @@ pub(super) fn unfit(point: &EthercatPoint, is_input: bool, is_bit: bool) -> Opti
     }
 }
 
-/// Finds what is wrong with points of terminals taken together: different interfaces, and outputs that share bits.
+/// Finds what is wrong with points of terminals taken together: different interfaces, and outputs that share bits. An
+/// entry has one mistake of each kind, however many points it has.
 pub(super) fn mistakes(points: &[Point]) -> Vec<Mistake> {
-    let mut mistakes = vec![];
     let own = points.iter().filter_map(|point| match &point.address {
         Some(Address::Ethercat(at)) => Some((at, point)),
         _ => None,
     });
     let mut own: Vec<_> = own.collect();
-    if let Some(&(first, of)) = own.first()
-        && let Some((at, other)) = own.iter().find(|(at, _)| at.interface != first.interface)
-    {
-        let message = format!(
+    let Some(&(first, of)) = own.first() else { return vec![] };
+    let elsewhere = own.iter().filter(|(at, _)| at.interface != first.interface);
+    let elsewhere = elsewhere.map(|(at, other)| Mistake {
+        line: other.entry.line,
+        message: format!(
             "`{}` is at {}, but the entry of line {} at {}: all terminals are at one interface",
             other.symbol.name, at.interface, of.entry.line, first.interface
-        );
-        mistakes.push(Mistake { line: other.entry.line, message });
-    }
+        ),
+    });
+    let mut elsewhere: Vec<Mistake> = elsewhere.collect();
+    elsewhere.dedup_by_key(|mistake| mistake.line);
     own.retain(|(at, _)| at.is_output);
     own.sort_by_key(|(at, point)| (at.terminal, at.first_bit(), point.entry.line));
-    for pair in own.windows(2) {
-        let [(one, before), (other, point)] = pair else { continue };
-        let ends = one.first_bit() + one.value.bits();
+    let mut sharing: Vec<Mistake> = vec![];
+    // Of the points so far the one that ends last.
+    let mut last: Option<(&EthercatPoint, &Point)> = None;
+    for (at, point) in own {
+        let ends = at.first_bit() + at.value.bits();
+        let before = last.filter(|(other, _)| other.terminal == at.terminal);
+        let before_ends = before.map_or(0, |(other, _)| other.first_bit() + other.value.bits());
         // What is the very same point has been found before.
-        if one.terminal == other.terminal && other.first_bit() < ends && one != other {
+        if let Some((other, before)) = before
+            && at.first_bit() < before_ends
+            && other != at
+            && !sharing.iter().any(|mistake| mistake.line == point.entry.line)
+        {
             let message = format!(
                 "the point of `{}` shares bits with that of `{}`, of the entry of line {}",
                 point.symbol.name, before.symbol.name, before.entry.line
             );
-            mistakes.push(Mistake { line: point.entry.line, message });
+            sharing.push(Mistake { line: point.entry.line, message });
+        }
+        if ends > before_ends {
+            last = Some((at, point));
         }
     }
-    mistakes
+    elsewhere.append(&mut sharing);
+    elsewhere
 }
 
 #[cfg(test)]
