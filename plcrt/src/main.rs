@@ -204,7 +204,9 @@ fn check_config(path: &Path) -> Result<u8, String> {
         match key.and_then(|key| open(configured_artifact, key.as_ref())) {
             Err(message) => mistakes.push(wrong(*line, message)),
             Ok(Artifact { program, .. }) => {
+                let mut control = ControlArgs::default();
                 if let Ok(cli) = whole {
+                    control.clone_from(&cli.run.control);
                     let reads = vec![configured_artifact.clone(), path.to_owned()];
                     let run = RunArgs { reads, ..cli.run };
                     for PathConflict { option, message } in session::path_conflicts(&program, &run)
@@ -216,7 +218,6 @@ fn check_config(path: &Path) -> Result<u8, String> {
                     let refused = refusals(&program, &word.text);
                     mistakes.extend(refused.into_iter().map(|message| wrong(word.line, message)));
                 }
-                let control = wiring_control(&configuration.options);
                 let checked = check_wiring(&configuration.wiring, &program, &control)?;
                 let file = path.display();
                 warnings.extend(checked.warnings.iter().map(|what| format!("{file}: {what}")));
@@ -233,13 +234,6 @@ fn check_config(path: &Path) -> Result<u8, String> {
         let _ = writeln!(io::stderr(), "warning: {}", printable(warning));
     }
     Ok(session::DONE)
-}
-
-/// The settings of the control among the options of a configuration.
-fn wiring_control(options: &[configuration::Word]) -> ControlArgs {
-    let options = options.iter().map(|word| word.text.as_str());
-    let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
-    Cli::try_parse_from(words).map(|cli| cli.run.control).unwrap_or_default()
 }
 
 /// Compares entries `[[io]]` with a program.

@@ -182,7 +182,6 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
 /// The outputs of a run that are files which are read, or the same file as an output before them, or to which
 /// standard output goes as well as to one before them.
 pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
-    let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let beside = args.retain.as_deref().map(retain::files_beside);
     let outputs = outputs(args);
     let with_ending = |path: &PathBuf, ending: &str| {
@@ -230,9 +229,13 @@ pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
     conflicts
 }
 
+/// An option with its path, if it is given.
+fn option(name: &'static str, path: &Option<PathBuf>) -> Option<(&'static str, PathBuf)> {
+    Some((name, path.clone()?))
+}
+
 /// The outputs of a run by their options.
 fn outputs(args: &RunArgs) -> impl Iterator<Item = (&'static str, PathBuf)> {
-    let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let outputs = [
         args.trace_path().map(|path| ("--trace", path.to_owned())),
         option("--events", &args.events),
