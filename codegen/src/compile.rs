@@ -11,6 +11,7 @@ use cranelift_codegen::isa::unwind::systemv::UnwindInfo;
 use cranelift_codegen::isa::unwind::{UnwindInfo as AnyUnwindInfo, UnwindInfoKind};
 use cranelift_frontend::FunctionBuilderContext;
 use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange, RawOutcome, function_marker};
+use plcc_ir::threads::in_threads;
 use plcc_ir::{FuncData, Module, verify};
 
 use crate::error::panic_text;
@@ -22,8 +23,7 @@ const ALIGNMENT: usize = function_marker::LENGTH;
 /// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
 pub const MAX_CODE: usize = 32 << 20;
 
-/// The number of IR instructions for which a further thread is started; for fewer it would cost more
-/// time than it saves.
+/// The number of IR instructions for which a further thread is started.
 const INSTS_PER_THREAD: usize = 4000;
 
 /// The code of one function and the tables that belong to it.
@@ -55,8 +55,6 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     }
     let count = module.funcs().len();
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = cores.min(count).min(1 + size / INSTS_PER_THREAD).max(1);
     // The longest are compiled first, so that all threads end at about the same time.
     let mut order: Vec<_> =
         module.funcs().enumerate().map(|(index, (_, func))| (index, func)).collect();
@@ -78,15 +76,9 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
         }
         done
     };
-    let mut results: Vec<_> = std::thread::scope(|scope| {
-        let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
-        let mut all = worker();
-        for helper in helpers {
-            // A thread that was lost leaves functions out, which is found below.
-            all.extend(helper.join().unwrap_or_default());
-        }
-        all
-    });
+    let done = in_threads(count, size, INSTS_PER_THREAD, worker).into_iter();
+    // A thread that was lost leaves functions out, which is found below.
+    let mut results: Vec<_> = done.flat_map(Result::unwrap_or_default).collect();
     results.sort_unstable_by_key(|&(index, _)| index);
     let mut compiled = Vec::with_capacity(count);
     for (_, result) in results {

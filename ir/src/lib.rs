@@ -74,6 +74,7 @@ pub mod module;
 pub mod passes;
 pub mod tables;
 pub mod text;
+pub mod threads;
 pub mod types;
 pub mod verify;
 

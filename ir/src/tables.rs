@@ -1,6 +1,6 @@
-//! Hash tables whose keys are numbers that the compiler gave itself, with a fast hash function. A collision only costs
-//! time, and nobody outside chooses these keys, so it need not withstand attacks. What a program names is kept in the
-//! standard library's tables.
+//! Hash tables of the compiler's own numbers and instructions, with a fast hash function. A program could be written so
+//! that its constants collide. That only costs time, and little: most tables hold what stands in one function, whose length
+//! is limited. What a program names is kept in the standard library's tables.
 
 use std::collections::{HashMap, HashSet};
 

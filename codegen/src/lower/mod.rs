@@ -82,6 +82,7 @@ pub(crate) fn function(
     let image = base();
     let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
     let double_constants = double_constants::choose(module, func, &mut builder, is_x86);
+    let uses = func.use_counts();
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
@@ -97,10 +98,10 @@ pub(crate) fn function(
         indices: indices::Indices::new(func),
         cold: false,
         is_x86,
-        uses: func.use_counts(),
+        variable_checks: VariableChecks::new(module, func, &uses, is_x86),
+        uses,
         truncated: FastMap::default(),
         double_constants,
-        variable_checks: VariableChecks::new(module, func, is_x86),
         is_extended: memory::extended_values(func),
         extended_loads: FastMap::default(),
         trap_exit: None,

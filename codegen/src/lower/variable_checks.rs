@@ -17,14 +17,13 @@
 //! A scalar check fails only where the double is not NaN, a lane of these also where it is. So only doubles of regions
 //! in which none is NaN are checked in this way.
 
-use std::collections::HashMap;
-
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::{
     Endianness, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
     Value as ClifValue, types,
 };
 use plcc_ir::passes::Pass;
+use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
     Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, Terminator, Type, Value,
 };
@@ -60,34 +59,33 @@ struct Check {
 pub(super) struct VariableChecks {
     /// The block in which all of them are made, and those whose checks are made there.
     first: Option<Block>,
-    others: Vec<Block>,
+    others: FastSet<Block>,
     checks: Vec<Check>,
     /// The stack slot of the integers, once they are stored, and the offset of each.
     slot: Option<StackSlot>,
-    offsets: HashMap<Value, u32>,
+    offsets: FastMap<Value, u32>,
 }
 
 impl VariableChecks {
-    /// For a function of a module.
-    pub(super) fn new(module: &Module, func: &FuncData, is_x86: bool) -> Self {
+    /// For a function of a module; `uses` says how often each value is used.
+    pub(super) fn new(module: &Module, func: &FuncData, uses: &[u32], is_x86: bool) -> Self {
         let enabled = is_x86 && module.passes.contains(Pass::Vectors);
         let &[(_, first)] = func.entries() else { return Self::default() };
         if !enabled || func.block(first).insts.len() != CHECK {
             return Self::default();
         }
-        let uses = func.use_counts();
-        let Some(first_check) = check(module, func, &uses, first) else {
+        let Some(first_check) = check(module, func, uses, first) else {
             return Self::default();
         };
         let edges = edges(func);
         let is_reached_once = |block: Block| edges.get(block.index()) == Some(&1);
         let slow = first_check.slow;
         let mut next = first_check.next;
-        let (mut checks, mut others) = (vec![first_check], vec![]);
-        while let Some(found) = check(module, func, &uses, next).filter(|found| found.slow == slow)
+        let (mut checks, mut others) = (vec![first_check], FastSet::default());
+        while let Some(found) = check(module, func, uses, next).filter(|found| found.slow == slow)
             && is_reached_once(next)
         {
-            others.push(next);
+            others.insert(next);
             next = found.next;
             checks.push(found);
         }

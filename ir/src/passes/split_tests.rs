@@ -83,6 +83,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
         {
             if let Some(inner) = condition.inner {
                 join(func, block, inner, &mut uses);
+                changed = true;
                 conditions[inner.index()] = None;
                 match self::condition(func, block, &uses) {
                     Some(joined) => condition = joined,

@@ -4,16 +4,15 @@
 //! ([`DeadBytes`]), which are found before all passes. So the result is the same with any number of threads.
 
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 use std::time::Instant;
 
 use super::dead_stores::DeadBytes;
 use super::image_bytes::ImageBytes;
 use super::{Pass, PassSet, PassTimes, byte_bits, instructions, thresholds};
+use crate::threads::in_threads;
 use crate::{FuncData, Module, verify};
 
-/// The number of IR instructions for which a further thread is started; for fewer it would cost more time than it
-/// saves.
+/// The number of IR instructions for which a further thread is started.
 const INSTS_PER_THREAD: usize = 8000;
 
 /// In which way passes run that have more than one.
@@ -107,7 +106,7 @@ pub(super) fn each(
         add_time(times, Pass::DeadStores, start.elapsed());
     }
     let funcs = std::mem::take(&mut module.funcs);
-    module.funcs = in_threads(funcs, times, &|queue: &Queue, times: &mut PassTimes| {
+    module.funcs = share_out(funcs, times, &|queue: &Queue, times: &mut PassTimes| {
         let mut bytes = ImageBytes::new(module);
         let mut done = vec![];
         while let Some((index, func)) = take(queue) {
@@ -133,37 +132,27 @@ fn take(queue: &Queue) -> Option<(usize, FuncData)> {
 
 /// Lets `work` take all functions from a queue and give them back, in several threads if they are long. Adds the
 /// times of all threads to `times`.
-fn in_threads(
+fn share_out(
     funcs: Vec<FuncData>,
     times: &mut PassTimes,
     work: &(impl Fn(&Queue, &mut PassTimes) -> Vec<(usize, FuncData)> + Sync),
 ) -> Vec<FuncData> {
-    let size: usize = funcs.iter().map(FuncData::inst_count).sum();
-    let wanted = funcs.len().min(1 + size / INSTS_PER_THREAD);
-    let threads = match wanted {
-        0 | 1 => 1,
-        _ => thread::available_parallelism().map_or(1, usize::from).min(wanted),
-    };
+    let (count, size) = (funcs.len(), funcs.iter().map(FuncData::inst_count).sum());
     let mut funcs: Vec<(usize, FuncData)> = funcs.into_iter().enumerate().collect();
     // The longest are taken first, so that all threads end at about the same time.
     funcs.sort_by_key(|(_, func)| func.inst_count());
     let queue = Queue::new(funcs);
-    let mut done = thread::scope(|scope| {
-        let helper = || {
-            let mut times = vec![];
-            (work(&queue, &mut times), times)
-        };
-        let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(helper)).collect();
-        let mut done = work(&queue, times);
-        for helper in helpers {
-            // A panic is a mistake in a pass, whichever thread meets it.
-            let (more, of_helper) =
-                helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            done.extend(more);
-            of_helper.into_iter().for_each(|(pass, time)| add_time(times, pass, time));
-        }
-        done
+    let results = in_threads(count, size, INSTS_PER_THREAD, || {
+        let mut times = vec![];
+        (work(&queue, &mut times), times)
     });
+    let mut done = Vec::with_capacity(count);
+    for result in results {
+        // A panic is a mistake in a pass, whichever thread meets it.
+        let (some, of_thread) = result.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        done.extend(some);
+        of_thread.into_iter().for_each(|(pass, time)| add_time(times, pass, time));
+    }
     done.sort_unstable_by_key(|&(index, _)| index);
     done.into_iter().map(|(_, func)| func).collect()
 }
@@ -183,7 +172,7 @@ mod tests {
             ..FuncData::default()
         };
         let mut times = vec![];
-        let done = in_threads((0..50).map(func).collect(), &mut times, &|queue, times| {
+        let done = share_out((0..50).map(func).collect(), &mut times, &|queue, times| {
             let mut done = vec![];
             while let Some(taken) = take(queue) {
                 add_time(times, Pass::Fold, Duration::from_nanos(1));
