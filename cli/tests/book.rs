@@ -111,6 +111,21 @@ fn normal(path: &Path) -> PathBuf {
 }
 
 #[test]
+fn every_table_has_rows() {
+    let mut all = pages(&["docs"]);
+    all.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md"].map(PathBuf::from));
+    for page in all {
+        let text = read(&page);
+        let lines: Vec<_> = prose(&text).collect();
+        for (at, (number, line)) in lines.iter().enumerate() {
+            let next = lines.get(at + 1).map_or("", |(_, next)| next);
+            let is_empty = line.starts_with("| ---") && !next.starts_with('|');
+            assert!(!is_empty, "{}:{number}: a table without rows", page.display());
+        }
+    }
+}
+
+#[test]
 fn every_link_leads_somewhere() {
     let mut wrong = Vec::new();
     let mut count = 0;

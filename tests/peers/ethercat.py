@@ -100,17 +100,26 @@ class Wired(Plant):
     def is_lost(self, since, why):
         wait_until(f"this is noticed: {why}", lambda: any(why in event["why"] for event in self.events("lost")[since:]))
 
+    def is_lost_and_found(self, begin, why, meanwhile=lambda: None):
+        """The connection is lost, for a reason, and comes again by itself after what is done meanwhile."""
+        lost, connected = len(self.events("lost")), len(self.events("connected"))
+        begin()
+        self.is_lost(lost, why)
+        meanwhile()
+        wait_until("it is connected again", lambda: len(self.events("connected")) > connected)
+        self.follows()
+
     def recovers_from(self, what, begin, end, why):
         """What is wrong is an event, inputs become safe and outputs are off, and all recover by themselves."""
         print(what, flush=True)
-        lost, connected, late = len(self.events("lost")), len(self.events("connected")), self.input_changes("late")
-        begin()
-        self.is_lost(lost, why)
-        wait_until("the inputs are late", lambda: self.input_changes("late") > late)
-        wait_until("the outputs are off", lambda: not any(self.pump()) and not any(self.copies()))
-        end()
-        wait_until("it is connected again", lambda: len(self.events("connected")) > connected)
-        self.follows()
+        late = self.input_changes("late")
+
+        def meanwhile():
+            wait_until("the inputs are late", lambda: self.input_changes("late") > late)
+            wait_until("the outputs are off", lambda: not any(self.pump()) and not any(self.copies()))
+            end()
+
+        self.is_lost_and_found(begin, why, meanwhile)
 
     def bears(self, what, begin, end, seconds=2):
         """What is wrong does not end the connection."""
@@ -197,11 +206,7 @@ def terminals_misbehave(plant, segment):
             outputs.falls_back(0x001B)
 
     why = "terminal 2 (EL2008) is in the state SAFE-OP, since: 0x001b: Sync manager watchdog"
-    lost, connected = len(plant.events("lost")), len(plant.events("connected"))
-    falls_back()
-    plant.is_lost(lost, why)
-    wait_until("it is connected again", lambda: len(plant.events("connected")) > connected)
-    plant.follows()
+    plant.is_lost_and_found(falls_back, why)
     cut, joined = set(analogue, silent=True), set(analogue, silent=False)
     plant.recovers_from("the last terminals are cut off", cut, joined, "terminal 3 (EL3102) is silent")
 
@@ -210,11 +215,7 @@ def terminals_misbehave(plant, segment):
             for terminal in segment.terminals:
                 terminal.switch_on()
 
-    lost, connected = len(plant.events("lost")), len(plant.events("connected"))
-    loses_power()
-    plant.is_lost(lost, "terminal 0 (EK1100) is")
-    wait_until("it is connected again", lambda: len(plant.events("connected")) > connected)
-    plant.follows()
+    plant.is_lost_and_found(loses_power, "terminal 0 (EK1100) is")
 
     def refuses():
         outputs.refuses_op = True
@@ -229,16 +230,11 @@ def terminals_misbehave(plant, segment):
                 terminal.switch_on()
 
     def swap_back():
+        assert not any(outputs.outputs) and outputs.state != OP
         with segment.lock:
             segment.terminals[1:3] = [inputs, outputs]
 
-    lost, connected = len(plant.events("lost")), len(plant.events("connected"))
-    swap()
-    plant.is_lost(lost, "terminal 1 is EL2008 (0x2:0x7d83052:0x110000), not EL1008")
-    assert not any(outputs.outputs) and outputs.state != OP
-    swap_back()
-    wait_until("it is connected again", lambda: len(plant.events("connected")) > connected)
-    plant.follows()
+    plant.is_lost_and_found(swap, "terminal 1 is EL2008 (0x2:0x7d83052:0x110000), not EL1008", swap_back)
 
     def sends_emergencies():
         analogue.emergency = True
@@ -297,13 +293,12 @@ def frames_of_others(plant):
 
 def ends(plant, segment):
     """plcio hangs, is killed, is ended, and may not open sockets."""
-    lost, connected = len(plant.events("lost")), len(plant.events("connected"))
-    plant.driver.send_signal(signal.SIGSTOP)
-    wait_until("the terminals switch off by themselves", lambda: not any(plant.pump()))
-    plant.driver.send_signal(signal.SIGCONT)
-    plant.is_lost(lost, "Sync manager watchdog")
-    wait_until("it is connected again", lambda: len(plant.events("connected")) > connected)
-    plant.follows()
+    def hangs():
+        plant.driver.send_signal(signal.SIGSTOP)
+        wait_until("the terminals switch off by themselves", lambda: not any(plant.pump()))
+        plant.driver.send_signal(signal.SIGCONT)
+
+    plant.is_lost_and_found(hangs, "Sync manager watchdog")
     plant.stop(plant.driver, signal.SIGKILL)
     wait_until("the terminals switch off by themselves", lambda: not any(plant.pump()))
     plant.start_driver()

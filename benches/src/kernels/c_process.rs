@@ -99,7 +99,8 @@ impl CProcess {
     ) -> Result<f64, Box<dyn Error>> {
         let word = if cold { "cold" } else { "run" };
         let answer = self.ask(&format!("{word} {variant} {} {scans}", inputs as usize))?;
-        Ok(answer.parse::<f64>()? / scans as f64)
+        let ns = answer.parse::<f64>()?;
+        Ok(if cold { ns } else { ns / scans as f64 })
     }
 
     /// Makes all variables of a variant 0, runs scans, and gives bits, words and elements.

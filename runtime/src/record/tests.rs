@@ -1,5 +1,6 @@
 //! Records with a program made by hand: full queues, ticks that are missing, damaged files.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -295,12 +296,14 @@ fn a_record_full_of_headers_is_searched_only_so_long() {
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
 }
 
+/// Records 80 ticks into `disk/r.plcrec` of a folder by the link `r.plcrec` to it, so that `disk/r.plcrec.1` gets the older
+/// part. Gives the folder, the file, its older part and the link.
 #[cfg(unix)]
-#[test]
-fn a_link_to_a_record_is_followed() {
-    let folder = std::env::temp_dir().join(format!("plcc-linked-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("disk")).unwrap();
-    let (path, link) = (folder.join("disk/r.plcrec"), folder.join("r.plcrec"));
+fn record_by_a_link() -> (tempfile::TempDir, [PathBuf; 3]) {
+    let folder = tempfile::tempdir().unwrap();
+    let disk = folder.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let (path, link) = (disk.join("r.plcrec"), folder.path().join("r.plcrec"));
     std::fs::write(&path, "").unwrap();
     std::os::unix::fs::symlink(&path, &link).unwrap();
     let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
@@ -314,12 +317,25 @@ fn a_link_to_a_record_is_followed() {
         control.tick(&mut Counter, &mut vec![]).unwrap();
     }
     control.end_record(None).unwrap();
-    let older = folder.join("disk/r.plcrec.1");
+    let older = disk.join("r.plcrec.1");
+    (folder, [path, older, link])
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_record_is_followed() {
+    let (_folder, [_, older, link]) = record_by_a_link();
     assert!(older.exists() && link.is_symlink());
     let recording = Recording::open(&link).unwrap();
     let run = recording.last_run().unwrap();
     assert_eq!((run.first_tick(), run.end.as_ref().unwrap().ticks), (0, 80));
-    // A recorder that is killed may have renamed the newest part, and not have begun another.
+}
+
+/// A recorder that is killed may have renamed the newest part, and not have begun another.
+#[cfg(unix)]
+#[test]
+fn an_older_part_alone_is_read() {
+    let (_folder, [path, older, link]) = record_by_a_link();
     std::fs::rename(&path, &older).unwrap();
     for name in [&path, &link] {
         let recording = Recording::open(name).unwrap();
@@ -330,7 +346,6 @@ fn a_link_to_a_record_is_followed() {
     // While it renames, both names may be found to mean the same file, which is read once.
     std::fs::hard_link(&older, &path).unwrap();
     assert_eq!(Recording::open(&path).unwrap().last_run().unwrap().spans.len(), spans);
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// The executive of a program whose image is much longer.
