@@ -1,6 +1,5 @@
 //! Records with a program made by hand: full queues, ticks that are missing, damaged files.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -299,7 +298,7 @@ fn a_record_full_of_headers_is_searched_only_so_long() {
 /// Records 80 ticks into `disk/r.plcrec` of a folder by the link `r.plcrec` to it, so that `disk/r.plcrec.1` gets the older
 /// part. Gives the folder, the file, its older part and the link.
 #[cfg(unix)]
-fn record_by_a_link() -> (tempfile::TempDir, [PathBuf; 3]) {
+fn record_by_a_link() -> (tempfile::TempDir, [std::path::PathBuf; 3]) {
     let folder = tempfile::tempdir().unwrap();
     let disk = folder.path().join("disk");
     std::fs::create_dir(&disk).unwrap();
