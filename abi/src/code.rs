@@ -25,7 +25,8 @@ pub struct CodeParts {
     /// The machine code.
     pub bytes: Vec<u8>,
     /// For each label, by its number, the offset in `bytes` of the function that has it. The
-    /// function is called with the label's number.
+    /// function is called with the label's number. It is [`NO_CODE`](Self::NO_CODE) if the function is not part of
+    /// this code, which then is not [complete](Self::is_complete).
     pub labels: Vec<u32>,
     /// For each label, by its number, the line of the statement that begins there, for messages about a
     /// scan that was stopped before it. Where it is not known there is none; the list may be shorter
@@ -84,6 +85,15 @@ impl fmt::Display for CodeError {
 impl core::error::Error for CodeError {}
 
 impl CodeParts {
+    /// What stands in [`labels`](Self::labels) for a label whose function is not part of this code.
+    pub const NO_CODE: u32 = u32::MAX;
+
+    /// Whether the function of every label is part of this code. A compiler that compiles just in time may make the
+    /// functions that seldom run only when they are needed; an artifact holds them all.
+    pub fn is_complete(&self) -> bool {
+        !self.labels.contains(&Self::NO_CODE)
+    }
+
     /// The source line that the code at an offset belongs to.
     pub fn line_at(&self, offset: u32) -> Option<CodeLine> {
         let function = self.function_at(offset)?;
@@ -102,7 +112,7 @@ impl CodeParts {
 
     /// Whether the tables fit the bytes and each other: functions lie in the code one after the
     /// other and are not empty, each has its [marker](function_marker) in front of it, every label's
-    /// offset is that of a function, lines are sorted and lie in the code, and unwind information is
+    /// offset is that of a function or [`NO_CODE`](Self::NO_CODE), lines are sorted and lie in the code, and unwind information is
     /// about functions.
     ///
     /// # Errors
@@ -119,8 +129,10 @@ impl CodeParts {
             ensure(*len > 0 && start >= end, &|| format!("function `{name}` overlaps another"))?;
             end = start + u64::from(*len);
         }
-        ensure(end <= length, &|| "the functions exceed the code".into())?;
-        for label in &self.labels {
+        ensure(end <= length && length < u64::from(Self::NO_CODE), &|| {
+            "the functions exceed the code".into()
+        })?;
+        for label in self.labels.iter().filter(|&&label| label != Self::NO_CODE) {
             let found = self.functions.binary_search_by_key(label, |function| function.offset);
             ensure(found.is_ok(), &|| "a label is at no function".into())?;
         }

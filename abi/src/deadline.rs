@@ -24,6 +24,7 @@
 //! ```
 
 use core::sync::atomic::{AtomicU64, Ordering};
+use core::time::Duration;
 
 use crate::Host;
 
@@ -49,6 +50,12 @@ impl TimeLimit<'_> {
     #[inline]
     pub fn is_late(&self) -> bool {
         self.epoch.load(Ordering::Relaxed) >= self.limit
+    }
+
+    /// Gives the scan more time, for what was done meanwhile and is not the program's doing.
+    pub fn extend(&mut self, time: Duration) {
+        let time = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.limit = self.limit.saturating_add(time);
     }
 
     /// Whether the scan must be stopped: it is late, and the host does not give it more time.
@@ -102,6 +109,10 @@ mod tests {
         assert!(!time.is_late());
         epoch.store(25, Ordering::Relaxed);
         assert!(time.is_over(&mut host));
-        assert!(!TimeLimit::NONE.is_late());
+        time.extend(Duration::from_nanos(6));
+        assert!(!time.is_over(&mut host));
+        let mut none = TimeLimit::NONE;
+        none.extend(Duration::MAX);
+        assert!(!none.is_late());
     }
 }

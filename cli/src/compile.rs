@@ -8,8 +8,8 @@ use plcc_frontend::common::{
     CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
 };
 use plcc_frontend::{CheckedProgram, Recompilable, language};
-use plcc_ir::Statement;
 use plcc_ir::passes::PassTimes;
+use plcc_ir::{Module, Statement};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::artifact::{self, Artifact, ArtifactError, Attached};
 use plcc_runtime::native::NativeError;
@@ -149,11 +149,15 @@ fn too_long(code: &'static str, statement: Statement, what: impl Into<MessageTex
     Diagnostic::error(code, Span { file: FileId(file), start, end }, what).help("split the program")
 }
 
-/// Compiles a lowered program. Code that is too long becomes a diagnostic.
-fn generate(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
-    plcc_codegen::compile(&lowered.module, target).map_err(|error| match error {
+/// Compiles a module. Code that is too long becomes a diagnostic.
+pub(crate) fn generate(
+    module: &Module,
+    dialect: Dialect,
+    target: &Target,
+) -> Result<Code, CompileError> {
+    plcc_codegen::compile(module, target).map_err(|error| match error {
         CodegenError::TooLong(Some(statement)) => {
-            let code = match lowered.program.dialect() {
+            let code = match dialect {
                 Dialect::Pmi => "PMI-X5",
                 Dialect::Nct => "NCT-X3",
                 Dialect::Pmac => "PMAC-X8",
@@ -171,7 +175,7 @@ fn generate(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
 /// # Errors
 /// When the code can't be made or mapped.
 pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
-    let code = generate(lowered, &Target::host()?)?;
+    let code = code(lowered, &Target::host()?)?;
     let memory = Box::new(JitMemory::new(&code)?);
     Ok((NativeEngine::with_memory(&code, &lowered.program, memory)?, code.bytes.len()))
 }
@@ -185,7 +189,7 @@ pub fn jit_for_gdb(
     options: &ObjectOptions,
 ) -> Result<NativeEngine, CompileError> {
     let target = Target::host()?;
-    let code = generate(lowered, &target)?;
+    let code = code(lowered, &target)?;
     let debug = debug_object(&lowered.program, &code, &target, options)?;
     let memory = Box::new(JitMemory::new(&code)?);
     let mut engine = NativeEngine::with_memory(&code, &lowered.program, memory)?;
@@ -198,7 +202,7 @@ pub fn jit_for_gdb(
 /// # Errors
 /// When it can't be made.
 pub fn code(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
-    generate(lowered, target)
+    generate(&lowered.module, lowered.program.dialect(), target)
 }
 
 /// An artifact's bytes, without a debug part.

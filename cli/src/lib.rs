@@ -30,6 +30,7 @@ pub mod disk;
 mod failure;
 mod hal;
 mod input;
+pub mod later_code;
 mod object_args;
 mod output;
 pub mod recompile;

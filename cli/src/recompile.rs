@@ -13,18 +13,26 @@ use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
 
 use crate::compile::{Checked, jit, jit_for_gdb};
+use crate::later_code::jit_in_parts;
 
 /// Compiles a PMAC program again for other definitions of its M-variables.
 pub struct PmacRecompiler {
     program: Box<dyn Recompilable>,
     passes: PassSet,
     gdb: Option<ObjectOptions>,
+    in_parts: bool,
 }
 
 impl PmacRecompiler {
     /// A compiler for one program, with the passes of a level or of a set.
     pub fn new(program: Box<dyn Recompilable>, passes: impl Into<PassSet>) -> Self {
-        Self { program, passes: passes.into(), gdb: None }
+        Self { program, passes: passes.into(), gdb: None, in_parts: true }
+    }
+
+    /// Whether code that seldom runs is made only when a scan first comes to it, which then takes long; all code is
+    /// made at once where it is shown to gdb.
+    pub fn in_parts(self, in_parts: bool) -> Self {
+        Self { in_parts, ..self }
     }
 
     /// Has the code that is made shown to gdb, with what debuggers need by these options.
@@ -37,6 +45,10 @@ impl Recompiler for PmacRecompiler {
     fn recompile(&mut self, assumptions: &[Assumption]) -> Result<NativeEngine, String> {
         let lowered = self.program.lower_for(assumptions);
         let mut lowered = lowered.map_err(|error| error.to_string())?;
+        if self.in_parts && self.gdb.is_none() {
+            let made = jit_in_parts(lowered, self.passes).map_err(|error| error.to_string())?;
+            return Ok(made.engine);
+        }
         plcc_ir::passes::optimize(&mut lowered.module, self.passes);
         let compiled = match &self.gdb {
             None => jit(&lowered).map(|(engine, _)| engine),
@@ -60,7 +72,8 @@ pub fn recompiling(
     match (checked.recompilable(), &tables.tables) {
         (Some(program), Tables::Pmac(tables)) => {
             let assumptions = program.assumptions().to_vec();
-            let compiler = Box::new(PmacRecompiler::new(program, passes).with_gdb(gdb));
+            let compiler = PmacRecompiler::new(program, passes).with_gdb(gdb);
+            let compiler = Box::new(compiler.in_parts(!settings.in_thread));
             let controller = tables.controller;
             Box::new(Recompiling::new(native, &assumptions, controller, compiler, settings))
         }

@@ -15,6 +15,7 @@ use plcc_runtime::{Artifact, NativeEngine};
 use serde::{Deserialize, Serialize};
 
 use crate::compile::{self, Checked, CompileError};
+use crate::later_code::jit_in_parts;
 
 /// The options of the compiler, as a record holds them.
 #[derive(Serialize, Deserialize)]
@@ -239,11 +240,13 @@ impl Found {
              program's sources after the record for the others",
         )?;
         let compiled = || -> Result<Box<dyn Engine>, CompileError> {
-            let lowered = checked.optimized(OptLevel::Speed)?;
+            let lowered = checked.lower()?;
             Ok(match engine {
                 ReplayEngine::Interpreter => checked.interpreter(),
-                ReplayEngine::Jit => Box::new(compile::jit(&lowered)?.0),
-                ReplayEngine::Aot => Box::new(compile::aot(&lowered)?.0),
+                ReplayEngine::Jit => Box::new(jit_in_parts(lowered, OptLevel::Speed)?.engine),
+                ReplayEngine::Aot => {
+                    Box::new(compile::aot(&checked.optimized(OptLevel::Speed)?)?.0)
+                }
             })
         };
         compiled().map_err(|error| error.to_string())

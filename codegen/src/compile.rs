@@ -206,6 +206,7 @@ fn assemble(
     let labels = targets.iter().enumerate().map(|(label, target)| {
         let function = target.and_then(|(func, _)| code.functions.get(func.index()));
         let offset = function.map(|function| function.offset);
+        let offset = offset.or(module.is_part.then_some(CodeParts::NO_CODE));
         offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;

@@ -4,17 +4,19 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
-    Code, Engine, Host, HostFn, MissingElement, Outcome, Program, Region, ResumePoint, Scan,
-    SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
+    Code, CodeMemory, Engine, Host, HostFn, MissingElement, Outcome, Program, Region, ResumePoint,
+    Scan, SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
 };
-use plcc_codegen::{Target, compile};
+use plcc_codegen::{JitMemory, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{Address, BinaryOp, ChunkBuilder, IntCond, Module, Statement, Type};
 use plcc_runtime::NativeEngine;
+use plcc_runtime::native::LaterCode;
 
 const IMAGE: u32 = 64;
 
@@ -443,6 +445,81 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     }
 }
 
+/// Makes code later, and lets so much time pass meanwhile as the epoch says.
+struct Slow(Module, &'static AtomicU64, Duration);
+
+impl LaterCode for Slow {
+    fn make(self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
+        let Self(module, epoch, time) = *self;
+        std::thread::sleep(time);
+        epoch.store(time.as_nanos() as u64, Ordering::Relaxed);
+        let code = compile(&module, &Target::host().unwrap()).unwrap();
+        let memory = JitMemory::new(&code).unwrap();
+        Ok((code, Box::new(memory)))
+    }
+}
+
+/// The time in which code is made that a scan has come to is not the scan's. Its lines and labels are known as those of other
+/// code.
+#[test]
+fn making_code_later_takes_none_of_the_time_of_the_scan() {
+    static EPOCH: AtomicU64 = AtomicU64::new(0);
+    let make = || {
+        let mut b = builder(100);
+        let (start, rare, again) = (b.place(), b.place(), b.place());
+        b.bind(start);
+        b.task("scan", start);
+        statement(&mut b, 1);
+        add(&mut b, 0, 1);
+        b.jump(rare);
+        b.begin_function();
+        b.bind(rare);
+        b.ins().set_optimize_for_size(true);
+        statement(&mut b, 2);
+        add(&mut b, 4, 1);
+        let args = vec![b.ins().iconst(Type::I32, 1); 4];
+        b.ins().host_call(HostFn::PmacPlc, &args);
+        b.jump(again);
+        b.ins().set_optimize_for_size(false);
+        b.begin_function();
+        b.bind(again);
+        add(&mut b, 8, 1);
+        b.ret();
+        b.finish()
+    };
+    let whole = make();
+    let mut module = whole.clone();
+    let rest = module.split_off_rare().unwrap();
+    assert_eq!((module.funcs.len(), rest.funcs.len()), (2, 1));
+    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    assert!(!code.is_complete());
+    let run = |host: &mut dyn Host, slow: bool| {
+        EPOCH.store(0, Ordering::Relaxed);
+        let mut engine = NativeEngine::new(&code, &program(&whole)).unwrap();
+        if slow {
+            engine.make_later(Box::new(Slow(rest.clone(), &EPOCH, Duration::from_millis(20))));
+        }
+        let mut image = [0; IMAGE as usize];
+        let limit = TimeLimit { epoch: &EPOCH, limit: 10_000_000 };
+        let outcome = engine.call(0, None, &mut Scan { image: &mut image, host, limit });
+        (outcome, [0, 4, 8].map(|offset| image::read_u32(&image, offset)), engine)
+    };
+    let (outcome, image, mut engine) = run(&mut NoHost, true);
+    assert_eq!((outcome, image), (Outcome::End, [1, 1, 1]));
+    assert!(engine.has_later_code());
+    let outcome = engine.call(0, None, &mut Scan::new(&mut [0; IMAGE as usize], &mut NoHost));
+    assert_eq!(outcome, Outcome::End);
+    // A host function that is called there and takes too long is stopped in its line.
+    let mut late = LateHost::new(&EPOCH, 1, 0);
+    late.step = 1 << 40;
+    let (outcome, image, _) = run(&mut late, true);
+    let line = Some(SourceLine { file: 0, line: 2 });
+    assert_eq!((outcome, image), (Outcome::Trap(Trap::late(line)), [1, 1, 0]));
+    // Without a compiler there is no such code.
+    let (outcome, image, _) = run(&mut NoHost, false);
+    assert_eq!((outcome, image), (Outcome::trap(TrapCode::BadLabel), [1, 0, 0]));
+}
+
 /// A host that makes the scan late in one of its calls, and gives it more time `extensions` times.
 struct LateHost<'a> {
     time: TimeLimit<'a>,
@@ -450,12 +527,14 @@ struct LateHost<'a> {
     /// The call, counted from 1, in which the time is up.
     late_at: u64,
     extensions: u64,
+    /// What is added to the epoch then.
+    step: u64,
 }
 
 impl<'a> LateHost<'a> {
     fn new(epoch: &'a AtomicU64, late_at: u64, extensions: u64) -> Self {
         let time = TimeLimit { epoch, limit: 1 };
-        Self { time, calls: 0, late_at, extensions }
+        Self { time, calls: 0, late_at, extensions, step: 1 }
     }
 }
 
@@ -464,7 +543,7 @@ impl Host for LateHost<'_> {
         self.calls += 1;
         image::write_u64(image, 40, self.calls);
         if self.calls >= self.late_at {
-            self.time.epoch.fetch_add(1, Ordering::Relaxed);
+            self.time.epoch.fetch_add(self.step, Ordering::Relaxed);
         }
         1
     }

@@ -67,6 +67,7 @@ pub mod func;
 pub mod inst;
 pub mod interp;
 pub mod module;
+mod parts;
 #[allow(
     clippy::indexing_slicing,
     reason = "passes see verified functions, whose entities index tables made for them"

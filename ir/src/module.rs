@@ -84,6 +84,9 @@ pub struct Module {
     /// The passes that [`optimize`](crate::passes::optimize) could run, and the techniques that code
     /// generation may use; none before the module is optimised.
     pub passes: PassSet,
+    /// Whether this is a [part](Self::split_off_rare) of a program. Then labels may stand in no function of it, but in
+    /// one of the other part.
+    pub is_part: bool,
     /// Where subroutines find out where to return to, if the program has any. Code does not need it;
     /// it is for [`bounds`](crate::bound::bounds), and the text form does not have it.
     pub return_stack: Option<ReturnStack>,

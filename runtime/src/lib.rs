@@ -53,11 +53,14 @@ pub mod executive;
 mod file_lock;
 pub mod files;
 mod force_list;
+mod frame_search;
 #[cfg(feature = "args")]
 mod gdb;
 #[cfg(feature = "args")]
 pub mod image_file;
 pub mod journal;
+mod loaded_code;
+mod mapped_code;
 pub mod native;
 mod native_error;
 pub mod nct;

@@ -5,23 +5,24 @@
 //! host, through one function of the context. And they always end by returning.
 #![allow(unsafe_code)]
 
-use std::ffi::{c_int, c_void};
-use std::io;
 use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
-use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, CodeLine, CodeMemory, Engine, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
-    ResumePoint, Scan, ScanContext, SourceLine, Task, Trap, TrapCode, TrapSite,
+    Code, CodeMemory, CodeParts, Engine, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
+    ResumePoint, Scan, ScanContext, SourceLine, Trap, TrapCode, TrapSite,
 };
-use wasmtime_internal_jit_icache_coherence as icache;
 
+use crate::frame_search::return_address;
 #[cfg(feature = "args")]
 use crate::gdb::ShownCode;
+pub use crate::loaded_code::LaterCode;
+use crate::loaded_code::LoadedCode;
+use crate::mapped_code::MappedCode;
 pub use crate::native_error::NativeError;
 use crate::perf;
 
@@ -32,19 +33,22 @@ pub struct NativeEngine {
     shown: Option<ShownCode>,
     /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
     /// scan can be in it: a scan borrows the engine.
-    memory: Box<dyn CodeMemory>,
-    /// For each label the function to call with it.
+    code: LoadedCode,
+    /// The same for the code that was made later.
+    later_code: Option<LoadedCode>,
+    /// Makes the code of the labels that have none yet.
+    maker: Option<Box<dyn LaterCode>>,
+    /// For each label the function to call with it; [`make_later_code`] for those that have no code yet.
     entries: Vec<ChunkFn>,
     /// For each task where its scans begin that were not suspended.
     starts: Vec<Start>,
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
     trap_sites: Arc<Vec<TrapSite>>,
-    /// The source line of each label and of each piece of code, to say where a scan was stopped that took too long.
+    /// The source line of each label, to say where a scan was stopped that took too long.
     label_lines: Arc<Vec<Option<SourceLine>>>,
-    lines: Arc<Vec<CodeLine>>,
-    /// Where the code begins and ends in memory.
-    extent: (usize, usize),
+    /// The names of the source files if the profiler `perf` is to know the code.
+    perf_files: Option<Vec<String>>,
     /// The size of the image for which the code was made; [`usize::MAX`], which no image has, when a host
     /// function has panicked, after which no further scan is executed.
     image_size: usize,
@@ -58,63 +62,36 @@ struct Start {
     label: u32,
 }
 
-/// A copy of some code in pages of its own, which can be executed and not written.
-struct MappedCode(Mmap);
-
-impl MappedCode {
-    /// Copies the code and makes the copy executable.
-    ///
-    /// # Errors
-    /// When the operating system gives no such memory.
-    fn new(code: &Code) -> io::Result<Self> {
-        let mut map = MmapMut::map_anon(code.bytes.len().max(1))?;
-        if let Some(room) = map.get_mut(..code.bytes.len()) {
-            room.copy_from_slice(&code.bytes);
-        }
-        // SAFETY: address and length are those of the mapping. Nothing of it is executed yet.
-        unsafe { icache::clear_cache(map.as_ptr().cast(), map.len()) }.map_err(io_error)?;
-        let map = map.make_exec()?;
-        // Reaches all threads of the process, so that the code may be executed by another one.
-        icache::pipeline_flush_mt().map_err(io_error)?;
-        Ok(Self(map))
-    }
-}
-
-/// An error of the crate that flushes caches as one of input and output; on some systems it has a
-/// type of its own.
-fn io_error(error: impl ToString) -> io::Error {
-    io::Error::other(error.to_string())
-}
-
-// SAFETY: a mapping stays where it is until it is dropped, and this one is private, not writable
-// and executable; `new` has made the instruction caches coherent and flushed the pipelines.
-unsafe impl CodeMemory for MappedCode {
-    fn bytes(&self) -> &[u8] {
-        &self.0
-    }
-}
-
 /// Keeps code that gdb knows of in memory until the process ends: gdb does not forget the breakpoints in
 /// it, and reports an error and goes no further when it can't write there.
 #[cfg(feature = "args")]
 impl Drop for NativeEngine {
     fn drop(&mut self) {
         if self.shown.is_some() {
-            std::mem::forget(std::mem::replace(&mut self.memory, Box::new(NoMemory)));
+            self.code.keep_memory();
         }
     }
 }
 
-/// Memory of no length.
-#[cfg(feature = "args")]
-struct NoMemory;
+/// The functions of some code for each label; [`make_later_code`] for labels without code.
+fn entries(code: &Code, loaded: &LoadedCode) -> Vec<ChunkFn> {
+    let entry = |&offset: &u32| {
+        if offset == CodeParts::NO_CODE {
+            return make_later_code as ChunkFn;
+        }
+        // SAFETY: the offset is that of a function of the code (`Code::seal` has checked it),
+        // so it lies in the memory, which holds this code (`LoadedCode::new` has checked it) and stays where it is
+        // as long as the engine, and with it the pointer, lives. The function has this type.
+        unsafe {
+            std::mem::transmute::<*const u8, ChunkFn>(loaded.bytes().as_ptr().add(offset as usize))
+        }
+    };
+    code.labels.iter().map(entry).collect()
+}
 
-// SAFETY: there is nothing that could move, be written or executed.
-#[cfg(feature = "args")]
-unsafe impl CodeMemory for NoMemory {
-    fn bytes(&self) -> &[u8] {
-        &[]
-    }
+/// Where scans begin at these labels; `None` if there is no such label.
+fn starts(entries: &[ChunkFn], labels: impl Iterator<Item = u32>) -> Option<Vec<Start>> {
+    labels.map(|label| Some(Start { entry: *entries.get(label as usize)?, label })).collect()
 }
 
 impl NativeEngine {
@@ -136,12 +113,6 @@ impl NativeEngine {
         program: &Program,
         memory: Box<dyn CodeMemory>,
     ) -> Result<Self, NativeError> {
-        let missing = crate::cpu::missing(&code.features);
-        if code.architecture != std::env::consts::ARCH || !missing.is_empty() {
-            let needed = std::iter::once(&code.architecture).chain(&missing);
-            let needed: Vec<&str> = needed.map(String::as_str).collect();
-            return Err(NativeError::Machine(needed.join(" with ")));
-        }
         if code.image_size != program.image_size {
             return Err(NativeError::Misfit("their process images differ in size"));
         }
@@ -149,43 +120,74 @@ impl NativeEngine {
         if !points.all(|&label| (label as usize) < code.labels.len()) {
             return Err(NativeError::Misfit("a task goes on at no label"));
         }
-        let bytes = memory.bytes();
-        if !bytes.starts_with(&code.bytes) {
-            return Err(NativeError::Misfit("the memory holds other code"));
-        }
-        let entry = |&offset: &u32| {
-            // SAFETY: the offset is that of a function of the code (`Code::seal` has checked it),
-            // so it lies in the memory, which holds this code and stays where it is as long as
-            // the engine, and with it the pointer, lives. The function has this type.
-            unsafe {
-                std::mem::transmute::<*const u8, ChunkFn>(bytes.as_ptr().add(offset as usize))
-            }
-        };
-        let entries: Vec<ChunkFn> = code.labels.iter().map(entry).collect();
-        let start = |task: &Task| {
-            Some(Start { entry: *entries.get(task.entry as usize)?, label: task.entry })
-        };
-        let starts = program.tasks.iter().map(start).collect::<Option<_>>();
+        let loaded = LoadedCode::new(code, memory)?;
+        let entries = entries(code, &loaded);
+        let starts = starts(&entries, program.tasks.iter().map(|task| task.entry));
         let starts = starts.ok_or(NativeError::Misfit("a task starts at no label"))?;
-        let begin = bytes.as_ptr() as usize;
-        let extent = (begin, begin + bytes.len());
         let tasks = program.tasks.iter().map(ResumeLabels::new).collect();
-        if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
-            perf::write_map(code, &program.files, begin);
+        let perf_files = perf::is_wanted().then(|| program.files.clone());
+        if let Some(files) = &perf_files {
+            perf::write_map(code, files, loaded.extent().0);
         }
         Ok(Self {
             #[cfg(feature = "args")]
             shown: None,
-            memory,
+            code: loaded,
+            later_code: None,
+            maker: None,
             entries,
             starts,
             tasks,
             trap_sites: Arc::clone(&code.trap_sites),
             label_lines: Arc::clone(&code.label_lines),
-            lines: Arc::clone(&code.lines),
-            extent,
+            perf_files,
             image_size: code.image_size as usize,
         })
+    }
+
+    /// Has the code of the labels for which there is [none](CodeParts::NO_CODE) made when a scan first comes to one of
+    /// them. The time that this takes does not count as the scan's. If no code can be made, such a scan is an error
+    /// of the control ([`TrapCode::BadLabel`]).
+    pub fn make_later(&mut self, maker: Box<dyn LaterCode>) {
+        self.maker = Some(maker);
+    }
+
+    /// Whether code has been made for the labels that had none at first.
+    pub fn has_later_code(&self) -> bool {
+        self.later_code.is_some()
+    }
+
+    /// Makes the code of the labels that have none, if it was not made or tried before. Gives whether the label has
+    /// code then.
+    fn make_later_code(&mut self, label: u32) -> bool {
+        if let Some(Ok((code, memory))) = self.maker.take().map(LaterCode::make)
+            && code.image_size as usize == self.image_size
+            && let Ok(loaded) = LoadedCode::new(&code, memory)
+        {
+            let made = code.labels.iter().zip(entries(&code, &loaded));
+            for (entry, (&offset, made)) in self.entries.iter_mut().zip(made) {
+                if offset != CodeParts::NO_CODE {
+                    *entry = made;
+                }
+            }
+            let labels: Vec<u32> = self.starts.iter().map(|start| start.label).collect();
+            if let Some(starts) = starts(&self.entries, labels.into_iter()) {
+                self.starts = starts;
+            }
+            for (line, &made) in
+                Arc::make_mut(&mut self.label_lines).iter_mut().zip(&*code.label_lines)
+            {
+                *line = line.or(made);
+            }
+            if let Some(files) = &self.perf_files {
+                perf::write_map(&code, files, loaded.extent().0);
+            }
+            let has_code =
+                code.labels.get(label as usize).is_some_and(|&o| o != CodeParts::NO_CODE);
+            self.later_code = Some(loaded);
+            return has_code;
+        }
+        false
     }
 
     /// Tells gdb of the code, so that it stops at lines of the source and prints variables. `debug` is what
@@ -196,16 +198,8 @@ impl NativeEngine {
     /// What is wrong with `debug`.
     #[cfg(feature = "args")]
     pub fn show_to_gdb(&mut self, debug: &[u8]) -> Result<(), &'static str> {
-        self.shown = Some(ShownCode::new(debug, self.address())?);
+        self.shown = Some(ShownCode::new(debug, self.code.extent().0)?);
         Ok(())
-    }
-
-    /// The offset in the code of an address of this process, for
-    /// [`line_at`](plcc_abi::CodeParts::line_at) and
-    /// [`function_at`](plcc_abi::CodeParts::function_at); `None` if the address is not in the code.
-    pub fn offset_of(&self, address: usize) -> Option<u32> {
-        let offset = address.checked_sub(self.address())?;
-        u32::try_from(offset).ok().filter(|_| offset < self.memory.bytes().len())
     }
 
     /// Whether both engines have the same number of tasks, with as many resume points each, as all engines of
@@ -223,29 +217,22 @@ impl NativeEngine {
     /// The source line of the call from which code returns to an address; `None` if the address is not in
     /// the code, or the call belongs to no line.
     fn line_of_call(&self, return_address: usize) -> Option<SourceLine> {
-        let offset = self.offset_of(return_address.checked_sub(1)?)?;
-        let starts = self.entries.iter().map(|&entry| entry as usize);
-        let function = starts.filter(|&start| start < return_address).max()? - self.address();
-        let behind = self.lines.partition_point(|line| line.offset <= offset);
-        let line = self.lines.get(behind.checked_sub(1)?)?;
-        // A line's code does not reach into the next function.
-        let known = line.offset as usize >= function;
-        known.then_some(SourceLine { file: line.file, line: line.line })
+        let mut parts = std::iter::once(&self.code).chain(&self.later_code);
+        parts.find_map(|code| code.line_of_call(return_address))
     }
 
-    /// The address in the code to which the host function that runs now returns, if that can be found out: that of
-    /// the innermost frame on the stack that belongs to the code.
-    fn return_address(code: (usize, usize)) -> Option<usize> {
-        let mut search = FrameSearch { code, found: 0 };
-        // SAFETY: the function calls `visit_frame` with the pointer that it is given, which lives until it
-        // returns, once for each frame on this thread's stack. It stops at frames that it can't unwind.
-        unsafe { _Unwind_Backtrace(visit_frame, (&raw mut search).cast()) };
-        (search.found != 0).then_some(search.found)
+    /// The source line of the statement that begins at a label.
+    fn line_of_label(&mut self, label: u32) -> Option<SourceLine> {
+        let line = |engine: &Self| engine.label_lines.get(label as usize).copied().flatten();
+        if line(self).is_none() && self.maker.is_some() {
+            self.make_later_code(label);
+        }
+        line(self)
     }
 
-    /// The address of the code's first byte in this process.
-    pub fn address(&self) -> usize {
-        self.extent.0
+    /// Where the code begins and ends in memory; of each part of it.
+    fn extents(&self) -> [(usize, usize); 2] {
+        [self.code.extent(), self.later_code.as_ref().map_or((0, 0), LoadedCode::extent)]
     }
 }
 
@@ -270,46 +257,6 @@ struct EarlyEnd {
     image: Vec<u8>,
     /// The address in the code at which the host function was called, if the scan was late.
     return_address: Option<usize>,
-}
-
-/// A search for a frame of compiled code on the stack.
-struct FrameSearch {
-    /// Where the code begins and ends in memory.
-    code: (usize, usize),
-    /// The return address of the frame that was found; 0 as long as there is none.
-    found: usize,
-}
-
-// The platform's unwinder, which the standard library links for panics (Itanium C++ ABI, Exception Handling).
-// It passes a frame of a thread's stack as a pointer.
-unsafe extern "C" {
-    fn _Unwind_Backtrace(
-        visit_frame: unsafe extern "C" fn(*mut c_void, *mut c_void) -> c_int,
-        data: *mut c_void,
-    ) -> c_int;
-    fn _Unwind_GetIP(frame: *mut c_void) -> usize;
-}
-
-/// Looks at one frame: ends the search if it belongs to the code.
-///
-/// # Safety
-/// Only `_Unwind_Backtrace` calls it, with a frame and the [`FrameSearch`] that it was given.
-unsafe extern "C" fn visit_frame(frame: *mut c_void, search: *mut c_void) -> c_int {
-    /// Go on with the next frame.
-    const NO_REASON: c_int = 0;
-    /// Go no further.
-    const END_OF_STACK: c_int = 5;
-    // SAFETY: the caller says so; nothing else uses the search meanwhile.
-    let search = unsafe { &mut *search.cast::<FrameSearch>() };
-    // SAFETY: the frame is that of the unwinder, which waits for this function.
-    let address = unsafe { _Unwind_GetIP(frame) };
-    let (start, end) = search.code;
-    // A return address lies after a call, so it may be the code's end and not its beginning.
-    if address > start && address <= end {
-        search.found = address;
-        return END_OF_STACK;
-    }
-    NO_REASON
 }
 
 impl NativeEngine {
@@ -366,8 +313,7 @@ impl Call<'_, '_> {
         Err(match kind {
             // Where chunks go round for ever, the scan is ended here.
             RawOutcome::GOTO if self.is_over() => {
-                let line = self.engine.label_lines.get(label as usize).copied().flatten();
-                Outcome::Trap(Trap::late(line))
+                Outcome::Trap(Trap::late(self.engine.line_of_label(label)))
             }
             RawOutcome::GOTO => match self.engine.entries.get(label as usize) {
                 Some(&entry) => return Ok(Start { entry, label }),
@@ -449,6 +395,29 @@ impl Engine for NativeEngine {
     }
 }
 
+/// Stands in the place of the functions that have no code yet: has it made, and gives the label back, for the engine
+/// to go on with.
+///
+/// # Safety
+/// Only [`Engine::call`] and [`Call::go_on`] call it, with the context of the call.
+unsafe extern "C" fn make_later_code(context: *const ScanContext, label: u32) -> u64 {
+    // SAFETY: as in `host_call`; no compiled code runs now.
+    let call = unsafe { &mut *context.cast_mut().cast::<Call<'_, '_>>() };
+    let start = Instant::now();
+    let made = catch_unwind(AssertUnwindSafe(|| call.engine.make_later_code(label)));
+    let made = made.unwrap_or_else(|payload| {
+        // A payload may panic when it is dropped, which would leave this function.
+        std::mem::forget(payload);
+        false
+    });
+    if !made {
+        return RawOutcome::trap(TrapCode::BadLabel).0;
+    }
+    call.scan.limit.extend(start.elapsed());
+    call.context.limit.store(call.scan.limit.limit, Ordering::Relaxed);
+    RawOutcome::new(RawOutcome::GOTO, label).0
+}
+
 /// What compiled code calls. A panic must not cross compiled code: it is caught here, and from then
 /// on every call does nothing and gives 0, until the loop in [`Engine::call`] has control again and
 /// traps. The same happens when a function was done too late.
@@ -484,7 +453,7 @@ unsafe extern "C" fn host_call(
     match result {
         Ok((result, false)) => result,
         Ok((_, true)) => {
-            let return_address = NativeEngine::return_address(call.engine.extent);
+            let return_address = return_address(call.engine.extents());
             let (code, image) = (TrapCode::Watchdog, image.to_vec());
             *call.early_end = Some(Box::new(EarlyEnd { code, image, return_address }));
             0

@@ -14,6 +14,11 @@ use plcc_abi::{CodeLine, CodeParts};
 /// The environment variable that asks for a map.
 pub const VARIABLE: &str = "PLCC_PERF";
 
+/// Whether the environment asks for a map.
+pub(crate) fn is_wanted() -> bool {
+    std::env::var_os(VARIABLE).is_some_and(|value| value == "1")
+}
+
 /// Appends code that lies at the address `base` to this process's map. When the file can't be
 /// written, nothing is lost but the names in a profile.
 pub(crate) fn write_map(code: &CodeParts, files: &[String], base: usize) {

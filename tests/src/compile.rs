@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use plcc::compile::{Checked, artifact, check, code, jit};
 use plcc::disk::Disk;
+use plcc::later_code::jit_in_parts;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::{FileId, SourceMap, render};
@@ -25,7 +26,7 @@ pub enum Way {
     IrSpeed,
     /// Native code, compiled just in time from IR as lowered.
     JitNone,
-    /// Native code, compiled just in time from IR after the passes.
+    /// Native code, compiled just in time with all passes; code that seldom runs only when a scan first comes to it.
     JitSpeed,
     /// Native code that is compiled for every processor of the architecture, written as an artifact
     /// and read back. It is made with a random set of passes, another one for each program.
@@ -121,7 +122,10 @@ impl Compiled {
             Way::Ir => interpret(&self.plain),
             Way::IrSpeed => interpret(&self.best),
             Way::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
-            Way::JitSpeed => Box::new(jit(&self.best).map_err(text)?.0),
+            Way::JitSpeed => {
+                let made = jit_in_parts(self.plain.clone(), OptLevel::Speed);
+                Box::new(made.map_err(text)?.engine)
+            }
             Way::Artifact => return self.loaded(),
         };
         Ok((self.plain.program.clone(), engine))

@@ -72,7 +72,9 @@ const UNSAFE: &[&str] = &[
     "image/src/shared_memory.rs",
     "libplcrt/src/c.rs",
     "runtime/src/artifact/mod.rs",
+    "runtime/src/frame_search.rs",
     "runtime/src/gdb/interface.rs",
+    "runtime/src/mapped_code.rs",
     "runtime/src/native.rs",
 ];
 

@@ -6,7 +6,7 @@ mod figures;
 use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
-use plcc_frontend::common::{Lowered, Options};
+use plcc_frontend::common::Options;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::{Event, Executive, session};
@@ -14,9 +14,10 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::args::BenchArgs;
-use crate::compile::{self, CompileError};
+use crate::compile::{self, Checked, CompileError};
 use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{Input, SourceSettings};
+use crate::later_code::{Jit, jit_in_parts};
 use crate::output;
 use crate::recompile::recompiling;
 use crate::report::{Count, Destination, Report};
@@ -75,9 +76,11 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         Ok(lowered) => lowered,
         Err(error) => return report.not_compiled(error, &program.sources, Destination::default()),
     };
-    let jit_ms = compile_ms(args, &settings.options, |lowered| compile::jit(lowered).map(drop))?;
-    let aot_ms = compile_ms(args, &settings.options, |lowered| compile::aot(lowered).map(drop))?;
-    let (jit, jit_bytes) = compile::jit(&lowered)?;
+    let jit_in_parts = |checked: &Checked| jit_in_parts(checked.lower()?, opt);
+    let jit_ms = compile_ms(args, &settings.options, |checked| jit_in_parts(checked).map(drop))?;
+    let aot = |checked: &Checked| compile::aot(&checked.optimized(opt)?).map(drop);
+    let aot_ms = compile_ms(args, &settings.options, aot)?;
+    let Jit { engine: jit, bytes_of_code: jit_bytes, .. } = jit_in_parts(&checked)?;
     let (aot, aot_bytes) = compile::aot(&lowered)?;
     let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default(), None);
     let engines: [(&'static str, Box<dyn Engine>); 3] =
@@ -121,16 +124,15 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
 fn compile_ms(
     args: &BenchArgs,
     options: &Options,
-    make: impl Fn(&Lowered) -> Result<(), CompileError>,
+    make: impl Fn(&Checked) -> Result<(), CompileError>,
 ) -> Result<f64, Failure> {
-    let opt = args.passes.at(args.opt);
     let mut least = Duration::MAX;
     for _ in 0..COMPILES {
         let input = Input::read(&args.files, &args.source)?;
         let start = Instant::now();
         let program = input.check(options);
         if let Some(checked) = &program.checked {
-            make(&checked.optimized(opt)?)?;
+            make(checked)?;
         }
         least = least.min(start.elapsed());
     }

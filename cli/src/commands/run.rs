@@ -16,6 +16,7 @@ use crate::args::{EngineArg, FormatArg, RecompileAfter, RunCommand};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
+use crate::later_code::jit_in_parts;
 use crate::output;
 use crate::recompile::recompiling;
 use crate::recorded::recorded_sources;
@@ -107,22 +108,34 @@ fn engine(
             (program, checked.interpreter())
         }
         EngineArg::Jit => {
-            let lowered = checked.optimized(opt)?;
             let gdb = args.run.gdb.then(debug_options);
-            let native = match &gdb {
-                None => compile::jit(&lowered)?.0,
-                Some(options) => compile::jit_for_gdb(&lowered, options)?,
+            let (program, native) = match &gdb {
+                // A tick that is paced by the clock has no time to compile.
+                None if !args.run.realtime => {
+                    let made = jit_in_parts(checked.lower()?, opt)?;
+                    (made.program, made.engine)
+                }
+                None => {
+                    let lowered = checked.optimized(opt)?;
+                    let native = compile::jit(&lowered)?.0;
+                    (lowered.program, native)
+                }
+                Some(options) => {
+                    let lowered = checked.optimized(opt)?;
+                    let native = compile::jit_for_gdb(&lowered, options)?;
+                    (lowered.program, native)
+                }
             };
             let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
                 Some(RecompileAfter::Never) => Box::new(native),
                 Some(RecompileAfter::Ticks(rest)) => {
                     let settings = Settings { settled_after: rest, ..standard };
-                    recompiling(checked, &lowered.program, native, opt, settings, gdb)
+                    recompiling(checked, &program, native, opt, settings, gdb)
                 }
-                None => recompiling(checked, &lowered.program, native, opt, standard, gdb),
+                None => recompiling(checked, &program, native, opt, standard, gdb),
             };
-            (lowered.program, engine)
+            (program, engine)
         }
         EngineArg::Aot => {
             let lowered = checked.optimized(opt)?;

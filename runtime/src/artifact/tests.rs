@@ -230,6 +230,10 @@ fn tables_that_point_outside_are_refused() {
     inconsistent(|_, code| code.labels[0] = 16);
     inconsistent(|_, code| code.labels.swap(0, 1));
     inconsistent(|_, code| code.labels[0] = 4000);
+    inconsistent(|_, code| {
+        code.labels[0] = CodeParts::NO_CODE;
+        plcc_abi::function_marker::write(code);
+    });
     inconsistent(|_, code| code.functions[1].len = 17);
     inconsistent(|_, code| code.functions[0].len = 49);
     inconsistent(|_, code| code.functions[0].len = 0);

@@ -75,6 +75,7 @@ pub(super) fn code(program: &Program, code: &CodeParts) -> Result<(), ArtifactEr
 
 fn code_tables(program: &Program, code: &CodeParts) -> Check {
     code.check().map_err(|error| error.to_string())?;
+    ensure(code.is_complete(), || "it lacks the code of a label".into())?;
     ensure(code.image_size == program.image_size, || {
         "its code is for a process image of another size".into()
     })?;

@@ -2,6 +2,7 @@
 //! image, events and stops after every servo cycle, on PMAC and Turbo PMAC.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use plcc::later_code::jit_in_parts;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::{Engine, pmac::Layout};
 use plcc_codegen::{OptLevel, Target, compile};
@@ -59,12 +60,12 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
     let mut bytes = lowered.module.clone();
     plcc_ir::passes::optimize(&mut bytes, PassSet::ALL.without(Pass::ByLength));
+    let in_parts =
+        |opt| -> Box<dyn Engine> { Box::new(jit_in_parts(lowered.clone(), opt).unwrap().engine) };
     // Recompiled whenever a definition has changed; M-variables that do not settle are left to
     // the host.
     let recompiling = |settings| -> Box<dyn Engine> {
-        let mut lowered = lowered.clone();
-        plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-        let (engine, _) = plcc::compile::jit(&lowered).unwrap();
+        let engine = jit_in_parts(lowered.clone(), OptLevel::Speed).unwrap().engine;
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         Box::new(Recompiling::new(engine, checked.assumptions(), controller, compiler, settings))
@@ -90,6 +91,8 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("ir optimised", Box::new(plcc_ir::interp::Interpreter::new(optimized))),
         ("jit none", native(PassSet::NONE)),
         ("jit speed", native(PassSet::ALL)),
+        ("jit in parts", in_parts(OptLevel::Speed)),
+        ("jit in parts, none", in_parts(OptLevel::None)),
         // With bits as bytes also in short programs.
         ("jit, byte-bits", native(PassSet::ALL.without(Pass::ByLength))),
         ("ir, byte-bits", Box::new(plcc_ir::interp::Interpreter::new(bytes))),

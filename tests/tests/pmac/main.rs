@@ -9,4 +9,5 @@ mod docs;
 mod engines;
 mod explain;
 mod function_lengths;
+mod later_code;
 mod recompile;

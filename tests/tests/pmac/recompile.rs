@@ -12,6 +12,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use plcc::compile::jit;
+use plcc::later_code::jit_in_parts;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::pmac::{Assumption, Controller, Definition, Layout};
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan};
@@ -94,9 +95,7 @@ struct Pair {
 impl Pair {
     fn new(source: &str, settings: Settings) -> Self {
         let program = check(source);
-        let mut lowered = program.lower().unwrap();
-        plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-        let (native, _) = jit(&lowered).unwrap();
+        let native = jit_in_parts(program.lower().unwrap(), OptLevel::Speed).unwrap().engine;
         let compiler = recompiler(&program);
         Self::with(&program, native, compiler, settings)
     }

@@ -1,0 +1,221 @@
+//! The general versions of PLCs, which an engine that compiles just in time makes only when a definition of an M-variable
+//! first moves: the state is that of the statement interpreter after every servo cycle, before and after.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use plcc::compile::code;
+use plcc::later_code::jit_in_parts;
+use plcc_abi::pmac::{Assumption, Controller, Definition, Definitions, Field, Format, Layout};
+use plcc_abi::{Code, CodeMemory, Engine, Outcome, ResumePoint, Scan};
+use plcc_codegen::{OptLevel, Target};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{Lowered, MemoryLoader, Options};
+use plcc_frontend::pmac;
+use plcc_runtime::native::LaterCode;
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
+use plcc_runtime::{Executive, NativeEngine, Purpose};
+
+fn check(source: &str) -> pmac::Program {
+    let mut sources = SourceMap::new();
+    let file = sources.add("moved.pmc", source.as_bytes());
+    let (program, all) =
+        pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
+    if let Some(error) = all.iter().find(|d| d.is_error()) {
+        panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
+    }
+    program.unwrap()
+}
+
+/// A download in the statement interpreter and in native code whose general versions are made later.
+struct Pair {
+    interpreter: Box<dyn Engine>,
+    oracle: PmacExecutive,
+    engine: NativeEngine,
+    executive: PmacExecutive,
+    lowered: Lowered,
+    /// What the code assumes, if it is not what it assumed at load, until that is in the image.
+    assumed: Vec<Assumption>,
+}
+
+/// An engine that runs code for other definitions than before.
+struct Assuming<'a> {
+    engine: &'a mut dyn Engine,
+    assumed: &'a [Assumption],
+}
+
+impl Engine for Assuming<'_> {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.engine.call(task, from, scan)
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        if !self.assumed.is_empty() {
+            Definitions::new(image, &Layout::new(Controller::Pmac)).assume(self.assumed);
+        }
+    }
+}
+
+impl Pair {
+    fn new(source: &str) -> Self {
+        let program = check(source);
+        let lowered = program.lower().unwrap();
+        let executive = || PmacExecutive::new(&lowered.program, PmacOptions::default()).unwrap();
+        Self {
+            interpreter: program.interpreter(),
+            oracle: executive(),
+            engine: jit_in_parts(lowered.clone(), OptLevel::Speed).unwrap().engine,
+            executive: executive(),
+            lowered,
+            assumed: vec![],
+        }
+    }
+
+    fn run(&mut self, ticks: u32) {
+        for tick in 0..ticks {
+            let (mut expected, mut events) = (vec![], vec![]);
+            let assumed = std::mem::take(&mut self.assumed);
+            let mut interpreter = Assuming { engine: self.interpreter.as_mut(), assumed: &assumed };
+            self.oracle.tick(&mut interpreter, &mut expected).unwrap();
+            let mut engine = Assuming { engine: &mut self.engine, assumed: &assumed };
+            self.executive.tick(&mut engine, &mut events).unwrap();
+            assert_eq!(events, expected, "tick {tick}");
+            assert!(self.oracle.image() == self.executive.image(), "tick {tick}");
+            assert!(self.oracle.checkpoint() == self.executive.checkpoint(), "tick {tick}");
+        }
+    }
+
+    fn set(&mut self, name: &str, text: &str) {
+        for executive in [&mut self.oracle, &mut self.executive] {
+            let variable = executive.find(name, Purpose::Stimulus).unwrap();
+            let value = executive.parse(variable, text).unwrap();
+            executive.set(variable, value);
+        }
+    }
+
+    fn get(&mut self, name: &str) -> String {
+        let variable = self.executive.find(name, Purpose::Watch).unwrap();
+        self.executive.get(variable).to_string()
+    }
+}
+
+/// PLC 1 moves the definition of M1 in its fifth scan, through a number that the compiler does not know, and uses M1
+/// before and after it in the same scan. PLC 2 uses it, too, and PLC 3 waits in a WHILE until it has moved.
+const MOVING: &str = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24,S\nM101->Y:$BC01,0,16\nM1=3\nP8=101\n\
+    OPEN PLC 1 CLEAR\nP1=P1+1\nM2=M2+M1\nIF (P1=5)\nM(P8)=$07F2\nM1=9\nENDIF\nM2=M2+M1*2\nCLOSE\n\
+    OPEN PLC 2 CLEAR\nP2=M1+P2\nIF (M2>500)\nM2=M1\nENDIF\nCLOSE\n\
+    OPEN PLC 3 CLEAR\nWHILE (M1<9)\nP3=P3+M2\nENDWHILE\nP4=P4+M1\nCLOSE\n";
+
+#[test]
+fn code_is_made_when_the_program_moves_a_definition_in_a_scan() {
+    let mut pair = Pair::new(MOVING);
+    pair.run(6);
+    assert!(!pair.engine.has_later_code(), "nothing has moved");
+    pair.run(30);
+    assert!(pair.engine.has_later_code());
+    assert_eq!(pair.get("M1"), "9");
+    assert_ne!(pair.get("P4"), "0", "PLC 3 has left its loop");
+}
+
+/// Also in a PLC that was suspended, which resumes in general code.
+#[test]
+fn code_is_made_when_a_definition_is_moved_from_outside() {
+    let source = "I5=3\nI8=0\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM3->X:$07F5,0,24\n\
+         OPEN PLC 0 CLEAR\nP9=P9+M3\nCLOSE\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nWHILE (M1<4)\nM2=M2+1\nP2=P2+M3\nENDWHILE\nM1=M1+1\nCLOSE\n";
+    let mut pair = Pair::new(source);
+    pair.run(20);
+    assert!(!pair.engine.has_later_code());
+    assert_eq!(pair.get("P1"), "1", "PLC 1 is suspended in its loop");
+    pair.set("Y:$BC01", "$07F3");
+    pair.run(1);
+    assert!(pair.engine.has_later_code());
+    pair.run(20);
+    pair.set("X:$07F3", "4");
+    pair.run(20);
+    assert_ne!(pair.get("P1"), "1");
+    // Back to the specialised code, and to the general code once more.
+    for address in ["$07F0", "$07F6", "$07F0"] {
+        pair.set("Y:$BC01", address);
+        pair.run(10);
+    }
+}
+
+/// A command of the program that changes a definition which code assumes: that of code that was compiled again.
+#[test]
+fn code_is_made_when_a_command_moves_a_definition() {
+    let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM1=1\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nCOMMAND\"M1->X:$07F4,0,24\"\nENDIF\nM2=M2+M1\nCLOSE\n";
+    let program = check(source);
+    let mut pair = Pair::new(source);
+    let mut assumed = program.assumptions().to_vec();
+    for assumption in assumed.iter_mut().filter(|assumption| assumption.number == 1) {
+        assert_eq!(assumption.definition, None, "the command is seen");
+        let field = Field { offset: 0, width: 24, format: Format::U };
+        assumption.definition = Some(Definition::X { address: 0x07F0, field });
+    }
+    let lowered = program.lower_for(&assumed).unwrap();
+    pair.engine = jit_in_parts(lowered, OptLevel::Speed).unwrap().engine;
+    pair.assumed = assumed;
+    pair.run(3);
+    assert!(!pair.engine.has_later_code());
+    pair.run(20);
+    assert!(pair.engine.has_later_code());
+}
+
+/// A control goes on from a checkpoint that was taken after a definition had moved, in engines that have made no general
+/// code yet, and changes between engines that have and such that have not.
+#[test]
+fn a_control_goes_on_from_a_checkpoint_in_code_that_is_made_then() {
+    for ticks in [3, 8, 9, 10, 11, 20] {
+        let mut pair = Pair::new(MOVING);
+        pair.run(ticks);
+        let checkpoint = pair.executive.checkpoint();
+        let program = &pair.lowered.program;
+        pair.executive = PmacExecutive::new(program, PmacOptions::default()).unwrap();
+        pair.executive.resume(&checkpoint).unwrap();
+        let fresh = jit_in_parts(pair.lowered.clone(), OptLevel::Speed).unwrap().engine;
+        let mut used = std::mem::replace(&mut pair.engine, fresh);
+        for _ in 0..6 {
+            pair.run(5);
+            std::mem::swap(&mut pair.engine, &mut used);
+        }
+        assert!(pair.engine.has_later_code() && used.has_later_code());
+    }
+}
+
+/// Nothing can be compiled where an artifact runs, so it holds everything.
+#[test]
+fn an_artifact_holds_the_general_code_too() {
+    let mut lowered = check(MOVING).lower().unwrap();
+    plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
+    let whole = code(&lowered, &Target::host_baseline().unwrap()).unwrap();
+    assert!(whole.is_complete());
+    assert!(whole.functions.len() == lowered.module.funcs.len());
+    assert!(lowered.module.funcs.iter().any(|func| func.is_optimized_for_size()));
+    lowered.module.split_off_rare().unwrap();
+    let part = code(&lowered, &Target::host_baseline().unwrap()).unwrap();
+    assert!(!part.is_complete());
+    let error = plcc::compile::artifact(&lowered.program, &part).unwrap_err();
+    assert!(error.to_string().contains("lacks the code of a label"), "{error}");
+}
+
+/// What makes no code, as a compiler that finds an error of its own.
+struct Failing(fn() -> String);
+
+impl LaterCode for Failing {
+    fn make(self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
+        Err(self.0())
+    }
+}
+
+#[test]
+fn code_that_cannot_be_made_stops_the_control_with_an_internal_error() {
+    for failing in [Failing(|| "no".into()), Failing(|| panic!("not made"))] {
+        let mut pair = Pair::new(MOVING);
+        pair.engine.make_later(Box::new(failing));
+        pair.run(6);
+        let mut events = vec![];
+        let stop = (0..6).find_map(|_| pair.executive.tick(&mut pair.engine, &mut events).err());
+        assert_eq!(stop.unwrap().code, "INTERNAL ERROR");
+        assert!(!pair.engine.has_later_code());
+    }
+}
