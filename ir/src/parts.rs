@@ -10,11 +10,11 @@ impl Module {
     /// Takes the functions that seldom run out of the module; `None` if it has none. The module and the result are
     /// [parts](Module::is_part) of the program then.
     pub fn split_off_rare(&mut self) -> Option<Self> {
-        if !self.funcs.iter().any(FuncData::is_optimized_for_size) {
+        if !self.funcs.iter().any(seldom_runs) {
             return None;
         }
         let all = std::mem::take(&mut self.funcs);
-        let (rare, usual) = all.into_iter().partition(FuncData::is_optimized_for_size);
+        let (rare, usual) = all.into_iter().partition(seldom_runs);
         self.is_part = true;
         // Neither code nor its tables need the texts of the sources, which may be long.
         let files = std::mem::take(&mut self.files);
@@ -23,6 +23,12 @@ impl Module {
         (self.funcs, rest.funcs) = (usual, rare);
         Some(rest)
     }
+}
+
+/// Whether a function was marked as one that seldom runs. One without instructions, which takes no time to compile, is
+/// optimised for size without being marked.
+fn seldom_runs(func: &FuncData) -> bool {
+    func.is_optimized_for_size() && func.blocks().any(|(_, block)| block.optimize_for_size)
 }
 
 #[cfg(test)]
@@ -43,16 +49,24 @@ mod tests {
         builder.begin_function();
         builder.bind(rare);
         builder.ins().set_optimize_for_size(true);
+        builder.ins().iconst(crate::Type::I32, 1);
+        builder.ret();
+        builder.ins().set_optimize_for_size(false);
+        // A function without instructions stays.
+        builder.begin_function();
+        let empty = builder.place();
+        builder.bind(empty);
+        builder.task("empty", empty);
         builder.ret();
         let mut module = builder.finish();
         let whole = module.clone();
         let rest = module.split_off_rare().unwrap();
-        assert_eq!((module.funcs.len(), rest.funcs.len()), (1, 1));
-        for part in [&module, &rest] {
+        assert_eq!((module.funcs.len(), rest.funcs.len()), (2, 1));
+        for (part, labels) in [(&module, 2), (&rest, 1)] {
             assert_eq!(verify::verify(part), []);
             let targets = part.label_targets();
             assert_eq!(targets.len(), whole.label_targets().len());
-            assert_eq!(targets.iter().filter(|target| target.is_some()).count(), 1);
+            assert_eq!(targets.iter().filter(|target| target.is_some()).count(), labels);
         }
         assert!(module.split_off_rare().is_none());
         // Both functions have to be somewhere if the module is no part.

@@ -214,7 +214,7 @@ fn code_that_cannot_be_made_stops_the_control_with_an_internal_error() {
         pair.engine.make_later(Box::new(failing));
         pair.run(6);
         let mut events = vec![];
-        let stop = (0..6).find_map(|_| pair.executive.tick(&mut pair.engine, &mut events).err());
+        let stop = (0..30).find_map(|_| pair.executive.tick(&mut pair.engine, &mut events).err());
         assert_eq!(stop.unwrap().code, "INTERNAL ERROR");
         assert!(!pair.engine.has_later_code());
     }
