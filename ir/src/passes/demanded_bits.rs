@@ -143,7 +143,7 @@ fn operand_with_same_bits(
     bits: u64,
 ) -> Option<Value> {
     let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
-    if op == BinaryOp::Or {
+    if matches!(op, BinaryOp::Or | BinaryOp::Xor) {
         // One operand has none of the bits: they come from the other.
         if ranges.possible_ones(b) & bits == 0 {
             return Some(a);
@@ -155,7 +155,6 @@ fn operand_with_same_bits(
     let number = func.constant(b)? as u64;
     match op {
         BinaryOp::And if bits & !number == 0 => Some(a),
-        BinaryOp::Xor if bits & number == 0 => Some(a),
         // Shifted left and right again: only the bits at the top differ.
         BinaryOp::Ashr | BinaryOp::Lshr => {
             let ty = func.ty(value);

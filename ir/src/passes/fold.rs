@@ -9,8 +9,8 @@
 //! Instructions are visited once, definitions before uses. Each is simplified until nothing more is
 //! found: to a value that exists already, to a constant, or to another instruction ([`Simpler`]),
 //! possibly with new instructions before it. The rules are grouped in files: `fold_binary`
-//! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert`, `fold_divide` and
-//! `fold_select`. They may ask for the operands' definitions, for their [value
+//! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert`, `fold_divide`,
+//! `fold_select` and `fold_toggle` (bits that become their opposite). They may ask for the operands' definitions, for their [value
 //! ranges](super::value_range), and whether a value is used once.
 //!
 //! Constants are computed by [`eval`]. A double that is NaN is not folded, and most
@@ -20,7 +20,8 @@ use super::graph::Graph;
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
-    BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
+    BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, SourceLoc, Type, UnaryOp, Value,
+    eval,
 };
 
 /// An instruction is simplified at most this many times in a row.
@@ -76,8 +77,9 @@ pub(super) struct Fold<'a> {
     pub(super) combine_bits: bool,
 }
 
-/// Runs the pass. With `combine_bits`, truth values that are bits of words are combined as words.
-pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
+/// Runs the pass. Words of `word_regions` have a highest byte that is 0. With `combine_bits`, truth values that are
+/// bits of words are combined as words.
+pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: bool) {
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
@@ -122,6 +124,11 @@ pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
                 continue;
             }
             fold.ranges.note(fold.func, result, &data);
+            if let InstData::Load { ty: Type::I32, at } = data
+                && word_regions.contains(&at.region)
+            {
+                fold.ranges.note_word(result, &at);
+            }
             fold.func.insts[inst.index()] = data;
             fold.out.push(inst);
         }
@@ -322,6 +329,9 @@ impl Fold<'_> {
         if let Some(simpler) = self.select_bit_of_word(cond, ty, [a, b]) {
             return Some(simpler);
         }
+        if let Some(simpler) = self.select_opposite(cond, ty, [a, b]) {
+            return Some(simpler);
+        }
         match known {
             (Some(1), Some(0)) => Some(Simpler::convert(ConvertOp::Zext, ty, cond)),
             (Some(-1), Some(0)) => Some(Simpler::convert(ConvertOp::Sext, ty, cond)),
@@ -352,7 +362,7 @@ impl Fold<'_> {
             }
             (None, None) if a == cond => Some(Simpler::binary(BinaryOp::Or, cond, b)),
             (None, None) if b == cond => Some(Simpler::binary(BinaryOp::And, cond, a)),
-            (None, None) => None,
+            (None, None) => self.select_opposite(cond, Type::I1, [a, b]),
         }
     }
 }

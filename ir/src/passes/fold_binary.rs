@@ -26,6 +26,7 @@ impl Fold<'_> {
                 eval::may_become_constant(ty, result).then_some(Simpler::Const(result))
             }
             (Some(_), None) if op.is_commutative() => Some(Simpler::binary(op, b, a)),
+            (Some(x), None) if op == BinaryOp::Sub => self.subtract_without_borrow(ty, [a, b], x),
             (None, Some(y)) if ty.is_int() => self.with_const(op, ty, [a, b], y),
             (None, Some(y)) if op == BinaryOp::Fdiv => self.divide_double(a, y as u64),
             _ if op.is_float() => None,
@@ -266,6 +267,11 @@ impl Fold<'_> {
                 }
                 if op == BinaryOp::Or
                     && let Some(simpler) = self.exclusive_or([a, b])
+                {
+                    return Some(simpler);
+                }
+                if op == BinaryOp::Or
+                    && let Some(simpler) = self.toggled_bits(ty, [a, b])
                 {
                     return Some(simpler);
                 }

@@ -12,17 +12,18 @@
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
-use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
+use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
 /// The origin of a bit is followed back through at most this many instructions.
 const MAX_STEPS: usize = 32;
 
 /// The origin of a bit.
-enum BitOrigin {
-    /// It is 0.
-    Zero,
-    /// It is the bit with this number, from 0 for the lowest, of a value.
-    Of(Value, u32),
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum BitOrigin {
+    /// It is 1, or else 0.
+    Constant(bool),
+    /// It is the bit with this number, from 0 for the lowest, of a value, or the opposite of that bit.
+    Of(Value, u32, bool),
 }
 
 impl Fold<'_> {
@@ -77,38 +78,36 @@ impl Fold<'_> {
 
     /// The lowest bit of a value, taken from the value that it comes from.
     fn truncate_to_bit(&mut self, arg: Value) -> Option<Simpler> {
-        match self.origin(arg, 0) {
-            BitOrigin::Zero => Some(Simpler::Const(0)),
-            BitOrigin::Of(value, _) if value == arg => None,
-            BitOrigin::Of(value, _) if self.func.ty(value) == Type::I1 => {
-                Some(Simpler::Value(value))
-            }
-            BitOrigin::Of(value, bit) => {
-                // It is that bit shifted down already.
-                if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
-                    && x == value
-                    && self.func.constant(by) == Some(i64::from(bit))
-                {
-                    return None;
-                }
-                let ty = self.func.ty(value);
-                let by = self.insert_const(ty, i64::from(bit))?;
-                let args = [value, by];
-                let low = match bit {
-                    0 => value,
-                    _ => self.insert(InstData::Binary { op: BinaryOp::Lshr, args })?,
-                };
-                Some(Simpler::convert(ConvertOp::Trunc, Type::I1, low))
-            }
+        let (value, bit, opposite) = match self.origin(arg, 0) {
+            BitOrigin::Constant(bit) => return Some(Simpler::truth(bit)),
+            BitOrigin::Of(value, ..) if value == arg => return None,
+            BitOrigin::Of(value, bit, opposite) => (value, bit, opposite),
+        };
+        if self.func.ty(value) == Type::I1 {
+            return Some(if opposite { Simpler::not(value) } else { Simpler::Value(value) });
         }
+        // It is that bit shifted down already.
+        if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
+            && x == value
+            && self.func.constant(by) == Some(i64::from(bit))
+        {
+            return None;
+        }
+        let ty = self.func.ty(value);
+        let low = match bit {
+            0 => value,
+            _ => self.insert_with_const(BinaryOp::Lshr, ty, value, i64::from(bit))?,
+        };
+        let low = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: low };
+        Some(if opposite { Simpler::not(self.insert(low)?) } else { Simpler::Inst(low) })
     }
 
     /// Where a bit of a value comes from.
-    fn origin(&self, value: Value, bit: u32) -> BitOrigin {
-        let (mut value, mut bit) = (value, bit);
+    pub(super) fn origin(&self, value: Value, bit: u32) -> BitOrigin {
+        let (mut value, mut bit, mut opposite) = (value, bit, false);
         for _ in 0..MAX_STEPS {
             if self.ranges.possible_ones(value) >> bit & 1 == 0 {
-                return BitOrigin::Zero;
+                return BitOrigin::Constant(opposite);
             }
             if self.func.ty(value) == Type::I1 {
                 break;
@@ -139,7 +138,13 @@ impl Fold<'_> {
                     }
                     value = x;
                 }
-                InstData::Binary { op: BinaryOp::Or, args: [x, y] } => {
+                InstData::Binary { op: BinaryOp::Xor, args: [x, by] }
+                    if let Some(by) = self.func.constant(by) =>
+                {
+                    opposite ^= by >> bit & 1 == 1;
+                    value = x;
+                }
+                InstData::Binary { op: BinaryOp::Or | BinaryOp::Xor, args: [x, y] } => {
                     if self.ranges.possible_ones(y) >> bit & 1 == 0 {
                         value = x;
                     } else if self.ranges.possible_ones(x) >> bit & 1 == 0 {
@@ -148,9 +153,13 @@ impl Fold<'_> {
                         break;
                     }
                 }
+                InstData::Unary { op: UnaryOp::Not, arg } => {
+                    opposite = !opposite;
+                    value = arg;
+                }
                 _ => break,
             }
         }
-        BitOrigin::Of(value, bit)
+        BitOrigin::Of(value, bit, opposite)
     }
 }

@@ -60,6 +60,7 @@ mod fold_compare;
 mod fold_convert;
 mod fold_divide;
 mod fold_select;
+mod fold_toggle;
 mod forward;
 mod gates;
 mod graph;
@@ -252,7 +253,7 @@ impl Pass {
             Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, bytes, options.reload_bits),
-            Self::Fold => fold::run(func, options.combine_bits),
+            Self::Fold => fold::run(func, &module.word_regions, options.combine_bits),
             Self::ThreadTests => return thread_tests::run(func, bytes),
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
@@ -331,6 +332,11 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         }
         if stage.pass(Pass::IfConvert) {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            // Two stores that made a bit its opposite are one XOR now, which is short enough.
+            stage.pass(Pass::Dce);
+            if stage.pass(Pass::IfConvert) {
+                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            }
             // Where branches have gone, more tests are reached on one way alone.
             if stage.pass(Pass::ThreadTests) {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);

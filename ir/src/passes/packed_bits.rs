@@ -40,7 +40,7 @@ use crate::{
 const MAX_WORDS: usize = 32;
 
 /// To find the word from which a value was made, at most this many operations are followed back.
-const MAX_DEPTH: usize = 48;
+const MAX_STEPS: usize = 192;
 
 /// A word of which bits have been replaced, and which has not been stored since.
 struct Word {
@@ -103,8 +103,9 @@ fn candidates(func: &FuncData, graph: &Graph) -> FastMap<Address, Type> {
     for &inst in graph.order.iter().flat_map(|&block| &func.block(block).insts) {
         if let InstData::Store { at, value } = func.inst(inst)
             && is_word(at, func.ty(*value))
-            && let Some(InstData::Binary { op: BinaryOp::And | BinaryOp::Or, .. }) =
-                func.def_inst(*value)
+            && let Some(InstData::Binary {
+                op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, ..
+            }) = func.def_inst(*value)
         {
             let (ty, count) = stores.entry(*at).or_insert((func.ty(*value), 0));
             if *ty == func.ty(*value) {
@@ -308,7 +309,9 @@ impl Collector<'_> {
         let Some(word) = self.words.get_mut(number) else { return };
         let (replaced, bits) = (word.replaced, word.bits);
         let current = std::mem::take(&mut word.current);
-        let (kept, new) = self.change(ty, &current, value, MAX_DEPTH).unwrap_or((0, Some(value)));
+        let mut steps = MAX_STEPS;
+        let change = self.change(ty, &current, value, &mut steps);
+        let (kept, new) = change.unwrap_or((0, Some(value)));
         let kept = kept & mask(ty);
         let rest = self.masked(ty, bits, kept);
         let bits = self.insert_or(rest, new);
@@ -325,7 +328,7 @@ impl Collector<'_> {
     fn loaded(&self, at: &Address, ty: Type) -> Vec<Value> {
         let bytes = self.bytes.bytes(at, ty);
         let mut found = vec![];
-        for &inst in self.out.iter().rev().take(4 * MAX_DEPTH) {
+        for &inst in self.out.iter().rev().take(MAX_STEPS) {
             match self.func.inst(inst) {
                 InstData::Load { ty: loaded, at: from } if from == at && *loaded == ty => {
                     found.extend(self.func.result(inst));
@@ -344,13 +347,13 @@ impl Collector<'_> {
     }
 
     /// How a value differs from a word to which each of the values `current` is equal; `None` if it was not made
-    /// from that word. `depth` operations are followed back at most.
+    /// from that word. At most `steps` operations are followed back, and counted down.
     fn change(
         &mut self,
         ty: Type,
         current: &[Value],
         value: Value,
-        depth: usize,
+        steps: &mut usize,
     ) -> Option<Change> {
         if current.contains(&value) {
             return Some((mask(ty), None));
@@ -358,17 +361,17 @@ impl Collector<'_> {
         let InstData::Binary { op, args: [a, b] } = *self.func.def_inst(value)? else {
             return None;
         };
-        let depth = depth.checked_sub(1)?;
+        *steps = steps.checked_sub(1)?;
         match op {
             BinaryOp::And => {
                 let constant = self.func.constant(b)? as u64 & mask(ty);
-                let (kept, new) = self.change(ty, current, a, depth)?;
+                let (kept, new) = self.change(ty, current, a, steps)?;
                 Some((kept & constant, self.masked(ty, new, constant)))
             }
             BinaryOp::Or => {
-                let (change, other) = match self.change(ty, current, a, depth) {
+                let (change, other) = match self.change(ty, current, a, steps) {
                     Some(change) => (change, b),
-                    None => (self.change(ty, current, b, depth)?, a),
+                    None => (self.change(ty, current, b, steps)?, a),
                 };
                 let (kept, new) = change;
                 match self.func.constant(other) {
@@ -382,6 +385,18 @@ impl Collector<'_> {
                     }
                     None => None,
                 }
+            }
+            BinaryOp::Xor => {
+                let (change, other) = match self.change(ty, current, a, steps) {
+                    Some(change) => (change, b),
+                    None => (self.change(ty, current, b, steps)?, a),
+                };
+                let (kept, new) = change;
+                // The bits that may be toggled are taken from the result.
+                let toggled = self.ranges.possible_ones(other) & mask(ty);
+                let rest = self.masked(ty, new, !toggled);
+                let bits = self.masked(ty, Some(value), toggled);
+                Some((kept & !toggled, self.insert_or(rest, bits)))
             }
             _ => None,
         }

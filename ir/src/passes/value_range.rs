@@ -4,11 +4,17 @@
 //!
 //! Both are kept for each value and entered when its definition is visited. Neither follows from
 //! the other: of `v & 5` only bits 0 and 2 may be 1, while `v >> 28` of an `i32` lies between -8
-//! and 7, but any of its bits may be 1. Nothing is known of loads; what branches pass to the
+//! and 7, but any of its bits may be 1. Of loads nothing is known but
+//! that the highest byte of some words is 0 ([`ValueRanges::note_word`]); what branches pass to the
 //! parameters of blocks is found by [`PassedBounds`], in the passes that need it.
 
 use super::graph::Graph;
-use crate::{BinaryOp, Block, ConvertOp, FuncData, InstData, Terminator, Type, UnaryOp, Value};
+use crate::{
+    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, Terminator, Type, UnaryOp, Value,
+};
+
+/// The bits of a word of 32 bits whose highest byte is 0.
+const WORD_24: u64 = 0xFF_FFFF;
 
 /// All bits of a type.
 pub(super) fn mask(ty: Type) -> u64 {
@@ -95,6 +101,15 @@ impl ValueRanges {
         }
         self.possible_ones[value.index()] = possible_ones;
         self.bounds[value.index()] = bounds;
+    }
+
+    /// Enters what is known of a whole word at an address in a region of words whose highest byte is 0, if it is one.
+    pub(super) fn note_word(&mut self, value: Value, at: &Address) {
+        let is_word = at.offset.is_multiple_of(4)
+            && at.index.is_none_or(|index| index.scale.is_multiple_of(4));
+        if is_word && let Some(ones) = self.possible_ones.get_mut(value.index()) {
+            *ones &= WORD_24;
+        }
     }
 
     /// The bounds of a result, before it wraps; `None` where nothing is known.

@@ -12,4 +12,5 @@ mod rows;
 mod rules;
 mod states;
 mod text;
+mod toggles;
 mod vectors;
