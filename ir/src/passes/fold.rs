@@ -329,6 +329,9 @@ impl Fold<'_> {
         if let Some(simpler) = self.select_bit_of_word(cond, ty, [a, b]) {
             return Some(simpler);
         }
+        if let Some(simpler) = self.select_latched(cond, ty, [a, b]) {
+            return Some(simpler);
+        }
         if let Some(simpler) = self.select_opposite(cond, ty, [a, b]) {
             return Some(simpler);
         }

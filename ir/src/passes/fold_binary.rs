@@ -187,12 +187,13 @@ impl Fold<'_> {
         None
     }
 
-    /// If a value is `x & c`, and all bits that are 0 in `c` are set afterwards (they are among
+    /// If a value is `x & c`, and all bits that are 0 in `c` are 0 in `x` or set afterwards (they are among
     /// `bits`): `x`.
     fn cleared_where_set(&self, ty: Type, a: Value, bits: u64) -> Option<Value> {
         let [x, kept] = self.operands(a, BinaryOp::And)?;
         let kept = self.func.constant(kept)? as u64;
-        ((kept | bits) & mask(ty) == mask(ty)).then_some(x)
+        let possible = self.ranges.possible_ones(x) & mask(ty);
+        (possible & !(kept | bits) == 0).then_some(x)
     }
 
     /// `(x & c) op (y & c)` becomes `(x op y) & c`, for AND, OR and XOR.

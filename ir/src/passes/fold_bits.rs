@@ -120,7 +120,8 @@ impl Fold<'_> {
                 _ if word == other => mask(ty),
                 _ => return None,
             };
-            (bit.is_power_of_two() && before & !bit == kept).then_some(bit.trailing_zeros())
+            let same = (before & !bit ^ kept) & this.ranges.possible_ones(other) == 0;
+            (bit.is_power_of_two() && kept & bit == 0 && same).then_some(bit.trailing_zeros())
         };
         let (cond, number, cleared) = match set_and_cleared(self, a, b) {
             Some(number) => (cond, number, b),
@@ -135,6 +136,70 @@ impl Fold<'_> {
             bit = self.insert_with_const(BinaryOp::Shl, ty, bit, number.into())?;
         }
         Some(Simpler::binary(BinaryOp::Or, cleared, bit))
+    }
+
+    /// A word of which a bit is set, or is cleared, if a bit of another word is on: that bit is shifted to its place and
+    /// joined to the word.
+    ///
+    /// ```text
+    /// v2: i32 = lshr v1, 7
+    /// v3: i1 = trunc v2                   v3: i32 = lshr v1, 5
+    /// v4: i32 = or v0, 4           ==>    v4: i32 = and v3, 4
+    /// v5: i32 = select v3, v4, v0         v5: i32 = or v0, v4
+    /// ```
+    pub(super) fn select_latched(
+        &mut self,
+        cond: Value,
+        ty: Type,
+        [a, b]: [Value; 2],
+    ) -> Option<Simpler> {
+        if !self.combine_bits {
+            return None;
+        }
+        let from = self.bit_of(cond).filter(|bit| bit.ty == ty)?;
+        // Which bit of a word another value has set (or else cleared).
+        let changed = |this: &Self, value: Value, word: Value| {
+            let Some(&InstData::Binary { op, args: [x, bits] }) = this.func.def_inst(value) else {
+                return None;
+            };
+            let bits = this.func.constant(bits)? as u64 & mask(ty);
+            let (is_set, bit) = match op {
+                BinaryOp::Or if x == word => (true, bits),
+                BinaryOp::And => {
+                    // What was joined to the word before is cleared with the bit.
+                    let [y, joined] = this.operands(word, BinaryOp::Or).unwrap_or([word, x]);
+                    let is_cleared = y == x && this.ranges.possible_ones(joined) & bits == 0;
+                    if x != word && !is_cleared {
+                        return None;
+                    }
+                    (false, this.ranges.possible_ones(word) & mask(ty) & !bits)
+                }
+                _ => return None,
+            };
+            bit.is_power_of_two().then(|| (is_set, i64::from(bit.trailing_zeros())))
+        };
+        let (word, (is_set, number), opposite) = match changed(self, a, b) {
+            Some(change) => (b, change, from.opposite),
+            None => (a, changed(self, b, a)?, !from.opposite),
+        };
+        let mut bit = match number - from.number {
+            0 => from.of,
+            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, from.of, by)?,
+            by => self.insert_with_const(BinaryOp::Lshr, ty, from.of, -by)?,
+        };
+        // The bit is inverted with the others of its word before these are masked.
+        if is_set {
+            if opposite {
+                bit = self.insert(InstData::Unary { op: UnaryOp::Not, arg: bit })?;
+            }
+            bit = self.insert_with_const(BinaryOp::And, ty, bit, ty.wrap(1 << number))?;
+            return Some(Simpler::binary(BinaryOp::Or, word, bit));
+        }
+        if !opposite {
+            bit = self.insert(InstData::Unary { op: UnaryOp::Not, arg: bit })?;
+        }
+        bit = self.insert_with_const(BinaryOp::Or, ty, bit, ty.wrap(!(1 << number)))?;
+        Some(Simpler::binary(BinaryOp::And, word, bit))
     }
 
     /// `(word & 1) << to`, which programs use to put a computed bit into a word: the bit is
