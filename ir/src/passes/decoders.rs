@@ -13,14 +13,25 @@
 //! the same for all tests of one number, and `cse` leaves one of them. So what it costs is shared by the tests of a
 //! number in a block, and tests are changed only where there are enough comparisons for it. The number may be a field of
 //! a word.
+//!
+//! It may also be a double, as a PMAC's variables are, or the bits of one, compared as an integer of 64 bits. It is converted to an integer and back, and whether that gives the
+//! same number, which is 1 or 0, is shifted in the place of the 1: a double that is no integer of 32 bits is none of the
+//! numbers.
 
 use super::graph::Graph;
 use super::switches::compared_field;
-use super::thresholds::{DECODER_COST, DECODER_TEST_COST};
+use super::thresholds::{
+    BITS_COMPARISON_COST, COMPARISON_COST, DECODER_COST, DECODER_TEST_COST, DOUBLE_COMPARISON_COST,
+    DOUBLE_DECODER_COST,
+};
 use super::value_range::mask;
-use crate::{BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, IntCond, Type, Value};
+use crate::tables::FastMap;
+use crate::{
+    BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, Type, Value,
+};
 
-/// A field of a word: the word, and by how many bits it must be shifted left so that the field is at its top.
+/// A field of a word: the word, and by how many bits it must be shifted left so that the field is at its top. Or a double
+/// or its bits, and 0.
 type Field = (Value, u32);
 
 /// A test of whether a field is one of some numbers.
@@ -64,6 +75,11 @@ fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Memb
     match *func.inst(inst) {
         InstData::Icmp { cond: IntCond::Eq, args: [value, number] } => {
             let ty = func.ty(value);
+            if ty == Type::I64 {
+                // No integer has the bits of -0.
+                let number = small_integer(func.constant(number).filter(|&bits| bits >= 0)?)?;
+                return Some(Members { field: (value, 0), set: 1 << number, comparisons: 1 });
+            }
             if !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
                 return None;
             }
@@ -74,6 +90,15 @@ fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Memb
             }
             Some(Members { field: (word, shift), set: 1 << (number >> shift), comparisons: 1 })
         }
+        InstData::Fcmp { cond: FloatCond::Eq, args: [a, b] } => {
+            let (double, number) = match (func.constant(a), func.constant(b)) {
+                (None, Some(number)) => (a, number),
+                (Some(number), None) => (b, number),
+                _ => return None,
+            };
+            let number = small_integer(number)?;
+            Some(Members { field: (double, 0), set: 1 << number, comparisons: 1 })
+        }
         InstData::Binary { op: BinaryOp::Or, args } => {
             let [a, b] = args.map(|arg| members.get(arg.index()).copied().flatten());
             let (a, b) = (a?, b?);
@@ -83,6 +108,18 @@ fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Memb
         }
         _ => None,
     }
+}
+
+/// The integer from 0 to 63 that a double with certain bits is.
+fn small_integer(bits: i64) -> Option<u32> {
+    let number = f64::from_bits(bits as u64);
+    let is_small = (0.0..64.0).contains(&number) && number.fract() == 0.0;
+    is_small.then_some(number as u32)
+}
+
+/// Whether a number that is compared is a double or the bits of one.
+fn is_double(func: &FuncData, number: Value) -> bool {
+    matches!(func.ty(number), Type::F64 | Type::I64)
 }
 
 /// For each value whether all its uses are ORs that are tests themselves.
@@ -107,26 +144,29 @@ fn parts(func: &FuncData, graph: &Graph, members: &[Option<Members>]) -> Vec<boo
 fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part: &[bool]) -> bool {
     let outermost = |func: &FuncData, inst: Inst| {
         let result = func.result(inst).filter(|result| result.index() < members.len())?;
-        let found = members[result.index()].filter(|found| found.comparisons > 1)?;
-        (!is_part[result.index()]).then_some(found)
+        let found = members[result.index()]?;
+        // A comparison of an integer is shorter than a test, and one of a double longer.
+        let is_long = found.comparisons > 1 || is_double(func, found.field.0);
+        (is_long && !is_part[result.index()]).then_some(found)
     };
     // For each field how many comparisons and tests there are, and all numbers.
-    let mut fields: Vec<(Field, u32, u32, u64)> = vec![];
+    let mut fields: FastMap<Field, (u32, u32, u64)> = FastMap::default();
     for &inst in &func.block(block).insts {
         let Some(found) = outermost(func, inst) else { continue };
-        match fields.iter_mut().rev().find(|(field, ..)| *field == found.field) {
-            Some((_, comparisons, tests, set)) => {
-                *comparisons += found.comparisons;
-                *tests += 1;
-                *set |= found.set;
-            }
-            None => fields.push((found.field, found.comparisons, 1, found.set)),
-        }
+        let (comparisons, tests, set) = fields.entry(found.field).or_default();
+        *comparisons += found.comparisons;
+        *tests += 1;
+        *set |= found.set;
     }
-    // A comparison takes two instructions, and one more combines it with another one.
-    fields.retain(|&(_, comparisons, tests, _)| {
-        let before = 3u32.saturating_mul(comparisons) - tests;
-        before > DECODER_COST + DECODER_TEST_COST * tests
+    fields.retain(|&(number, _), &mut (comparisons, tests, _)| {
+        let (comparison, shift) = match func.ty(number) {
+            Type::F64 => (DOUBLE_COMPARISON_COST, DECODER_COST + DOUBLE_DECODER_COST),
+            Type::I64 => (BITS_COMPARISON_COST, DECODER_COST + DOUBLE_DECODER_COST),
+            _ => (COMPARISON_COST, DECODER_COST),
+        };
+        // One more instruction combines a comparison with another one.
+        let before = (comparison + 1).saturating_mul(comparisons) - tests;
+        before > shift + DECODER_TEST_COST * tests
     });
     if fields.is_empty() {
         return false;
@@ -135,7 +175,7 @@ fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part
     let mut out = Vec::with_capacity(insts.len());
     for inst in insts {
         if let Some(found) = outermost(func, inst)
-            && let Some(&(.., all)) = fields.iter().find(|(field, ..)| *field == found.field)
+            && let Some(&(.., all)) = fields.get(&found.field)
             && let Some(data) = mask_test(func, inst, found, all, &mut out)
         {
             func.insts[inst.index()] = data;
@@ -162,6 +202,26 @@ fn mask_test(
         func.result(inst)
     };
     let (mut number, shift) = found.field;
+    let mut is_integer = None;
+    if is_double(func, number) {
+        let convert = |op, to, arg| InstData::Convert { op, to, arg };
+        let bitcast = |to, arg| convert(ConvertOp::Bitcast, to, arg);
+        let bits = (func.ty(number) == Type::I64).then_some(number);
+        if bits.is_some() {
+            number = push(func, bitcast(Type::F64, number))?;
+        }
+        let integer = push(func, convert(ConvertOp::FloatToInt, Type::I32, number))?;
+        let back = push(func, convert(ConvertOp::IntToFloat, Type::F64, integer))?;
+        is_integer = match bits {
+            // The bits of 0 and -0 are not the same.
+            Some(bits) => {
+                let args = [push(func, bitcast(Type::I64, back))?, bits];
+                push(func, InstData::Icmp { cond: IntCond::Eq, args })
+            }
+            None => push(func, InstData::Fcmp { cond: FloatCond::Eq, args: [back, number] }),
+        };
+        number = integer;
+    }
     let from = func.ty(number);
     if shift > 0 {
         let kept = from.wrap((mask(from) >> shift) as i64);
@@ -172,7 +232,10 @@ fn mask_test(
     if from != ty {
         number = push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg: number })?;
     }
-    let one = push(func, InstData::Iconst { ty, value: 1 })?;
+    let one = match is_integer {
+        Some(arg) => push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg })?,
+        None => push(func, InstData::Iconst { ty, value: 1 })?,
+    };
     let shifted = push(func, InstData::Binary { op: BinaryOp::Shl, args: [one, number] })?;
     let set = push(func, InstData::Iconst { ty, value: ty.wrap(found.set as i64) })?;
     let common = push(func, InstData::Binary { op: BinaryOp::And, args: [shifted, set] })?;

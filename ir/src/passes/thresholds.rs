@@ -37,6 +37,17 @@ pub const LONG_FROM: usize = 20_000;
 /// distance is less than the width.
 pub const DECODER_COST: u32 = 6;
 
-/// How many instructions a test of the shifted 1 takes (`decoders`). A comparison takes two, and one more combines it
-/// with another one.
+/// How many more it takes if the number is a double, which is converted to an integer and back, and compared.
+pub const DOUBLE_DECODER_COST: u32 = 5;
+
+/// How many instructions a test of the shifted 1 takes (`decoders`).
 pub const DECODER_TEST_COST: u32 = 2;
+
+/// How many instructions a comparison of an integer with a number takes.
+pub const COMPARISON_COST: u32 = 2;
+
+/// How many instructions a comparison of a double with a number takes, one of which finds whether it is NaN.
+pub const DOUBLE_COMPARISON_COST: u32 = 4;
+
+/// How many instructions a comparison of a double's bits with those of a number takes, which have to be in a register.
+pub const BITS_COMPARISON_COST: u32 = 3;

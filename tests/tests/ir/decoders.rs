@@ -1,5 +1,5 @@
-//! The pass `decoders` on random programs: truth values that are on for several numbers, of a number of any type or of a
-//! field of a word. The programs leave the same image with the pass, with all passes, and without any.
+//! The pass `decoders` on random programs: truth values that are on for several numbers, of a number of any type, a double
+//! too, or of a field of a word. The programs leave the same image with the pass, with all passes, and without any.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
@@ -30,6 +30,22 @@ impl Writer {
         value
     }
 
+    /// Whether a double, or its bits, is a number, which is not always an integer from 0 to 63.
+    fn double_comparison(&mut self, ty: &str, number: usize) -> usize {
+        let limit = *self.rng.pick(&[8, 32, 64, 70]);
+        let mut to = self.rng.below(limit) as f64;
+        if self.rng.chance(10) {
+            to = *self.rng.pick(&[-0.0, -1.0, 2.5, 4_294_967_299.0]);
+        }
+        if ty == "i64" {
+            let to = self.inst(ty, &format!("iconst {}", to.to_bits() as i64));
+            return self.inst("i1", &format!("icmp eq v{number}, v{to}"));
+        }
+        let to = self.inst("f64", &format!("fconst {to:?}"));
+        let args = if self.rng.chance(20) { [to, number] } else { [number, to] };
+        self.inst("i1", &format!("fcmp eq v{}, v{}", args[0], args[1]))
+    }
+
     /// Whether a number, or its lowest bits by a mask or a shift, is another one.
     fn comparison(&mut self, ty: &str, bits: u32, number: usize, field: usize) -> usize {
         let limit = *self.rng.pick(&[8, 32, 64, 70]);
@@ -55,7 +71,10 @@ impl Writer {
     fn output(&mut self, ty: &str, bits: u32, number: usize, field: usize) {
         let mut terms: Vec<usize> = vec![];
         for _ in 0..1 + self.rng.below(6) {
-            terms.push(self.comparison(ty, bits, number, field));
+            terms.push(match ty {
+                "f64" | "i64" => self.double_comparison(ty, number),
+                _ => self.comparison(ty, bits, number, field),
+            });
         }
         if self.rng.chance(30) {
             terms.push(self.inst("i1", "load inputs:0"));
@@ -77,18 +96,30 @@ impl Writer {
 
 fn program(seed: u64) -> Module {
     let mut w = Writer { rng: Rng::new(seed), text: String::new(), values: 0 };
-    let (ty, bits) = *w.rng.pick(&[("i8", 8), ("i16", 16), ("i32", 32)]);
-    let numbers = [0, 4].map(|at| w.inst(ty, &format!("load numbers:{at}")));
+    let (ty, bits) = *w.rng.pick(&[("i8", 8), ("i16", 16), ("i32", 32), ("f64", 64), ("i64", 64)]);
+    let numbers = [0, 8].map(|at| w.inst(ty, &format!("load numbers:{at}")));
     for _ in 0..1 + w.rng.below(6) {
         let (number, field) = (*w.rng.pick(&numbers), w.rng.below(3));
         w.output(ty, bits, number, field);
     }
     let text = format!(
-        "image 32\nregion numbers at 0 size 8\nregion inputs at 8 size 8 bits\nregion outputs at 16 size 8 bits\n\
+        "image 32\nregion numbers at 0 size 16\nregion inputs at 16 size 8 bits\nregion outputs at 24 size 8 bits\n\
          task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
         w.text
     );
     parse(&text).unwrap()
+}
+
+/// A number as a double, or now and then another double whose lowest bits or rounding make that number.
+fn double(number: u32, rng: &mut Rng) -> f64 {
+    let number = f64::from(number);
+    match rng.below(12) {
+        0 => number + 0.5,
+        1 => -number,
+        2 => number + 4_294_967_296.0,
+        3 => *rng.pick(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -2_147_483_648.0, -0.0]),
+        _ => number,
+    }
 }
 
 #[test]
@@ -102,14 +133,19 @@ fn decoders_of_any_form_stay_the_same() {
         assert!(verify::verify(&alone).is_empty(), "seed {seed}");
         programs += 1;
         decoded += usize::from(print(&alone) != print(&plain));
+        let text = print(&plain);
+        let is_double = text.contains("f64") || text.contains("i64");
         let mut engines = [plain, all, alone].map(Interpreter::new);
         let mut rng = Rng::new(seed);
         for number in 0..80 {
             let mut start = [0; 32];
             let number = if number < 72 { number } else { rng.bits() as u32 };
-            start[0..4].copy_from_slice(&number.to_le_bytes());
-            start[4..8].copy_from_slice(&(rng.below(70) as u32).to_le_bytes());
-            start[8] = rng.below(2) as u8;
+            for (at, number) in [(0, number), (8, rng.below(70) as u32)] {
+                let bits =
+                    if is_double { double(number, &mut rng).to_bits() } else { number.into() };
+                start[at..at + 8].copy_from_slice(&bits.to_le_bytes());
+            }
+            start[16] = rng.below(2) as u8;
             let images = engines.each_mut().map(|engine| {
                 let mut image = start;
                 engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
