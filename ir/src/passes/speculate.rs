@@ -182,7 +182,7 @@ impl Speculate<'_> {
             let same = insts.iter().skip(from).take_while(|&&inst| self.func.loc(inst) == loc);
             let end = from + same.count();
             let statement = insts.get(from..end).unwrap_or_default();
-            self.statement(statement, end, end == insts.len(), &mut rest);
+            self.statement(statement, insts.get(end..).unwrap_or_default(), end, &mut rest);
             from = end;
         }
         let data = &mut self.func.blocks[rest.block.index()];
@@ -190,10 +190,11 @@ impl Speculate<'_> {
         data.terminator = rest.terminator;
     }
 
-    /// Examines a statement. `end` is the place after it among the instructions of its block;
-    /// `is_last` says that no instruction stands there.
-    fn statement(&mut self, mut insts: &[Inst], end: usize, is_last: bool, rest: &mut Rest) {
-        let taken = self.whole_statement(insts, end, is_last, rest).unwrap_or(0);
+    /// Examines a statement. `end` is the place after it among the instructions of its block, and `after` are those
+    /// that stand there.
+    fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut Rest) {
+        let is_last = after.is_empty();
+        let taken = self.whole_statement(insts, after, end, rest).unwrap_or(0);
         insts = insts.get(taken..).unwrap_or_default();
         let mut plan = self.plan_statement(insts);
         loop {

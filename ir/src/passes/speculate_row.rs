@@ -65,15 +65,43 @@ impl Speculate<'_> {
         }
         // The general code of a row can use no value of its specialised code: a statement of a row uses only
         // values that it computes itself.
-        let mut is_closed = true;
+        let mut is_closed = self.is_closed(insts);
         let mut check_use = |value: Value| {
             is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
         };
-        insts.iter().for_each(|&inst| self.func.inst(inst).for_each_arg(&mut check_use));
         if let Some(terminator) = rest.terminator.as_ref().filter(|_| is_last) {
             terminator.for_each_arg(&mut check_use);
         }
         is_closed.then_some(row)
+    }
+
+    /// Whether the statement behind a statement could go on a row that begins with it, and gains by what its check finds: it
+    /// loads a variable that is checked there, or that gets an integer. `after` are the instructions behind the statement.
+    pub(super) fn serves_next(&self, insts: &[Inst], after: &[Inst], checks: &Checks<'_>) -> bool {
+        let Some(&first) = after.first() else { return false };
+        let loc = self.func.loc(first);
+        let same = after.iter().take(MAX_STATEMENT).take_while(|&&inst| self.func.loc(inst) == loc);
+        let next: Vec<Inst> = same.copied().collect();
+        let known = self.known_behind(vec![], checks, insts, &[]);
+        let has_effect = |&&inst: &&Inst| self.func.inst(inst).has_effect();
+        let gains = |&inst: &Inst| self.gains(self.func.inst(inst));
+        let loads_known = |&inst: &Inst| match *self.func.inst(inst) {
+            InstData::Load { ty: Type::F64, at } => known.iter().any(|known| known.at == at),
+            _ => false,
+        };
+        let before: Vec<Inst> = next.iter().take_while(|inst| !has_effect(inst)).copied().collect();
+        before.iter().any(gains) && before.iter().any(loads_known) && self.is_closed(&next)
+    }
+
+    /// Whether a statement uses only values that it computes itself.
+    fn is_closed(&self, insts: &[Inst]) -> bool {
+        let mut is_closed = true;
+        for &inst in insts {
+            self.func.inst(inst).for_each_arg(|value| {
+                is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
+            });
+        }
+        is_closed
     }
 
     /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block behind

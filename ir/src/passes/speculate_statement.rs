@@ -88,19 +88,27 @@ impl Checks<'_> {
 }
 
 impl Speculate<'_> {
-    /// Speculates on a statement that needs at least two checks, or that continues a row of such statements.
-    /// `insts` are the instructions of the statement, `end` is the place after them among those of the block;
-    /// `is_last` says that no instruction stands there. Gives how many of the instructions were copied; `None` if
-    /// nothing was done.
+    /// Speculates on a statement that needs at least two checks, whose check serves several operations or the next
+    /// statement, or that continues a row of such statements.
+    /// `insts` are the instructions of the statement, `end` is the place after them among those of the block, and
+    /// `after` are those that stand there. Gives how many of the instructions were copied; `None` if nothing was done.
     pub(super) fn whole_statement(
         &mut self,
         insts: &[Inst],
+        after: &[Inst],
         end: usize,
-        is_last: bool,
         rest: &mut Rest,
     ) -> Option<usize> {
+        let is_last = after.is_empty();
         let row = self.row_before(insts, is_last, rest);
         let checks = self.find_checks(insts, row.as_ref())?;
+        let count = checks.values.len();
+        let serves_more =
+            || self.serves_several(checks.insts) || self.serves_next(insts, after, &checks);
+        let is_worthwhile = row.is_some() || count > 1 || count == 1 && serves_more();
+        if !is_worthwhile {
+            return None;
+        }
         let (copied, following) = insts.split_at_checked(checks.end)?;
         let passed = self.used_later(copied, end - following.len());
         let ends_block = is_last
@@ -151,8 +159,8 @@ impl Speculate<'_> {
         Some(checks.end)
     }
 
-    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`], is too long, or needs fewer
-    /// than two and continues no row.
+    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`] or is too long, or has no operation
+    /// that is faster on integers.
     fn find_checks<'a>(&self, insts: &'a [Inst], row: Option<&Row>) -> Option<Checks<'a>> {
         if insts.len() > MAX_STATEMENT {
             return None;
@@ -176,7 +184,7 @@ impl Speculate<'_> {
                 return None;
             }
         }
-        (checks.values.len() > 1 || row.is_some()).then_some(checks)
+        Some(checks)
     }
 
     /// The loads among some instructions of variables that are known to hold integers.

@@ -299,6 +299,23 @@ impl Speculate<'_> {
         Some(Plan { checked, same, before, twice, end })
     }
 
+    /// Whether several operations of a statement would be checked one by one if one check did not serve them all. These
+    /// are indices: what other operations are computed from is found by
+    /// [`plan_statement`](Self::plan_statement), which copies less.
+    pub(super) fn serves_several(&self, insts: &[Inst]) -> bool {
+        let mut operations = 0;
+        for &inst in insts {
+            let data = self.func.inst(inst);
+            if self.gains(data) {
+                if called_integer_form(data) != Some(IntegerForm::Bits) {
+                    return false;
+                }
+                operations += usize::from(!self.operands_to_check(data).is_empty());
+            }
+        }
+        operations > 1
+    }
+
     /// The operands of a call that have to be checked if it alone is computed with integers.
     fn operands_to_check(&self, data: &InstData) -> Vec<Value> {
         let mut found = vec![];

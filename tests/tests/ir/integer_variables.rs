@@ -126,13 +126,17 @@ fn program_of_rows(rng: &mut Rng) -> String {
     let mut text = "OPEN PLC 1 CLEAR\n".to_owned();
     for _ in 0..15 + rng.below(25) {
         let (element, other, variable) = (element(rng), element(rng), variable(rng));
-        let number = 1 + rng.below(1000);
-        let _ = match rng.below(12) {
+        let (number, at, factor) = (1 + rng.below(1000), self::variable(rng), self::variable(rng));
+        let _ = match rng.below(16) {
             0..4 => writeln!(text, "{element}=({other}+{variable})%{number}"),
             4..6 => writeln!(text, "{element}={other}"),
             6..9 => writeln!(text, "{variable}=({element}+{other})&{number}"),
             9 => writeln!(text, "{variable}=({element}*0.5+{variable})%{number}"),
             10 => writeln!(text, "{variable}={element}"),
+            // One check serves several indices, or the statement behind it.
+            11 | 12 => writeln!(text, "{variable}={factor}*(P({at}+21)-P(20+{at}))+P(20+{at})"),
+            13 => writeln!(text, "{at}={factor}%16\n{variable}=P(20+{at}*2)"),
+            14 => writeln!(text, "{at}=INT({factor}*0.5)\n{variable}=P(21+{at})-P(20+{at})"),
             _ => writeln!(text, "IF ({element}>{number})\n{variable}={other}%7\nENDIF"),
         };
     }
