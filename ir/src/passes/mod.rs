@@ -254,7 +254,9 @@ impl Pass {
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, bytes, options.reload_bits),
             Self::Fold => fold::run(func, &module.word_regions, options.combine_bits),
-            Self::ThreadTests => return thread_tests::run(func, bytes),
+            Self::ThreadTests => {
+                return thread_tests::run(func, bytes, options.skip_lone_tests);
+            }
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
             Self::PackedBits => return packed_bits::run(func, bytes),
@@ -330,20 +332,22 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         if stage.pass(Pass::Switches) {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
         }
-        if stage.pass(Pass::IfConvert) {
+        let has_selects = stage.pass(Pass::IfConvert);
+        if has_selects {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
             // Two stores that made a bit its opposite are one XOR now, which is short enough.
             stage.pass(Pass::Dce);
             if stage.pass(Pass::IfConvert) {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
             }
-            // Where branches have gone, more tests are reached on one way alone.
-            if stage.pass(Pass::ThreadTests) {
-                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
-            }
-            if stage.pass(Pass::Switches) {
-                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
-            }
+        }
+        // Where branches have gone, more tests are reached on one way alone.
+        stage.options.skip_lone_tests = true;
+        if stage.pass(Pass::ThreadTests) {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+        }
+        if has_selects && stage.pass(Pass::Switches) {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
         }
         if stage.options.collect_bits && stage.pass(Pass::PackedBits) {
             stage.all(&[Pass::DemandedBits, Pass::Dce, Pass::Forward, Pass::Cse, Pass::Fold]);
@@ -382,6 +386,7 @@ pub fn run(module: &mut Module, passes: &[Pass]) {
     let length = instructions(module);
     each(module, PassSet::ALL.without(Pass::ByLength), length, &mut vec![], |stage| {
         stage.options.combine_bits = true;
+        stage.options.skip_lone_tests = true;
         stage.all(passes);
     });
 }

@@ -23,6 +23,8 @@ pub(super) struct PassOptions {
     /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
     /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
     pub(super) combine_bits: bool,
+    /// `thread-tests`: whether tests that stand alone are skipped.
+    pub(super) skip_lone_tests: bool,
     /// Whether `packed-bits` pays.
     pub(super) collect_bits: bool,
     /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
@@ -96,6 +98,7 @@ pub(super) fn each(
     let options = PassOptions {
         reload_bits,
         combine_bits: false,
+        skip_lone_tests: false,
         collect_bits: !(by_length && is_long),
         by_length,
     };

@@ -20,6 +20,10 @@
 //! When no jump leads into the middle of a row of tests any more, each test has the one before as its
 //! sole predecessor, and the pass `switches` can make one switch of the row.
 //!
+//! A test that stands alone, with no test of the same variable before or behind it, is skipped only in the run behind
+//! `if-convert`. A way around it would keep the branch before it from becoming a select. That is how counters are
+//! written: `IF (I3) C=C+1 ELSE C=0 ENDIF IF (C=9) …`.
+//!
 //! A test is a block that does nothing but load a variable, compare it for equality with a constant
 //! and branch. What a variable holds at the end of a block is known from the last store to it, or
 //! from a test that every path to the block has passed with the same result. A store through an index, a volatile access and
@@ -56,14 +60,25 @@ struct Test {
     otherwise: Block,
 }
 
-/// Runs the pass; gives whether it changed anything.
-pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
+/// Runs the pass; gives whether it changed anything. `skips_lone` says whether tests that stand alone are skipped.
+pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes, skips_lone: bool) -> bool {
+    // A branch and the two blocks to which it leads.
+    if func.block_count() < 3 {
+        return false;
+    }
     let mut changed = split_tests::run(func);
     let mut graph = Graph::new(func);
     let mut users = users_of_values(func);
     let mut tests = tests_of_blocks(func, &users);
     let mut predecessors = predecessors_of_blocks(func, &graph);
-    let finder = Finder { func, graph: &graph, predecessors: &predecessors, tests: &tests, bytes };
+    let finder = Finder {
+        func,
+        graph: &graph,
+        predecessors: &predecessors,
+        tests: &tests,
+        bytes,
+        skips_lone,
+    };
     let copies = finder.copies(&users);
     if !copies.is_empty() {
         copies.into_iter().for_each(|copy| copy_block(func, copy));
@@ -75,8 +90,14 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     }
     for &block in &graph.order {
         let Some(mut terminator) = func.block(block).terminator.clone() else { continue };
-        let finder =
-            Finder { func, graph: &graph, predecessors: &predecessors, tests: &tests, bytes };
+        let finder = Finder {
+            func,
+            graph: &graph,
+            predecessors: &predecessors,
+            tests: &tests,
+            bytes,
+            skips_lone,
+        };
         // The values of variables at the end of this block, as far as they were asked for.
         let mut known: Vec<(Variable, Option<i64>)> = vec![];
         let moved = match &mut terminator {
@@ -238,6 +259,8 @@ struct Finder<'a> {
     predecessors: &'a [Vec<Block>],
     tests: &'a [Option<Test>],
     bytes: &'a ImageBytes,
+    /// Whether tests that stand alone are skipped.
+    skips_lone: bool,
 }
 
 impl Finder<'_> {
@@ -317,6 +340,9 @@ impl Finder<'_> {
         for _ in 0..MAX_SKIPPED {
             let Some(test) = self.tests.get(to.index()).and_then(Option::as_ref) else { break };
             let variable = test.variable;
+            if !self.skips_lone && self.stands_alone(to, test) {
+                break;
+            }
             // On the edge that a test takes if its variable is equal to the constant, the value is that constant. On
             // the other edge nothing follows.
             let value = match self.along_edge(block, first, &variable) {
@@ -340,6 +366,16 @@ impl Finder<'_> {
         }
         call.block = to;
         to != first
+    }
+
+    /// Whether neither a block before nor a block behind a test tests the same variable.
+    fn stands_alone(&self, block: Block, test: &Test) -> bool {
+        let tests_it = |other: &Block| {
+            let other = self.tests.get(other.index()).and_then(Option::as_ref);
+            other.is_some_and(|other| other.variable == test.variable)
+        };
+        let before = self.predecessors.get(block.index()).map_or(&[][..], Vec::as_slice);
+        ![test.equal, test.otherwise].iter().chain(before.iter().take(MAX_WAYS)).any(tests_it)
     }
 
     /// What a variable holds on the edge from one block to another, if the first block tests that variable

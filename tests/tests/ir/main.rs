@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)]
 
 mod bound;
+mod counters;
 mod decoders;
 mod divide;
 mod filetests;
