@@ -9,12 +9,16 @@ use std::io::{self, Write};
 use plcc_abi::{Code, CodeMemory, Dialect, Program, printable};
 use plcc_codegen::{JitMemory, PassSet, Target};
 use plcc_frontend::common::Lowered;
-use plcc_ir::Module;
 use plcc_ir::passes::optimize;
+use plcc_ir::{FuncData, Module};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::native::LaterCode;
 
 use crate::compile::{CompileError, generate};
+
+/// The most IR instructions that are left for later. Their code, of some ten bytes each, is far shorter than the longest
+/// that can be made, so that a program that is too long is refused before it starts.
+const MOST_LATER: usize = 500_000;
 
 /// A program that is compiled just in time.
 pub struct Jit {
@@ -27,7 +31,7 @@ pub struct Jit {
 }
 
 /// Optimises a program as the front end has lowered it, and compiles it for this very machine. The functions that
-/// seldom run are left out; the engine has them made when a scan first comes to one. That takes as long as compiling
+/// seldom run are left out, if they are not very long; the engine has them made when a scan first comes to one. That takes as long as compiling
 /// usually does, so it is not for ticks that are paced by the clock.
 ///
 /// # Errors
@@ -35,7 +39,9 @@ pub struct Jit {
 pub fn jit_in_parts(lowered: Lowered, passes: impl Into<PassSet>) -> Result<Jit, CompileError> {
     let (passes, target) = (passes.into(), Target::host()?);
     let Lowered { program, mut module } = lowered;
-    let rest = module.split_off_rare();
+    let rare = module.funcs().map(|(_, func)| func).filter(|func| func.is_optimized_for_size());
+    let is_short = rare.map(FuncData::inst_count).sum::<usize>() <= MOST_LATER;
+    let rest = if is_short { module.split_off_rare() } else { None };
     let (code, memory) = make(&mut module, passes, program.dialect(), &target)?;
     let bytes_of_code = code.bytes.len();
     let mut engine = NativeEngine::with_memory(&code, &program, memory)?;

@@ -14,9 +14,9 @@
 //! number in a block, and tests are changed only where there are enough comparisons for it. The number may be a field of
 //! a word.
 //!
-//! It may also be a double, as a PMAC's variables are, or the bits of one, compared as an integer of 64 bits. It is converted to an integer and back, and whether that gives the
-//! same number, which is 1 or 0, is shifted in the place of the 1: a double that is no integer of 32 bits is none of the
-//! numbers.
+//! It may also be a double, as a PMAC's variables are, or the bits of one, compared as an integer of 64 bits. It is
+//! converted to an integer and back, and whether that gives the same number, which is 1 or 0, is shifted in the place of
+//! the 1: a double that is no integer of 32 bits is none of the numbers.
 
 use super::graph::Graph;
 use super::switches::compared_field;

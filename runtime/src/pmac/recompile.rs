@@ -77,7 +77,7 @@ struct Recompiled {
 /// The compiler, and where it runs.
 enum Compiler {
     /// Between two ticks, with its last answer until that is fetched.
-    BetweenTicks(Box<dyn Recompiler>, Option<Recompiled>),
+    BetweenTicks(Box<dyn Recompiler>, Option<Box<Recompiled>>),
     /// In a thread of its own.
     Thread(SyncSender<Request>, Receiver<Recompiled>),
 }
@@ -108,7 +108,7 @@ impl Compiler {
         match self {
             Self::BetweenTicks(recompiler, answer) => {
                 let engine = recompiler.recompile(&request.assumed);
-                *answer = Some(Recompiled { assumed: request.assumed, engine });
+                *answer = Some(Box::new(Recompiled { assumed: request.assumed, engine }));
                 true
             }
             Self::Thread(requests, _) => requests.try_send(request).is_ok(),
@@ -118,7 +118,7 @@ impl Compiler {
     /// The answer to the last request, if it is there; an error when there never will be one.
     fn fetch(&mut self) -> Result<Option<Recompiled>, ()> {
         match self {
-            Self::BetweenTicks(_, answer) => Ok(answer.take()),
+            Self::BetweenTicks(_, answer) => Ok(answer.take().map(|answer| *answer)),
             Self::Thread(_, answers) => match answers.try_recv() {
                 Ok(recompiled) => Ok(Some(recompiled)),
                 Err(TryRecvError::Empty) => Ok(None),
