@@ -9,8 +9,8 @@ use std::io::{self, Write};
 use plcc_abi::{Code, CodeMemory, Dialect, Program, printable};
 use plcc_codegen::{JitMemory, PassSet, Target};
 use plcc_frontend::common::Lowered;
+use plcc_ir::Module;
 use plcc_ir::passes::optimize;
-use plcc_ir::{FuncData, Module};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::native::LaterCode;
 
@@ -31,17 +31,15 @@ pub struct Jit {
 }
 
 /// Optimises a program as the front end has lowered it, and compiles it for this very machine. The functions that
-/// seldom run are left out, if they are not very long; the engine has them made when a scan first comes to one. That takes as long as compiling
-/// usually does, so it is not for ticks that are paced by the clock.
+/// seldom run are left out, if they are not very long; the engine has them made when a scan first comes to one. That
+/// takes as long as compiling usually does, so it is not for ticks that are paced by the clock.
 ///
 /// # Errors
 /// When the code can't be made or mapped.
 pub fn jit_in_parts(lowered: Lowered, passes: impl Into<PassSet>) -> Result<Jit, CompileError> {
     let (passes, target) = (passes.into(), Target::host()?);
     let Lowered { program, mut module } = lowered;
-    let rare = module.funcs().map(|(_, func)| func).filter(|func| func.is_optimized_for_size());
-    let is_short = rare.map(FuncData::inst_count).sum::<usize>() <= MOST_LATER;
-    let rest = if is_short { module.split_off_rare() } else { None };
+    let rest = module.split_off_rare(MOST_LATER);
     let (code, memory) = make(&mut module, passes, program.dialect(), &target)?;
     let bytes_of_code = code.bytes.len();
     let mut engine = NativeEngine::with_memory(&code, &program, memory)?;

@@ -240,10 +240,11 @@ impl Found {
              program's sources after the record for the others",
         )?;
         let compiled = || -> Result<Box<dyn Engine>, CompileError> {
-            let lowered = checked.lower()?;
             Ok(match engine {
                 ReplayEngine::Interpreter => checked.interpreter(),
-                ReplayEngine::Jit => Box::new(jit_in_parts(lowered, OptLevel::Speed)?.engine),
+                ReplayEngine::Jit => {
+                    Box::new(jit_in_parts(checked.lower()?, OptLevel::Speed)?.engine)
+                }
                 ReplayEngine::Aot => {
                     Box::new(compile::aot(&checked.optimized(OptLevel::Speed)?)?.0)
                 }

@@ -7,10 +7,12 @@
 use crate::{FuncData, Module};
 
 impl Module {
-    /// Takes the functions that seldom run out of the module; `None` if it has none. The module and the result are
-    /// [parts](Module::is_part) of the program then.
-    pub fn split_off_rare(&mut self) -> Option<Self> {
-        if !self.funcs.iter().any(seldom_runs) {
+    /// Takes the functions that seldom run out of the module; `None` if it has none, or if they have more than `most`
+    /// instructions. The module and the result are [parts](Module::is_part) of the program then.
+    pub fn split_off_rare(&mut self, most: usize) -> Option<Self> {
+        let mut rare = self.funcs.iter().filter(|func| seldom_runs(func)).peekable();
+        rare.peek()?;
+        if rare.map(FuncData::inst_count).sum::<usize>() > most {
             return None;
         }
         let all = std::mem::take(&mut self.funcs);
@@ -60,7 +62,9 @@ mod tests {
         builder.ret();
         let mut module = builder.finish();
         let whole = module.clone();
-        let rest = module.split_off_rare().unwrap();
+        let rare = whole.funcs[1].inst_count();
+        assert!(rare > 0 && module.split_off_rare(rare - 1).is_none());
+        let rest = module.split_off_rare(rare).unwrap();
         assert_eq!((module.funcs.len(), rest.funcs.len()), (2, 1));
         for (part, labels) in [(&module, 2), (&rest, 1)] {
             assert_eq!(verify::verify(part), []);
@@ -68,7 +72,7 @@ mod tests {
             assert_eq!(targets.len(), whole.label_targets().len());
             assert_eq!(targets.iter().filter(|target| target.is_some()).count(), labels);
         }
-        assert!(module.split_off_rare().is_none());
+        assert!(module.split_off_rare(rare).is_none());
         // Both functions have to be somewhere if the module is no part.
         module.is_part = false;
         assert_eq!(verify::verify(&module).len(), 1);

@@ -109,22 +109,17 @@ fn engine(
         }
         EngineArg::Jit => {
             let gdb = args.run.gdb.then(debug_options);
-            let (program, native) = match &gdb {
-                // A tick that is paced by the clock has no time to compile.
-                None if !args.run.realtime => {
-                    let made = jit_in_parts(checked.lower()?, opt)?;
-                    (made.program, made.engine)
-                }
-                None => {
-                    let lowered = checked.optimized(opt)?;
-                    let native = compile::jit(&lowered)?.0;
-                    (lowered.program, native)
-                }
-                Some(options) => {
-                    let lowered = checked.optimized(opt)?;
-                    let native = compile::jit_for_gdb(&lowered, options)?;
-                    (lowered.program, native)
-                }
+            let (program, native) = if gdb.is_some() || args.run.realtime {
+                // gdb is told of code once, and a tick that is paced by the clock has no time to compile.
+                let lowered = checked.optimized(opt)?;
+                let native = match &gdb {
+                    None => compile::jit(&lowered)?.0,
+                    Some(options) => compile::jit_for_gdb(&lowered, options)?,
+                };
+                (lowered.program, native)
+            } else {
+                let made = jit_in_parts(checked.lower()?, opt)?;
+                (made.program, made.engine)
             };
             let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {

@@ -130,11 +130,7 @@ impl Fold<'_> {
                 (self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?, number, a)
             }
         };
-        let wide = InstData::Convert { op: ConvertOp::Zext, to: ty, arg: cond };
-        let mut bit = self.insert(wide)?;
-        if number > 0 {
-            bit = self.insert_with_const(BinaryOp::Shl, ty, bit, number.into())?;
-        }
+        let bit = self.truth_at(ty, cond, number.into())?;
         Some(Simpler::binary(BinaryOp::Or, cleared, bit))
     }
 
@@ -182,11 +178,7 @@ impl Fold<'_> {
             Some(change) => (b, change, from.opposite),
             None => (a, changed(self, b, a)?, !from.opposite),
         };
-        let mut bit = match number - from.number {
-            0 => from.of,
-            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, from.of, by)?,
-            by => self.insert_with_const(BinaryOp::Lshr, ty, from.of, -by)?,
-        };
+        let mut bit = self.moved(ty, from.of, number - from.number)?;
         // The bit is inverted with the others of its word before these are masked.
         if is_set {
             if opposite {
@@ -265,10 +257,15 @@ impl Fold<'_> {
             };
         }
         let (x, from) = self.shifted_right(value).unwrap_or((value, 0));
-        match to - from {
-            0 => Some(x),
-            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, x, by),
-            by => self.insert_with_const(BinaryOp::Lshr, ty, x, -by),
+        self.moved(ty, x, to - from)
+    }
+
+    /// A value shifted left by a number of bits, or right if that is negative.
+    pub(super) fn moved(&mut self, ty: Type, value: Value, by: i64) -> Option<Value> {
+        match by {
+            0 => Some(value),
+            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, value, by),
+            by => self.insert_with_const(BinaryOp::Lshr, ty, value, -by),
         }
     }
 }

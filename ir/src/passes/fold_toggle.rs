@@ -70,12 +70,9 @@ impl Fold<'_> {
     }
 
     /// A truth value as bit `number` of an integer whose other bits are 0.
-    fn truth_at(&mut self, ty: Type, truth: Value, number: i64) -> Option<Value> {
+    pub(super) fn truth_at(&mut self, ty: Type, truth: Value, number: i64) -> Option<Value> {
         let wide = self.insert(InstData::Convert { op: ConvertOp::Zext, to: ty, arg: truth })?;
-        match number {
-            0 => Some(wide),
-            _ => self.insert_with_const(BinaryOp::Shl, ty, wide, number),
-        }
+        self.moved(ty, wide, number)
     }
 
     /// A word of which bits are replaced, some of them by what was made of them by toggling.
@@ -248,11 +245,7 @@ impl Fold<'_> {
         if self.func.ty(value) == Type::I1 {
             return self.truth_at(ty, value, i64::from(to));
         }
-        let moved = match i64::from(to) - i64::from(from) {
-            0 => value,
-            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, value, by)?,
-            by => self.insert_with_const(BinaryOp::Lshr, ty, value, -by)?,
-        };
+        let moved = self.moved(ty, value, i64::from(to) - i64::from(from))?;
         self.insert_with_const(BinaryOp::And, ty, moved, ty.wrap(1 << to))
     }
 }

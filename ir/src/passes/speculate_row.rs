@@ -65,14 +65,8 @@ impl Speculate<'_> {
         }
         // The general code of a row can use no value of its specialised code: a statement of a row uses only
         // values that it computes itself.
-        let mut is_closed = self.is_closed(insts);
-        let mut check_use = |value: Value| {
-            is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
-        };
-        if let Some(terminator) = rest.terminator.as_ref().filter(|_| is_last) {
-            terminator.for_each_arg(&mut check_use);
-        }
-        is_closed.then_some(row)
+        let end = rest.terminator.as_ref().filter(|_| is_last);
+        self.is_closed(insts, end).then_some(row)
     }
 
     /// Whether the statement behind a statement could go on a row that begins with it, and gains by what its check finds: it
@@ -90,16 +84,18 @@ impl Speculate<'_> {
             _ => false,
         };
         let before: Vec<Inst> = next.iter().take_while(|inst| !has_effect(inst)).copied().collect();
-        before.iter().any(gains) && before.iter().any(loads_known) && self.is_closed(&next)
+        before.iter().any(gains) && before.iter().any(loads_known) && self.is_closed(&next, None)
     }
 
-    /// Whether a statement uses only values that it computes itself.
-    fn is_closed(&self, insts: &[Inst]) -> bool {
+    /// Whether a statement, and the end of its block if that belongs to it, use only values that the statement computes.
+    fn is_closed(&self, insts: &[Inst], end: Option<&Terminator>) -> bool {
         let mut is_closed = true;
-        for &inst in insts {
-            self.func.inst(inst).for_each_arg(|value| {
-                is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
-            });
+        let mut check_use = |value: Value| {
+            is_closed &= insts.iter().any(|&inst| self.func.result(inst) == Some(value));
+        };
+        insts.iter().for_each(|&inst| self.func.inst(inst).for_each_arg(&mut check_use));
+        if let Some(end) = end {
+            end.for_each_arg(&mut check_use);
         }
         is_closed
     }

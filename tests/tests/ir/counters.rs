@@ -13,54 +13,42 @@ use plcc_ir::text::parse;
 use plcc_ir::{Module, Terminator};
 use plcc_random::{Rng, seeds};
 
+use crate::ir_text::IrText;
+
 /// The number of counters at most, of input bits and of output bytes.
 const COUNT: usize = 8;
 
 /// Writes the function of the counters.
 struct Writer {
     rng: Rng,
-    text: String,
-    values: usize,
-    blocks: usize,
+    ir: IrText,
 }
 
 impl Writer {
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.values;
-        self.values += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
-    fn block(&mut self) {
-        let _ = writeln!(self.text, "block{}:", self.blocks);
-        self.blocks += 1;
-    }
-
     fn branch(&mut self, cond: usize, then: usize, otherwise: usize) {
-        let _ = writeln!(self.text, "brif v{cond}, block{then}, block{otherwise}");
-        self.block();
+        let _ = writeln!(self.ir.text, "brif v{cond}, block{then}, block{otherwise}");
+        self.ir.block();
     }
 
     fn jump(&mut self, to: usize) {
-        let _ = writeln!(self.text, "jump block{to}");
-        self.block();
+        let _ = writeln!(self.ir.text, "jump block{to}");
+        self.ir.block();
     }
 
     fn input(&mut self) -> usize {
         let number = self.rng.below(COUNT);
-        self.inst("i1", &format!("load inputs:{number}"))
+        self.ir.inst("i1", &format!("load inputs:{number}"))
     }
 
     fn compare(&mut self, cond: &str, counter: usize, number: usize) -> usize {
-        let value = self.inst("i16", &format!("load counters:{}", 2 * counter));
-        let number = self.inst("i16", &format!("iconst {number}"));
-        self.inst("i1", &format!("icmp {cond} v{value}, v{number}"))
+        let value = self.ir.inst("i16", &format!("load counters:{}", 2 * counter));
+        let number = self.ir.inst("i16", &format!("iconst {number}"));
+        self.ir.inst("i1", &format!("icmp {cond} v{value}, v{number}"))
     }
 
     fn put(&mut self, counter: usize, number: usize) {
-        let value = self.inst("i16", &format!("iconst {number}"));
-        let _ = writeln!(self.text, "store counters:{}, v{value}", 2 * counter);
+        let value = self.ir.inst("i16", &format!("iconst {number}"));
+        let _ = writeln!(self.ir.text, "store counters:{}, v{value}", 2 * counter);
     }
 
     /// A store that has nothing to do with the counter, or none.
@@ -68,24 +56,24 @@ impl Writer {
         if self.rng.below(one_of) == 0 {
             let value = self.input();
             let place = self.rng.below(COUNT);
-            let _ = writeln!(self.text, "store outputs:{place}, v{value}");
+            let _ = writeln!(self.ir.text, "store outputs:{place}, v{value}");
         }
     }
 
     fn counter(&mut self) {
         let (counter, end) = (self.rng.below(COUNT), 1 + self.rng.below(4));
         let begin = if self.rng.below(4) == 0 { end } else { 0 };
-        let first = self.blocks;
+        let first = self.ir.blocks;
         let contact = self.input();
         // The contact, the count, the place behind that, the number without contact, the test.
         self.branch(contact, first, first + 3);
         self.output(4);
         let is_below = self.compare("slt", counter, end);
         self.branch(is_below, first + 1, first + 2);
-        let value = self.inst("i16", &format!("load counters:{}", 2 * counter));
-        let one = self.inst("i16", "iconst 1");
-        let sum = self.inst("i16", &format!("add v{value}, v{one}"));
-        let _ = writeln!(self.text, "store counters:{}, v{sum}", 2 * counter);
+        let value = self.ir.inst("i16", &format!("load counters:{}", 2 * counter));
+        let one = self.ir.inst("i16", "iconst 1");
+        let sum = self.ir.inst("i16", &format!("add v{value}, v{one}"));
+        let _ = writeln!(self.ir.text, "store counters:{}, v{sum}", 2 * counter);
         self.jump(first + 2);
         self.jump(first + 4);
         self.put(counter, begin);
@@ -95,7 +83,7 @@ impl Writer {
         // One test, or two of the same counter.
         for _ in 0..1 + self.rng.below(4) / 3 {
             let number = if self.rng.below(3) > 0 { end } else { self.rng.below(5) };
-            let test = self.blocks;
+            let test = self.ir.blocks;
             let is_full = self.compare("eq", counter, number);
             self.branch(is_full, test, test + 1);
             self.output(1);
@@ -110,14 +98,14 @@ impl Writer {
 }
 
 fn program(seed: u64) -> Module {
-    let mut w = Writer { rng: Rng::new(seed), text: String::new(), values: 0, blocks: 1 };
+    let mut w = Writer { rng: Rng::new(seed), ir: IrText::in_block_0() };
     for _ in 0..1 + w.rng.below(8) {
         w.counter();
     }
     let text = format!(
         "image 40\nregion counters at 0 size 16\nregion inputs at 16 size 8 bits\nregion outputs at 24 size 8 bits\n\
          task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

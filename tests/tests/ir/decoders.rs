@@ -12,24 +12,18 @@ use plcc_ir::text::{parse, print};
 use plcc_ir::{Module, verify};
 use plcc_random::{Rng, seeds};
 
+use crate::ir_text::IrText;
+
 /// The number of output bits.
 const OUTPUTS: usize = 8;
 
 /// Writes the function of a decoder.
 struct Writer {
     rng: Rng,
-    text: String,
-    values: usize,
+    ir: IrText,
 }
 
 impl Writer {
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.values;
-        self.values += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
     /// Whether a double, or its bits, is a number, which is not always an integer from 0 to 63.
     fn double_comparison(&mut self, ty: &str, number: usize) -> usize {
         let limit = *self.rng.pick(&[8, 32, 64, 70]);
@@ -38,12 +32,12 @@ impl Writer {
             to = *self.rng.pick(&[-0.0, -1.0, 2.5, 4_294_967_299.0]);
         }
         if ty == "i64" {
-            let to = self.inst(ty, &format!("iconst {}", to.to_bits() as i64));
-            return self.inst("i1", &format!("icmp eq v{number}, v{to}"));
+            let to = self.ir.inst(ty, &format!("iconst {}", to.to_bits() as i64));
+            return self.ir.inst("i1", &format!("icmp eq v{number}, v{to}"));
         }
-        let to = self.inst("f64", &format!("fconst {to:?}"));
+        let to = self.ir.inst("f64", &format!("fconst {to:?}"));
         let args = if self.rng.chance(20) { [to, number] } else { [number, to] };
-        self.inst("i1", &format!("fcmp eq v{}, v{}", args[0], args[1]))
+        self.ir.inst("i1", &format!("fcmp eq v{}, v{}", args[0], args[1]))
     }
 
     /// Whether a number, or its lowest bits by a mask or a shift, is another one.
@@ -53,18 +47,18 @@ impl Writer {
         let compared = match field {
             0 => number,
             1 => {
-                let kept = self.inst(ty, "iconst 15");
-                self.inst(ty, &format!("and v{number}, v{kept}"))
+                let kept = self.ir.inst(ty, "iconst 15");
+                self.ir.inst(ty, &format!("and v{number}, v{kept}"))
             }
             _ => {
-                let by = self.inst(ty, "iconst 3");
+                let by = self.ir.inst(ty, "iconst 3");
                 to = to << 3 | i64::from(self.rng.chance(10));
-                self.inst(ty, &format!("shl v{number}, v{by}"))
+                self.ir.inst(ty, &format!("shl v{number}, v{by}"))
             }
         };
         let to = (to << (64 - bits)) >> (64 - bits);
-        let to = self.inst(ty, &format!("iconst {to}"));
-        self.inst("i1", &format!("icmp eq v{compared}, v{to}"))
+        let to = self.ir.inst(ty, &format!("iconst {to}"));
+        self.ir.inst("i1", &format!("icmp eq v{compared}, v{to}"))
     }
 
     /// An output that is on if any of several comparisons holds, or an input.
@@ -77,27 +71,27 @@ impl Writer {
             });
         }
         if self.rng.chance(30) {
-            terms.push(self.inst("i1", "load inputs:0"));
+            terms.push(self.ir.inst("i1", "load inputs:0"));
         }
         while terms.len() > 1 {
             let a = terms.swap_remove(self.rng.below(terms.len()));
             let b = terms.swap_remove(self.rng.below(terms.len()));
-            let both = self.inst("i1", &format!("or v{a}, v{b}"));
+            let both = self.ir.inst("i1", &format!("or v{a}, v{b}"));
             terms.push(both);
             if self.rng.chance(10) {
                 let place = self.rng.below(OUTPUTS);
-                let _ = writeln!(self.text, "store outputs:{place}, v{both}");
+                let _ = writeln!(self.ir.text, "store outputs:{place}, v{both}");
             }
         }
         let place = self.rng.below(OUTPUTS);
-        let _ = writeln!(self.text, "store outputs:{place}, v{}", terms[0]);
+        let _ = writeln!(self.ir.text, "store outputs:{place}, v{}", terms[0]);
     }
 }
 
 fn program(seed: u64) -> Module {
-    let mut w = Writer { rng: Rng::new(seed), text: String::new(), values: 0 };
+    let mut w = Writer { rng: Rng::new(seed), ir: IrText::default() };
     let (ty, bits) = *w.rng.pick(&[("i8", 8), ("i16", 16), ("i32", 32), ("f64", 64), ("i64", 64)]);
-    let numbers = [0, 8].map(|at| w.inst(ty, &format!("load numbers:{at}")));
+    let numbers = [0, 8].map(|at| w.ir.inst(ty, &format!("load numbers:{at}")));
     for _ in 0..1 + w.rng.below(6) {
         let (number, field) = (*w.rng.pick(&numbers), w.rng.below(3));
         w.output(ty, bits, number, field);
@@ -105,7 +99,7 @@ fn program(seed: u64) -> Module {
     let text = format!(
         "image 32\nregion numbers at 0 size 16\nregion inputs at 16 size 8 bits\nregion outputs at 24 size 8 bits\n\
          task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

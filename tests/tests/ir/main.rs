@@ -8,6 +8,7 @@ mod decoders;
 mod divide;
 mod filetests;
 mod integer_variables;
+mod ir_text;
 mod passes;
 mod rows;
 mod rules;

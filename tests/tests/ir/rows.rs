@@ -13,6 +13,8 @@ use plcc_ir::passes::{Pass, PassSet, optimize};
 use plcc_ir::text::{parse, print};
 use plcc_random::Rng;
 
+use crate::ir_text::IrText;
+
 /// The words of the image that hold rows, 32 bits each.
 const WORDS: usize = 10;
 /// The bytes of the image: behind those words lies the number of a text.
@@ -32,8 +34,7 @@ enum Shape {
 /// Writes a program.
 struct Writer {
     rng: Rng,
-    text: String,
-    next: usize,
+    ir: IrText,
     statements: usize,
 }
 
@@ -51,14 +52,6 @@ impl Writer {
         }
     }
 
-    /// Writes an instruction; gives its result.
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.next;
-        self.next += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
     /// Writes what computes one lane of a shape, an `i1`.
     fn lane(&mut self, shape: &Shape, number: usize) -> usize {
         match shape {
@@ -69,50 +62,50 @@ impl Writer {
             }
             Shape::Not(shape) => {
                 let arg = self.lane(shape, number);
-                self.inst("i1", &format!("not v{arg}"))
+                self.ir.inst("i1", &format!("not v{arg}"))
             }
             Shape::Binary(op, shapes) => {
                 let mut args = shapes.each_ref().map(|shape| self.lane(shape, number));
                 if self.rng.chance(20) {
                     args.swap(0, 1);
                 }
-                self.inst("i1", &format!("{op} v{}, v{}", args[0], args[1]))
+                self.ir.inst("i1", &format!("{op} v{}, v{}", args[0], args[1]))
             }
         }
     }
 
     fn bit(&mut self, word: usize, bit: usize) -> usize {
-        let word = self.inst("i32", &format!("load data:{}", 4 * word));
-        let by = self.inst("i32", &format!("iconst {bit}"));
-        let word = self.inst("i32", &format!("lshr v{word}, v{by}"));
-        self.inst("i1", &format!("trunc v{word}"))
+        let word = self.ir.inst("i32", &format!("load data:{}", 4 * word));
+        let by = self.ir.inst("i32", &format!("iconst {bit}"));
+        let word = self.ir.inst("i32", &format!("lshr v{word}, v{by}"));
+        self.ir.inst("i1", &format!("trunc v{word}"))
     }
 
     /// Writes a statement that puts a truth value into a bit of a word.
     fn put(&mut self, word: usize, bit: usize, value: usize) {
-        let wide = self.inst("i32", &format!("zext v{value}"));
-        let by = self.inst("i32", &format!("iconst {bit}"));
-        let new = self.inst("i32", &format!("shl v{wide}, v{by}"));
-        let old = self.inst("i32", &format!("load data:{}", 4 * word));
-        let mask = self.inst("i32", &format!("iconst {}", !(1i32 << bit)));
-        let kept = self.inst("i32", &format!("and v{old}, v{mask}"));
-        let all = self.inst("i32", &format!("or v{kept}, v{new}"));
-        let _ = writeln!(self.text, "store data:{}, v{all}", 4 * word);
+        let wide = self.ir.inst("i32", &format!("zext v{value}"));
+        let by = self.ir.inst("i32", &format!("iconst {bit}"));
+        let new = self.ir.inst("i32", &format!("shl v{wide}, v{by}"));
+        let old = self.ir.inst("i32", &format!("load data:{}", 4 * word));
+        let mask = self.ir.inst("i32", &format!("iconst {}", !(1i32 << bit)));
+        let kept = self.ir.inst("i32", &format!("and v{old}, v{mask}"));
+        let all = self.ir.inst("i32", &format!("or v{kept}, v{new}"));
+        let _ = writeln!(self.ir.text, "store data:{}, v{all}", 4 * word);
     }
 
     /// Writes a statement that puts a number into a word if a truth value is 1.
     fn show(&mut self, word: usize, value: usize) {
-        let old = self.inst("i32", &format!("load data:{}", 4 * word));
+        let old = self.ir.inst("i32", &format!("load data:{}", 4 * word));
         let number = self.rng.below(1000);
-        let number = self.inst("i32", &format!("iconst {number}"));
-        let new = self.inst("i32", &format!("select v{value}, v{number}, v{old}"));
-        let _ = writeln!(self.text, "store data:{}, v{new}", 4 * word);
+        let number = self.ir.inst("i32", &format!("iconst {number}"));
+        let new = self.ir.inst("i32", &format!("select v{value}, v{number}, v{old}"));
+        let _ = writeln!(self.ir.text, "store data:{}, v{new}", 4 * word);
     }
 }
 
 /// A program of a few rows, whose statements are written row by row or lane by lane.
 fn program(seed: u64) -> Module {
-    let mut w = Writer { rng: Rng::new(seed), text: String::new(), next: 0, statements: 0 };
+    let mut w = Writer { rng: Rng::new(seed), ir: IrText::default(), statements: 0 };
     let rows: Vec<(usize, Shape)> =
         (0..1 + w.rng.below(4)).map(|_| (w.rng.below(WORDS), w.shape(3))).collect();
     let (first, count) = (w.rng.below(8), 4 + w.rng.below(20));
@@ -128,12 +121,12 @@ fn program(seed: u64) -> Module {
             // Now and then a lane is computed in another way, or a word is stored in between.
             let shape = if w.rng.chance(2) { w.shape(2) } else { shape };
             if w.rng.chance(1) {
-                let value = w.inst("i32", "iconst 1431655765");
+                let value = w.ir.inst("i32", "iconst 1431655765");
                 let word = w.rng.below(WORDS);
-                let _ = writeln!(w.text, "store data:{}, v{value}", 4 * word);
+                let _ = writeln!(w.ir.text, "store data:{}, v{value}", 4 * word);
             }
             // Each is a statement of its own, so that words are stored more than once.
-            let _ = writeln!(w.text, "@{}", w.statements);
+            let _ = writeln!(w.ir.text, "@{}", w.statements);
             w.statements += 1;
             let value = w.lane(&shape, first + lane);
             w.put(to, first + lane, value);
@@ -147,7 +140,7 @@ fn program(seed: u64) -> Module {
     let text = format!(
         "image {SIZE}\nregion data at 0 size {SIZE}\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
          {}return\n}}\n{statements}",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

@@ -13,64 +13,52 @@ use plcc_ir::text::parse;
 use plcc_ir::{Module, Terminator};
 use plcc_random::{Rng, seeds};
 
+use crate::ir_text::IrText;
+
 /// The number of input bits, and that of output bytes.
 const COUNT: usize = 8;
 
 /// Writes the function of a state machine.
 struct Writer {
     rng: Rng,
-    text: String,
-    values: usize,
-    blocks: usize,
+    ir: IrText,
     /// How the state is compared: its type, and the bits above the 24 that count (of a field).
     ty: &'static str,
     is_field: bool,
 }
 
 impl Writer {
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.values;
-        self.values += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
-    fn block(&mut self) {
-        let _ = writeln!(self.text, "block{}:", self.blocks);
-        self.blocks += 1;
-    }
-
     /// Whether the state has a number.
     fn test(&mut self, number: i64) -> usize {
         let ty = self.ty;
-        let mut state = self.inst(ty, "load state:0");
+        let mut state = self.ir.inst(ty, "load state:0");
         let mut number = number;
         if self.is_field {
-            let by = self.inst(ty, "iconst 8");
-            state = self.inst(ty, &format!("shl v{state}, v{by}"));
+            let by = self.ir.inst(ty, "iconst 8");
+            state = self.ir.inst(ty, &format!("shl v{state}, v{by}"));
             number <<= 8;
         }
-        let number = self.inst(ty, &format!("iconst {number}"));
-        self.inst("i1", &format!("icmp eq v{state}, v{number}"))
+        let number = self.ir.inst(ty, &format!("iconst {number}"));
+        self.ir.inst("i1", &format!("icmp eq v{state}, v{number}"))
     }
 
     fn input(&mut self) -> usize {
         let number = self.rng.below(COUNT);
-        self.inst("i1", &format!("load inputs:{number}"))
+        self.ir.inst("i1", &format!("load inputs:{number}"))
     }
 
     fn output(&mut self) {
         let (place, number) = (self.rng.below(COUNT), self.rng.below(3));
-        let value = self.inst("i8", &format!("iconst {number}"));
-        let _ = writeln!(self.text, "store outputs:{place}, v{value}");
+        let value = self.ir.inst("i8", &format!("iconst {number}"));
+        let _ = writeln!(self.ir.text, "store outputs:{place}, v{value}");
     }
 
     /// A new state, or something else that the statements of a condition may do.
     fn action(&mut self, states: usize) {
         if self.rng.below(4) > 0 {
             let number = self.rng.below(states);
-            let value = self.inst(self.ty, &format!("iconst {number}"));
-            let _ = writeln!(self.text, "store state:0, v{value}");
+            let value = self.ir.inst(self.ty, &format!("iconst {number}"));
+            let _ = writeln!(self.ir.text, "store state:0, v{value}");
         }
         if self.rng.below(3) == 0 {
             self.output();
@@ -82,10 +70,10 @@ impl Writer {
         let has_inner = self.rng.below(2) == 0;
         if self.rng.below(3) == 0 {
             // A contact that is tested before the state.
-            let (inner, input) = (self.blocks, self.input());
+            let (inner, input) = (self.ir.blocks, self.input());
             let behind = if has_inner { inner + 5 } else { inner + 2 };
-            let _ = writeln!(self.text, "brif v{input}, block{inner}, block{behind}");
-            self.block();
+            let _ = writeln!(self.ir.text, "brif v{input}, block{inner}, block{behind}");
+            self.ir.block();
             if self.rng.below(8) == 0 {
                 self.output();
             }
@@ -102,36 +90,36 @@ impl Writer {
         while terms.len() > 1 {
             let a = terms.swap_remove(self.rng.below(terms.len()));
             let b = terms.swap_remove(self.rng.below(terms.len()));
-            terms.push(self.inst("i1", &format!("and v{a}, v{b}")));
+            terms.push(self.ir.inst("i1", &format!("and v{a}, v{b}")));
         }
-        let first = self.blocks;
+        let first = self.ir.blocks;
         let behind = if has_inner { first + 4 } else { first + 1 };
-        let _ = writeln!(self.text, "brif v{}, block{first}, block{behind}", terms[0]);
-        self.block();
+        let _ = writeln!(self.ir.text, "brif v{}, block{first}, block{behind}", terms[0]);
+        self.ir.block();
         if has_inner {
             let input = self.input();
-            let _ = writeln!(self.text, "brif v{input}, block{}, block{}", first + 1, first + 2);
+            let _ = writeln!(self.ir.text, "brif v{input}, block{}, block{}", first + 1, first + 2);
             for _ in 0..2 {
-                self.block();
+                self.ir.block();
                 self.action(states);
-                let _ = writeln!(self.text, "jump block{}", first + 3);
+                let _ = writeln!(self.ir.text, "jump block{}", first + 3);
             }
-            self.block();
+            self.ir.block();
             if self.rng.below(2) == 0 {
                 self.output();
             }
         } else {
             self.action(states);
         }
-        let _ = writeln!(self.text, "jump block{behind}");
-        self.block();
+        let _ = writeln!(self.ir.text, "jump block{behind}");
+        self.ir.block();
     }
 }
 
 fn program(seed: u64) -> Module {
     let mut rng = Rng::new(seed);
     let (ty, is_field) = *rng.pick(&[("i16", false), ("i32", false), ("i32", true), ("i8", false)]);
-    let mut w = Writer { rng, text: String::new(), values: 0, blocks: 1, ty, is_field };
+    let mut w = Writer { rng, ir: IrText::in_block_0(), ty, is_field };
     let states = 3 + w.rng.below(8);
     for _ in 0..4 + w.rng.below(12) {
         w.condition(states);
@@ -139,7 +127,7 @@ fn program(seed: u64) -> Module {
     let text = format!(
         "image 32\nregion state at 0 size 4\nregion inputs at 8 size 8 bits\nregion outputs at 16 size 8\n\
          task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

@@ -12,6 +12,8 @@ use plcc_ir::text::parse;
 use plcc_ir::{BinaryOp, InstData, Module, verify};
 use plcc_random::{Rng, seeds};
 
+use crate::ir_text::IrText;
+
 /// The bits that are bytes.
 const BYTES: usize = 6;
 /// The words, of which single bits are used.
@@ -29,23 +31,14 @@ enum Bit {
 /// Writes a function.
 struct Writer {
     rng: Rng,
-    text: String,
-    values: usize,
-    blocks: usize,
+    ir: IrText,
     /// The bits that are kept when one is replaced.
     word_mask: u32,
 }
 
 impl Writer {
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.values;
-        self.values += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
     fn number(&mut self, ty: &str, number: i64) -> usize {
-        self.inst(ty, &format!("iconst {number}"))
+        self.ir.inst(ty, &format!("iconst {number}"))
     }
 
     fn any_bit(&mut self) -> Bit {
@@ -56,7 +49,7 @@ impl Writer {
     }
 
     fn load_word(&mut self, word: usize) -> usize {
-        self.inst("i32", &format!("load words:{}", 4 * word))
+        self.ir.inst("i32", &format!("load words:{}", 4 * word))
     }
 
     /// A bit of a word that was loaded, as an integer.
@@ -64,22 +57,22 @@ impl Writer {
         let mut low = word;
         if place > 0 {
             let by = self.number("i32", place as i64);
-            low = self.inst("i32", &format!("lshr v{word}, v{by}"));
+            low = self.ir.inst("i32", &format!("lshr v{word}, v{by}"));
         }
         let one = self.number("i32", 1);
-        self.inst("i32", &format!("and v{low}, v{one}"))
+        self.ir.inst("i32", &format!("and v{low}, v{one}"))
     }
 
     /// A bit as a truth value.
     fn read(&mut self, bit: Bit) -> usize {
         match bit {
-            Bit::Byte(at) => self.inst("i1", &format!("load bits:{at}")),
+            Bit::Byte(at) => self.ir.inst("i1", &format!("load bits:{at}")),
             Bit::OfWord(word, place) => {
                 let word = self.load_word(word);
                 let low = self.field(word, place);
                 let (cond, to) = *self.rng.pick(&[("eq", 1), ("ne", 0), ("eq", 0)]);
                 let to = self.number("i32", to);
-                self.inst("i1", &format!("icmp {cond} v{low}, v{to}"))
+                self.ir.inst("i1", &format!("icmp {cond} v{low}, v{to}"))
             }
         }
     }
@@ -88,23 +81,23 @@ impl Writer {
     fn put(&mut self, word: usize, place: usize, value: usize) {
         let old = self.load_word(word);
         let by = self.number("i32", place as i64);
-        let moved = self.inst("i32", &format!("shl v{value}, v{by}"));
+        let moved = self.ir.inst("i32", &format!("shl v{value}, v{by}"));
         let bit = self.number("i32", 1 << place);
-        let masked = self.inst("i32", &format!("and v{moved}, v{bit}"));
+        let masked = self.ir.inst("i32", &format!("and v{moved}, v{bit}"));
         let kept = self.number("i32", i64::from((self.word_mask & !(1 << place)) as i32));
-        let rest = self.inst("i32", &format!("and v{old}, v{kept}"));
-        let new = self.inst("i32", &format!("or v{rest}, v{masked}"));
-        let _ = writeln!(self.text, "store words:{}, v{new}", 4 * word);
+        let rest = self.ir.inst("i32", &format!("and v{old}, v{kept}"));
+        let new = self.ir.inst("i32", &format!("or v{rest}, v{masked}"));
+        let _ = writeln!(self.ir.text, "store words:{}, v{new}", 4 * word);
     }
 
     /// Writes a truth value to a bit.
     fn write(&mut self, bit: Bit, value: usize) {
         match bit {
             Bit::Byte(at) => {
-                let _ = writeln!(self.text, "store bits:{at}, v{value}");
+                let _ = writeln!(self.ir.text, "store bits:{at}, v{value}");
             }
             Bit::OfWord(word, place) => {
-                let wide = self.inst("i32", &format!("zext v{value}"));
+                let wide = self.ir.inst("i32", &format!("zext v{value}"));
                 self.put(word, place, wide);
             }
         }
@@ -114,7 +107,7 @@ impl Writer {
     fn toggle(&mut self, bit: Bit) {
         let (Bit::OfWord(word, place), true) = (bit, self.rng.chance(70)) else {
             let old = self.read(bit);
-            let new = self.inst("i1", &format!("not v{old}"));
+            let new = self.ir.inst("i1", &format!("not v{old}"));
             return self.write(bit, new);
         };
         let loaded = self.load_word(word);
@@ -122,14 +115,14 @@ impl Writer {
         let most = *self.rng.pick(&[1, 1, 1, 3, 2]);
         let one = self.number("i32", most);
         let new = match self.rng.below(4) {
-            0 => self.inst("i32", &format!("xor v{old}, v{one}")),
+            0 => self.ir.inst("i32", &format!("xor v{old}, v{one}")),
             1 => {
                 let by = self.rng.below(3) as i64;
                 let by = self.number("i32", by);
-                let moved = self.inst("i32", &format!("shl v{old}, v{by}"));
-                self.inst("i32", &format!("not v{moved}"))
+                let moved = self.ir.inst("i32", &format!("shl v{old}, v{by}"));
+                self.ir.inst("i32", &format!("not v{moved}"))
             }
-            _ => self.inst("i32", &format!("sub v{one}, v{old}")),
+            _ => self.ir.inst("i32", &format!("sub v{one}, v{old}")),
         };
         self.put(word, place, new);
     }
@@ -146,9 +139,9 @@ impl Writer {
                 let other = self.any_bit();
                 let (x, y) = (self.read(bit), self.read(other));
                 let op = *self.rng.pick(&["xor", "and", "or"]);
-                let mut value = self.inst("i1", &format!("{op} v{x}, v{y}"));
+                let mut value = self.ir.inst("i1", &format!("{op} v{x}, v{y}"));
                 if self.rng.chance(40) {
-                    value = self.inst("i1", &format!("not v{value}"));
+                    value = self.ir.inst("i1", &format!("not v{value}"));
                 }
                 self.write(bit, value);
             }
@@ -165,8 +158,8 @@ impl Writer {
         }
         let bit = self.any_bit();
         let second = self.read(bit);
-        let second = self.inst("i1", &format!("not v{second}"));
-        self.inst("i1", &format!("and v{first}, v{second}"))
+        let second = self.ir.inst("i1", &format!("not v{second}"));
+        self.ir.inst("i1", &format!("and v{first}, v{second}"))
     }
 
     /// One statement: an action, perhaps under a condition, perhaps with another one else.
@@ -176,17 +169,17 @@ impl Writer {
             return self.action(bit);
         }
         let cond = self.condition();
-        let [then, otherwise, next] = [self.blocks, self.blocks + 1, self.blocks + 2];
-        self.blocks += 3;
-        let _ = writeln!(self.text, "brif v{cond}, block{then}, block{otherwise}\nblock{then}:");
+        let [then, otherwise, next] = [self.ir.blocks, self.ir.blocks + 1, self.ir.blocks + 2];
+        self.ir.blocks += 3;
+        let _ = writeln!(self.ir.text, "brif v{cond}, block{then}, block{otherwise}\nblock{then}:");
         self.action(bit);
-        let _ = writeln!(self.text, "jump block{next}\nblock{otherwise}:");
+        let _ = writeln!(self.ir.text, "jump block{next}\nblock{otherwise}:");
         if self.rng.chance(40) {
             let other = self.any_bit();
             let bit = if self.rng.chance(70) { bit } else { other };
             self.action(bit);
         }
-        let _ = writeln!(self.text, "jump block{next}\nblock{next}:");
+        let _ = writeln!(self.ir.text, "jump block{next}\nblock{next}:");
     }
 }
 
@@ -194,7 +187,7 @@ fn program(seed: u64) -> Module {
     let mut rng = Rng::new(seed);
     let is_24 = rng.chance(60);
     let word_mask = if is_24 { 0xFF_FFFF } else { u32::MAX };
-    let mut w = Writer { rng, text: String::new(), values: 0, blocks: 1, word_mask };
+    let mut w = Writer { rng, ir: IrText::in_block_0(), word_mask };
     for _ in 0..1 + w.rng.below(8) {
         w.statement();
     }
@@ -202,7 +195,7 @@ fn program(seed: u64) -> Module {
     let text = format!(
         "image 16\nregion bits at 0 size 8 bits\nregion words at 8 size 8{words}\ntask \"scan\" L0\n\n\
          fn \"f\" {{\nblock0 (L0):\n{}return\n}}\n",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

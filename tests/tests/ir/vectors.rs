@@ -13,6 +13,8 @@ use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{Pass, PassSet, optimize};
 use plcc_ir::text::parse;
 use plcc_random::{Rng, seeds};
+
+use crate::ir_text::IrText;
 use plcc_runtime::NativeEngine;
 
 /// The number of variables of each type.
@@ -44,8 +46,7 @@ enum Shape {
 /// Writes a program.
 struct Writer {
     rng: Rng,
-    text: String,
-    next: usize,
+    ir: IrText,
     statements: usize,
     /// The number type that is used beside truth values.
     number: &'static str,
@@ -92,16 +93,8 @@ impl Writer {
         }
     }
 
-    /// Writes an instruction; gives its result.
-    fn inst(&mut self, ty: &str, text: &str) -> usize {
-        let value = self.next;
-        self.next += 1;
-        let _ = writeln!(self.text, "v{value}: {ty} = {text}");
-        value
-    }
-
     fn load(&mut self, ty: &str, number: usize) -> usize {
-        self.inst(ty, &format!("load {ty}:{}", number % COUNT * size(ty)))
+        self.ir.inst(ty, &format!("load {ty}:{}", number % COUNT * size(ty)))
     }
 
     /// Writes what computes one lane of a shape.
@@ -117,53 +110,53 @@ impl Writer {
             Shape::Constant(number) => {
                 let any = self.rng.below(200) as i64 - 100;
                 let number = number.unwrap_or(if is_truth { any & 1 } else { any });
-                self.inst(ty, &format!("iconst {number}"))
+                self.ir.inst(ty, &format!("iconst {number}"))
             }
             Shape::Unary(op, arg) => {
                 let arg = self.lane(is_truth, arg, lane);
-                self.inst(ty, &format!("{op} v{arg}"))
+                self.ir.inst(ty, &format!("{op} v{arg}"))
             }
             Shape::Binary(op, args) => {
                 let mut args = args.each_ref().map(|arg| self.lane(is_truth, arg, lane));
                 if *op == "and" && self.rng.chance(20) {
                     args.swap(0, 1);
                 }
-                self.inst(ty, &format!("{op} v{}, v{}", args[0], args[1]))
+                self.ir.inst(ty, &format!("{op} v{}, v{}", args[0], args[1]))
             }
             Shape::Compare(cond, args) => {
                 let args = args.each_ref().map(|arg| self.lane(false, arg, lane));
-                self.inst("i1", &format!("icmp {cond} v{}, v{}", args[0], args[1]))
+                self.ir.inst("i1", &format!("icmp {cond} v{}, v{}", args[0], args[1]))
             }
             Shape::Select(parts) => {
                 let cond = self.lane(true, &parts[0], lane);
                 let a = self.lane(is_truth, &parts[1], lane);
                 let b = self.lane(is_truth, &parts[2], lane);
-                self.inst(ty, &format!("select v{cond}, v{a}, v{b}"))
+                self.ir.inst(ty, &format!("select v{cond}, v{a}, v{b}"))
             }
             Shape::Extend(arg) => {
                 let arg = self.lane(true, arg, lane);
-                self.inst(ty, &format!("zext v{arg}"))
+                self.ir.inst(ty, &format!("zext v{arg}"))
             }
         }
     }
 
     fn store(&mut self, ty: &str, number: usize, value: usize) {
-        let _ = writeln!(self.text, "store {ty}:{}, v{value}", number % COUNT * size(ty));
+        let _ = writeln!(self.ir.text, "store {ty}:{}, v{value}", number % COUNT * size(ty));
     }
 
     /// Writes, now and then, something that keeps stores where they are.
     fn disturb(&mut self) {
         match self.rng.below(300) {
             0 => {
-                let value = self.inst("i1", "iconst 1");
+                let value = self.ir.inst("i1", "iconst 1");
                 let number = self.rng.below(COUNT);
                 self.store("i1", number, value);
             }
             1 => {
-                let value = self.inst(self.number, "iconst 77");
-                let index = self.inst("i32", "iconst 5");
+                let value = self.ir.inst(self.number, "iconst 77");
+                let index = self.ir.inst("i32", "iconst 5");
                 let (ty, step) = (self.number, size(self.number));
-                let _ = writeln!(self.text, "store {ty}:0[v{index} * {step}, 90], v{value}");
+                let _ = writeln!(self.ir.text, "store {ty}:0[v{index} * {step}, 90], v{value}");
             }
             2 => {
                 let number = self.rng.below(COUNT);
@@ -171,7 +164,7 @@ impl Writer {
                 self.store(self.number, to, from);
             }
             3 => {
-                let late = self.inst("i1", "is_late");
+                let late = self.ir.inst("i1", "is_late");
                 self.store("i1", 0, late);
             }
             _ => {}
@@ -187,7 +180,7 @@ fn size(ty: &str) -> usize {
 fn program(seed: u64) -> Module {
     let mut rng = Rng::new(seed);
     let number = *rng.pick(&["i8", "i16", "i32"]);
-    let mut w = Writer { rng, text: String::new(), next: 0, statements: 0, number };
+    let mut w = Writer { rng, ir: IrText::default(), statements: 0, number };
     let mut rows: Vec<(bool, usize, Shape)> = vec![];
     for _ in 0..1 + w.rng.below(4) {
         let is_truth = w.rng.chance(60);
@@ -206,7 +199,7 @@ fn program(seed: u64) -> Module {
             let (is_truth, to, shape) = rows[row].clone();
             // Now and then a lane is computed in another way.
             let shape = if w.rng.chance(1) { w.shape(is_truth, 2) } else { shape };
-            let _ = writeln!(w.text, "@{}", w.statements);
+            let _ = writeln!(w.ir.text, "@{}", w.statements);
             w.statements += 1;
             w.disturb();
             let value = w.lane(is_truth, &shape, lane);
@@ -217,8 +210,9 @@ fn program(seed: u64) -> Module {
             {
                 // Now and then a number does not fit the others.
                 let number_here = 50 + step * lane as i64 + i64::from(w.rng.chance(3));
-                let constant = w.inst(number, &format!("iconst {number_here}"));
-                chosen = Some(w.inst(number, &format!("select v{value}, v{constant}, v{before}")));
+                let constant = w.ir.inst(number, &format!("iconst {number_here}"));
+                chosen =
+                    Some(w.ir.inst(number, &format!("select v{value}, v{constant}, v{before}")));
             }
         }
     }
@@ -235,7 +229,7 @@ fn program(seed: u64) -> Module {
     let statements: String = (0..w.statements).map(statement).collect();
     let text = format!(
         "image {at}\n{regions}task \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n{}return\n}}\n{statements}",
-        w.text
+        w.ir.text
     );
     parse(&text).unwrap()
 }

@@ -1,0 +1,204 @@
+//! What is found wrong in wired points, with the lines of the entries.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
+
+use toml::de::DeTable;
+
+use super::*;
+use crate::symbol::Type;
+
+/// Inputs LS1 to LS4 and COUNT (four lines), outputs PUMP and LAMP, the variable SPEED.
+fn symbols() -> Vec<Symbol> {
+    let symbol = |(name, offset, width, direction): (&str, u32, u8, Direction)| Symbol {
+        name: name.into(),
+        value: Place::bytes(offset, Type::Integer),
+        line: (direction != Direction::Internal).then(|| Place::bits(offset, Type::Bits, 0, width)),
+        elements: 1,
+        direction,
+        slot: (direction != Direction::Output).then_some(offset),
+        unit: String::new(),
+    };
+    [
+        ("LS1", 0, 1, Direction::Input),
+        ("LS2", 1, 1, Direction::Input),
+        ("LS3", 2, 1, Direction::Input),
+        ("LS4", 3, 1, Direction::Input),
+        ("COUNT", 4, 4, Direction::Input),
+        ("PUMP", 5, 1, Direction::Output),
+        ("LAMP", 6, 1, Direction::Output),
+        ("SPEED", 7, 0, Direction::Internal),
+    ]
+    .map(symbol)
+    .into()
+}
+
+fn check(text: &str) -> Checked {
+    let table = DeTable::parse(text).unwrap();
+    let lines = super::super::LineNumbers::new(text);
+    let line_of = |at: usize| lines.line(at);
+    let mut mistakes = vec![];
+    let io = &table.get_ref()["io"];
+    let entries = super::super::entries(io.get_ref(), &line_of, &mut mistakes);
+    let outputs = ["PUMP", "LAMP"].map(str::to_owned);
+    let mut checked = points(&entries, &symbols(), false, &outputs);
+    checked.mistakes.extend(mistakes);
+    checked.mistakes.sort();
+    checked
+}
+
+#[test]
+fn ranges_become_points_that_follow_each_other() {
+    let checked = check(
+        "[[io]]\nname = \"LS1..LS4\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/discrete/8\"\n\
+         invert = true\nsafe = 1\ntimeout_ms = 200\n\
+         [[io]]\nname = \"SPEED\"\ndriver = \"modbus-server\"\naddress = \"holding/0:i16\"\n\
+         direction = \"in\"\nscale = 0.5\noffset = 10\n\
+         [[io]]\nname = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
+    );
+    assert_eq!(checked.mistakes, []);
+    assert_eq!(checked.warnings, ["no [[io]] takes the output LAMP to the outside"]);
+    let numbers: Vec<_> = checked
+        .points
+        .iter()
+        .map(|point| {
+            let Some(Address::Modbus(address)) = &point.address else { panic!("{point:?}") };
+            (point.symbol.name.as_str(), address.number, point.is_input)
+        })
+        .collect();
+    let expected = [
+        ("LS1", 8, true),
+        ("LS2", 9, true),
+        ("LS3", 10, true),
+        ("LS4", 11, true),
+        ("SPEED", 0, true),
+        ("PUMP", 0, false),
+    ];
+    assert_eq!(numbers, expected);
+    let rule = Rule { safe: Safe::Value(Number::Int(1)), timeout_ns: 200_000_000 };
+    assert_eq!(checked.points[0].rule(), rule);
+    assert_eq!(checked.points[0].inside(0.0), Some(Number::Int(1)), "it is inverted");
+    assert_eq!(checked.points[0].outside(Number::Int(1)), 0.0);
+    assert_eq!(checked.points[4].inside(21.0), Some(Number::Int(21)), "10.5 + 10, rounded");
+    assert_eq!(checked.points[4].outside(Number::Int(20)), 20.0);
+    assert_eq!(checked.points[4].inside(1e9), None, "beyond an integer");
+    assert_eq!(checked.points[4].inside(f64::NAN), None);
+}
+
+#[test]
+fn large_configurations_have_an_end() {
+    let many = |name: &str, count| {
+        format!("[[io]]\nname = \"{name}\"\ndriver = \"other\"\n").repeat(count)
+    };
+    let checked = check(&many("LAMP1..LAMP4096", 10_000));
+    assert_eq!(checked.mistakes.len(), 4096 + 1, "an entry is read to its end");
+    let last = |checked: &Checked| checked.mistakes.last().map(|m| m.message.clone());
+    assert_eq!(last(&checked).as_deref(), Some("further mistakes are not shown"));
+    let checked = check(&many("PUMP", MAX_POINTS + 2));
+    assert_eq!(last(&checked).as_deref(), Some("there are more than 65536 points"));
+    assert_eq!(check(&many("PUMP", MAX_POINTS)).mistakes, []);
+}
+
+#[test]
+fn inputs_follow_variables_of_other_controls() {
+    let io = |name: &str, address: &str| {
+        format!("[[io]]\nname = \"{name}\"\ndriver = \"zenoh\"\naddress = \"{address}\"\n")
+    };
+    let text = [
+        io("LS1..LS2", "mill"),
+        io("LS3..LS4", "mill/READY"),
+        io("COUNT", "m*"),
+        io("PUMP", "mill"),
+        io("LAMP", ""),
+    ];
+    let checked = check(&text.concat());
+    let shown: Vec<_> = checked
+        .points
+        .iter()
+        .map(|point| match &point.address {
+            Some(Address::Zenoh(ZenohVariable { control, variable })) => {
+                (point.symbol.name.as_str(), control.as_str(), variable.as_deref())
+            }
+            _ => (point.symbol.name.as_str(), "", None),
+        })
+        .collect();
+    let expected = [
+        ("LS1", "mill", None),
+        ("LS2", "mill", None),
+        ("LS3", "mill", Some("READY")),
+        ("LAMP", "", None),
+    ];
+    assert_eq!(shown, expected);
+    let expected = [
+        (5, "`LS3..LS4` is a range, but its address names a single variable"),
+        (9, "`m*` is no address"),
+        (13, "`PUMP` goes outside by its own name"),
+    ];
+    assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
+    for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {
+        assert!(mistake.line == line && mistake.message.contains(part), "{mistake:?} {part}");
+    }
+}
+
+#[test]
+fn every_mistake_is_found_with_its_line() {
+    let io = |rest: &str| format!("[[io]]\n{rest}\n");
+    let text = [
+        io("name = \"LS9\"\ndriver = \"other\""),
+        io("name = \"PUMP\"\ndriver = \"other\"\ndirection = \"in\""),
+        io("name = \"LS1\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/holding/0\""),
+        io("name = \"COUNT\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/input/0\"\nsafe = 16"),
+        io("name = \"LS2\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\nscale = 2"),
+        io("name = \"COUNT\"\ndriver = \"other\"\ninvert = true"),
+        io("name = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/discrete/0\""),
+        io("name = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
+        io("name = \"LAMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
+        io("name = \"LS3\"\ndriver = \"other\""),
+        io("name = \"LS3..LS4\"\ndriver = \"other\""),
+        io("name = \"LS4\"\ndriver = \"opcua\"\naddress = \"x\""),
+        io("name = \"LS1\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1:pull-up\""),
+        io("name = \"PUMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1:open-drain\""),
+        io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1\""),
+        io("name = \"LAMP\"\ndriver = \"gpio\"\naddress = \"gpiochip0/2:pull-up\""),
+        io("name = \"COUNT\"\ndriver = \"gpio\"\naddress = \"gpiochip0/3\"\nsafe = 16"),
+        io("name = \"LS1\"\ndriver = \"ethercat\"\naddress = \"eth1/1/out/0.0\""),
+        io("name = \"PUMP\"\ndriver = \"ethercat\"\naddress = \"eth1/1/in/0.0\""),
+        io("name = \"LAMP\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0:u8\""),
+        io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0.7\""),
+        io("name = \"SPEED\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0:i16\""),
+        io("name = \"PUMP\"\ndriver = \"ethercat\"\naddress = \"eth2/2/out/1.7\""),
+        io("name = \"LAMP\"\ndriver = \"ethercat\"\naddress = \"eth1/2/out/0.2\""),
+        io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
+    ]
+    .concat();
+    let checked = check(&text);
+    let expected = [
+        (1, "no variable named `LS9`; did you mean `LS1`?"),
+        (4, "can't be given from outside"),
+        (8, "is a bit, which needs a coil"),
+        (12, "can't be 16, its `safe`"),
+        (17, "neither `scale` nor `offset`"),
+        (22, "can't be inverted"),
+        (26, "can only be read"),
+        (34, "is driven by the entry of line 30 already"),
+        (41, "`LS3` is given by the entry of line 38 already"),
+        (44, "have the names of their variables, and no address"),
+        (48, "the line of `LS1` is driven by the entry of line 52"),
+        (56, "the point of `LAMP` is driven by the entry of line 52 already"),
+        (60, "pull-up and pull-down are for inputs"),
+        (64, "is a number, which a line of a GPIO chip can't be"),
+        (69, "`LS1` is given from outside, but its address is an output of a terminal"),
+        (73, "`PUMP` goes outside, but its address is an input of a terminal"),
+        (77, "`LAMP` is a bit, which needs a bit of a byte, as in 0.3"),
+        (81, "`SPEED` is a number, which needs a format, as in 0:i16"),
+        (89, "`PUMP` is at eth2, but the entry of line 85 at eth1: all terminals are at one"),
+        (89, "the point of `PUMP` shares bits with that of `SPEED`, of the entry of line 85"),
+        (93, "the point of `LAMP` shares bits with that of `SPEED`, of the entry of line 85"),
+        (99, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+        (100, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+        (101, "`safe`: \"off\", \"hold\" or a number is expected"),
+    ];
+    assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
+    for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {
+        assert_eq!(mistake.line, line, "{mistake:?}");
+        assert!(mistake.message.contains(part), "{mistake:?} {part}");
+    }
+}
