@@ -63,6 +63,12 @@ entities! {
     SourceLoc "@";
 }
 
+impl Value {
+    /// A value that no function has. The [verifier](crate::verify) refuses it wherever it is used, so that what should
+    /// have been computed and was not can't be mistaken for another value.
+    pub const NONE: Self = Self(u32::MAX);
+}
+
 impl RegionId {
     /// The region of [local bits](crate::Module::local_bits), which is not one of the process image.
     pub const LOCAL_BITS: Self = Self(u32::MAX);

@@ -30,7 +30,8 @@ pub(super) fn run(func: &mut FuncData) {
         *block = blocks[block.index()];
     }
     let total = func.blocks.iter().map(|block| block.insts.len()).sum();
-    let mut values = vec![Value(0); func.value_count()];
+    // A value without a definition stays one that the verifier refuses.
+    let mut values = vec![Value::NONE; func.value_count()];
     let mut new = FuncData {
         insts: Vec::with_capacity(total),
         locs: Vec::with_capacity(total),

@@ -245,6 +245,8 @@ impl Speculate<'_> {
     /// some doubles and those that are written twice. Loads and calls that do not depend on the
     /// doubles come before it, with what they need, and what is used behind. All else is written
     /// twice: what does not depend on the doubles is often needed in one copy only.
+    ///
+    /// `None` if one of the doubles would itself be computed in the copies.
     fn split(
         &mut self,
         insts: &[Inst],
@@ -257,22 +259,31 @@ impl Speculate<'_> {
             |value: Value| checked.contains(&value) || same.iter().any(|&(v, _)| v == value);
         let mut dependent: Vec<Value> = vec![];
         // What may come before the check, in the order of the instructions.
-        let mut is_written = false;
-        let mut follows_copy = false;
         let mut may_come_before = vec![];
+        // What the copies contain so far. A store must not move before a load of the copies, nor a load before a
+        // store of theirs, nor an effect before an effect. What is only computed holds nothing back.
+        let (mut copies_store, mut copies_load, mut copies_effect) = (false, false, false);
         for &inst in copied {
             let data = self.func.inst(inst);
             let result = self.func.result(inst);
             let mut depends = false;
             data.for_each_arg(|value| depends |= dependent.contains(&value) || is_leaf(value));
-            is_written |= matches!(data, InstData::Store { .. });
-            let follows_store = is_written && matches!(data, InstData::Load { .. });
-            let stays = depends || follows_store || follows_copy && data.has_effect();
-            follows_copy |= stays;
+            let is_load = matches!(data, InstData::Load { .. });
+            let follows_effect = data.has_effect() && (copies_effect || copies_load && !is_load);
+            let stays = depends || is_load && copies_store || follows_effect;
             if stays {
+                copies_store |= matches!(data, InstData::Store { .. });
+                copies_load |= is_load;
+                copies_effect |= data.has_effect();
                 dependent.extend(result);
             }
             may_come_before.push(!stays);
+        }
+        let is_late = |(&inst, &before): (&Inst, &bool)| {
+            !before && self.func.result(inst).is_some_and(is_leaf)
+        };
+        if copied.iter().zip(&may_come_before).any(is_late) {
+            return None;
         }
         let mut needed: Vec<Value> = vec![];
         for &inst in behind {
