@@ -139,7 +139,7 @@ impl FuncBuilder {
     /// Appends an instruction; gives its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
         self.begin_block_behind_end();
-        let inst = self.func.append(data, self.loc);
+        let (inst, _) = self.func.append(data, self.loc);
         self.func.blocks[self.block.index()].insts.push(inst);
         self.func.result(inst)
     }
@@ -147,7 +147,7 @@ impl FuncBuilder {
     /// Appends an instruction that has a result.
     fn push_with_result(&mut self, data: InstData) -> Value {
         // Only stores and calls without result have none, and they do not come here.
-        self.push(data).unwrap_or(Value(u32::MAX))
+        self.push(data).unwrap_or(Value::NONE)
     }
 
     /// Ends the current block with a terminator.

@@ -367,8 +367,9 @@ impl FuncData {
         blocks.all(|data| data.optimize_for_size)
     }
 
-    /// Adds an instruction to the tables. It stands in no block yet.
-    pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> Inst {
+    /// Adds an instruction to the tables, which is in no block yet. Returns it and its result, which is
+    /// [`Value::NONE`] if it has none.
+    pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> (Inst, Value) {
         let inst = Inst(self.insts.len() as u32);
         let result = self.result_type(&data).map(|ty| {
             self.values.push(ValueData { ty, def: ValueDef::Result(inst) });
@@ -377,7 +378,7 @@ impl FuncData {
         self.insts.push(data);
         self.locs.push(loc);
         self.results.push(result);
-        inst
+        (inst, result.unwrap_or(Value::NONE))
     }
 
     /// The type of an instruction's result as it follows from the types of its operands; `None` if

@@ -19,6 +19,7 @@
 //! the 1: a double that is no integer of 32 bits is none of the numbers.
 
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
 use super::thresholds::{
     BITS_COMPARISON_COST, COMPARISON_COST, DECODER_COST, DECODER_TEST_COST, DOUBLE_COMPARISON_COST,
@@ -176,9 +177,8 @@ fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part
     for inst in insts {
         if let Some(found) = outermost(func, inst)
             && let Some(&(.., all)) = fields.get(&found.field)
-            && let Some(data) = mask_test(func, inst, found, all, &mut out)
         {
-            func.insts[inst.index()] = data;
+            func.insts[inst.index()] = mask_test(func, inst, found, all, &mut out);
         }
         out.push(inst);
     }
@@ -194,51 +194,42 @@ fn mask_test(
     found: Members,
     all: u64,
     out: &mut Vec<Inst>,
-) -> Option<InstData> {
+) -> InstData {
     let loc = func.loc(inst);
-    let mut push = |func: &mut FuncData, data| {
-        let inst = func.append(data, loc);
-        out.push(inst);
-        func.result(inst)
-    };
+    let mut out = Cursor { func, out, loc };
     let (mut number, shift) = found.field;
     let mut is_integer = None;
-    if is_double(func, number) {
-        let convert = |op, to, arg| InstData::Convert { op, to, arg };
-        let bitcast = |to, arg| convert(ConvertOp::Bitcast, to, arg);
-        let bits = (func.ty(number) == Type::I64).then_some(number);
+    if is_double(out.func, number) {
+        let bits = (out.func.ty(number) == Type::I64).then_some(number);
         if bits.is_some() {
-            number = push(func, bitcast(Type::F64, number))?;
+            number = out.insert_convert(ConvertOp::Bitcast, Type::F64, number);
         }
-        let integer = push(func, convert(ConvertOp::FloatToInt, Type::I32, number))?;
-        let back = push(func, convert(ConvertOp::IntToFloat, Type::F64, integer))?;
-        is_integer = match bits {
+        let integer = out.insert_convert(ConvertOp::FloatToInt, Type::I32, number);
+        let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
+        is_integer = Some(match bits {
             // The bits of 0 and -0 are not the same.
             Some(bits) => {
-                let args = [push(func, bitcast(Type::I64, back))?, bits];
-                push(func, InstData::Icmp { cond: IntCond::Eq, args })
+                let back = out.insert_convert(ConvertOp::Bitcast, Type::I64, back);
+                out.insert_icmp(IntCond::Eq, back, bits)
             }
-            None => push(func, InstData::Fcmp { cond: FloatCond::Eq, args: [back, number] }),
-        };
+            None => out.insert(InstData::Fcmp { cond: FloatCond::Eq, args: [back, number] }),
+        });
         number = integer;
     }
-    let from = func.ty(number);
+    let from = out.func.ty(number);
     if shift > 0 {
-        let kept = from.wrap((mask(from) >> shift) as i64);
-        let kept = push(func, InstData::Iconst { ty: from, value: kept })?;
-        number = push(func, InstData::Binary { op: BinaryOp::And, args: [number, kept] })?;
+        number = out.insert_with(BinaryOp::And, number, (mask(from) >> shift) as i64);
     }
     let ty = if all >> 32 == 0 { Type::I32 } else { Type::I64 };
     if from != ty {
-        number = push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg: number })?;
+        number = out.insert_convert(ConvertOp::Zext, ty, number);
     }
     let one = match is_integer {
-        Some(arg) => push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg })?,
-        None => push(func, InstData::Iconst { ty, value: 1 })?,
+        Some(is_integer) => out.insert_convert(ConvertOp::Zext, ty, is_integer),
+        None => out.insert_const(ty, 1),
     };
-    let shifted = push(func, InstData::Binary { op: BinaryOp::Shl, args: [one, number] })?;
-    let set = push(func, InstData::Iconst { ty, value: ty.wrap(found.set as i64) })?;
-    let common = push(func, InstData::Binary { op: BinaryOp::And, args: [shifted, set] })?;
-    let none = push(func, InstData::Iconst { ty, value: 0 })?;
-    Some(InstData::Icmp { cond: IntCond::Ne, args: [common, none] })
+    let shifted = out.insert_binary(BinaryOp::Shl, one, number);
+    let common = out.insert_with(BinaryOp::And, shifted, found.set as i64);
+    let none = out.insert_const(ty, 0);
+    InstData::Icmp { cond: IntCond::Ne, args: [common, none] }
 }

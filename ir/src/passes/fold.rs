@@ -17,6 +17,7 @@
 //! identities of real numbers must not be used for doubles: `x + 0` is not `x` where `x` is -0.
 
 use super::graph::Graph;
+use super::insert::{Insert, constant};
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
@@ -157,10 +158,17 @@ fn count_uses(func: &FuncData) -> Vec<u32> {
     uses
 }
 
-fn constant(ty: Type, value: i64) -> InstData {
-    match ty {
-        Type::F64 => InstData::Fconst { bits: value as u64 },
-        ty => InstData::Iconst { ty, value: ty.wrap(value) },
+impl Insert for Fold<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    /// Inserts an instruction before the current one.
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, value) = self.func.append(data, self.loc);
+        self.out.push(inst);
+        self.ranges.note(self.func, value, &data);
+        value
     }
 }
 
@@ -210,32 +218,6 @@ impl Fold<'_> {
         }
         at.index = None;
         true
-    }
-
-    /// Adds an instruction before the current one and gives its result.
-    pub(super) fn insert(&mut self, data: InstData) -> Option<Value> {
-        let inst = self.func.append(data, self.loc);
-        self.out.push(inst);
-        let value = self.func.result(inst)?;
-        self.ranges.note(self.func, value, &data);
-        Some(value)
-    }
-
-    /// Adds a constant before the current instruction.
-    pub(super) fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
-        self.insert(constant(ty, value))
-    }
-
-    /// Adds an operation with a constant before the current instruction.
-    pub(super) fn insert_with_const(
-        &mut self,
-        op: BinaryOp,
-        ty: Type,
-        a: Value,
-        c: i64,
-    ) -> Option<Value> {
-        let c = self.insert_const(ty, c)?;
-        self.insert(InstData::Binary { op, args: [a, c] })
     }
 
     /// Whether a value is used at most once, so that its definition becomes dead when that use
@@ -354,13 +336,13 @@ impl Fold<'_> {
             (Some(0), Some(_)) => Some(Simpler::not(cond)),
             (Some(_), Some(_)) => Some(Simpler::Value(cond)),
             (Some(0), None) => {
-                let fails = self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?;
+                let fails = self.insert_not(cond);
                 Some(Simpler::binary(BinaryOp::And, fails, b))
             }
             (Some(_), None) => Some(Simpler::binary(BinaryOp::Or, cond, b)),
             (None, Some(0)) => Some(Simpler::binary(BinaryOp::And, cond, a)),
             (None, Some(_)) => {
-                let fails = self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?;
+                let fails = self.insert_not(cond);
                 Some(Simpler::binary(BinaryOp::Or, fails, a))
             }
             (None, None) if a == cond => Some(Simpler::binary(BinaryOp::Or, cond, b)),

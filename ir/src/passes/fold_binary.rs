@@ -14,6 +14,7 @@
 //! instruction becomes dead, so that code does not grow.
 
 use super::fold::{Fold, Simpler};
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
@@ -54,7 +55,7 @@ impl Fold<'_> {
             (None, Some(cond)) => (cond, a),
             (None, None) => return None,
         };
-        let zero = self.insert_const(ty, 0)?;
+        let zero = self.insert_const(ty, 0);
         Some(Simpler::Inst(InstData::Select { cond, args: [other, zero] }))
     }
 
@@ -126,7 +127,7 @@ impl Fold<'_> {
         let possible_ones = self.ranges.possible_ones(a);
         match op {
             B::Sub => {
-                let opposite = self.insert_const(ty, c.wrapping_neg())?;
+                let opposite = self.insert_const(ty, c.wrapping_neg());
                 Some(Simpler::binary(B::Add, a, opposite))
             }
             B::And if possible_ones & !bits == 0 => Some(Simpler::Value(a)),
@@ -136,11 +137,11 @@ impl Fold<'_> {
             B::Udiv if possible_ones < bits => Some(Simpler::Const(0)),
             B::Urem if possible_ones < bits => Some(Simpler::Value(a)),
             B::Udiv if bits.is_power_of_two() => {
-                let by = self.insert_const(ty, i64::from(bits.trailing_zeros()))?;
+                let by = self.insert_const(ty, i64::from(bits.trailing_zeros()));
                 Some(Simpler::binary(B::Lshr, a, by))
             }
             B::Urem if bits.is_power_of_two() => {
-                let rest = self.insert_const(ty, (bits - 1) as i64)?;
+                let rest = self.insert_const(ty, (bits - 1) as i64);
                 Some(Simpler::binary(B::And, a, rest))
             }
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
@@ -159,7 +160,7 @@ impl Fold<'_> {
                 if first + c >= i64::from(ty.bits()) {
                     return Some(Simpler::Const(0));
                 }
-                let sum = self.insert_const(ty, first + c)?;
+                let sum = self.insert_const(ty, first + c);
                 Some(Simpler::binary(op, inner, sum))
             }
             _ => None,
@@ -170,7 +171,7 @@ impl Fold<'_> {
     fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
-        let both = self.insert_const(ty, both)?;
+        let both = self.insert_const(ty, both);
         Some(Simpler::binary(op, inner, both))
     }
 
@@ -204,7 +205,7 @@ impl Fold<'_> {
         if !same || !self.is_used_once(a) || !self.is_used_once(b) {
             return None;
         }
-        let both = self.insert(InstData::Binary { op, args: [x, y] })?;
+        let both = self.insert_binary(op, x, y);
         Some(Simpler::binary(BinaryOp::And, both, mask))
     }
 
@@ -302,7 +303,7 @@ impl Fold<'_> {
             if !self.is_used_once(a) || !self.is_used_once(b) {
                 return None;
             }
-            let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
+            let joined = self.insert_binary(dual, x, y);
             return Some(Simpler::not(joined));
         }
         let (negated, y, nested) = match (not_a, not_b) {
@@ -316,8 +317,8 @@ impl Fold<'_> {
         if ![negated, nested, nested_negated].into_iter().all(|value| self.is_used_once(value)) {
             return None;
         }
-        let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
-        let neither = self.insert(InstData::Unary { op: UnaryOp::Not, arg: joined })?;
+        let joined = self.insert_binary(dual, x, y);
+        let neither = self.insert_not(joined);
         Some(Simpler::binary(op, rest, neither))
     }
 }

@@ -13,6 +13,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
@@ -68,27 +69,21 @@ impl Fold<'_> {
         let number = x.number.min(y.number);
         let neither = x.opposite && y.opposite && op != BinaryOp::Xor;
         let [x_at, y_at] = [x, y].map(|bit| {
-            let at = match bit.number - number {
-                0 => bit.of,
-                shift => self.insert_with_const(BinaryOp::Lshr, bit.ty, bit.of, shift)?,
-            };
-            match bit.opposite && !neither {
-                true => self.insert(InstData::Unary { op: UnaryOp::Not, arg: at }),
-                false => Some(at),
-            }
+            let at = self.moved(bit.of, number - bit.number);
+            if bit.opposite && !neither { self.insert_not(at) } else { at }
         });
         let op = match (neither, op) {
             (true, BinaryOp::And) => BinaryOp::Or,
             (true, _) => BinaryOp::And,
             (false, op) => op,
         };
-        let mut word = self.insert(InstData::Binary { op, args: [x_at?, y_at?] })?;
+        let mut word = self.insert_binary(op, x_at, y_at);
         if number > 0 {
-            word = self.insert_with_const(BinaryOp::Lshr, x.ty, word, number)?;
+            word = self.insert_with(BinaryOp::Lshr, word, number);
         }
         let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
         match neither {
-            true => Some(Simpler::not(self.insert(bit)?)),
+            true => Some(Simpler::not(self.insert(bit))),
             false => Some(Simpler::Inst(bit)),
         }
     }
@@ -127,10 +122,10 @@ impl Fold<'_> {
             Some(number) => (cond, number, b),
             None => {
                 let number = set_and_cleared(self, b, a)?;
-                (self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?, number, a)
+                (self.insert_not(cond), number, a)
             }
         };
-        let bit = self.truth_at(ty, cond, number.into())?;
+        let bit = self.truth_at(ty, cond, number.into());
         Some(Simpler::binary(BinaryOp::Or, cleared, bit))
     }
 
@@ -178,19 +173,19 @@ impl Fold<'_> {
             Some(change) => (b, change, from.opposite),
             None => (a, changed(self, b, a)?, !from.opposite),
         };
-        let mut bit = self.moved(ty, from.of, number - from.number)?;
+        let mut bit = self.moved(from.of, number - from.number);
         // The bit is inverted with the others of its word before these are masked.
         if is_set {
             if opposite {
-                bit = self.insert(InstData::Unary { op: UnaryOp::Not, arg: bit })?;
+                bit = self.insert_not(bit);
             }
-            bit = self.insert_with_const(BinaryOp::And, ty, bit, ty.wrap(1 << number))?;
+            bit = self.insert_with(BinaryOp::And, bit, ty.wrap(1 << number));
             return Some(Simpler::binary(BinaryOp::Or, word, bit));
         }
         if !opposite {
-            bit = self.insert(InstData::Unary { op: UnaryOp::Not, arg: bit })?;
+            bit = self.insert_not(bit);
         }
-        bit = self.insert_with_const(BinaryOp::Or, ty, bit, ty.wrap(!(1 << number)))?;
+        bit = self.insert_with(BinaryOp::Or, bit, ty.wrap(!(1 << number)));
         Some(Simpler::binary(BinaryOp::And, word, bit))
     }
 
@@ -206,8 +201,8 @@ impl Fold<'_> {
         {
             return None;
         }
-        let word = self.lowest_bit_at(ty, word, to, MAX_DEPTH)?;
-        let mask = self.insert_const(ty, 1 << to)?;
+        let word = self.lowest_bit_at(word, to, MAX_DEPTH);
+        let mask = self.insert_const(ty, 1 << to);
         Some(Simpler::binary(BinaryOp::And, word, mask))
     }
 
@@ -245,27 +240,27 @@ impl Fold<'_> {
     }
 
     /// Computes a value whose bit at position `to` is the lowest bit of `value`.
-    fn lowest_bit_at(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
+    fn lowest_bit_at(&mut self, value: Value, to: i64, depth: u32) -> Value {
         if let Some((data, [x, y])) = self.logic_operands(value, depth) {
-            let x = self.lowest_bit_at(ty, x, to, depth - 1)?;
+            let x = self.lowest_bit_at(x, to, depth - 1);
             return match data {
                 InstData::Binary { op, .. } => {
-                    let y = self.lowest_bit_at(ty, y, to, depth - 1)?;
-                    self.insert(InstData::Binary { op, args: [x, y] })
+                    let y = self.lowest_bit_at(y, to, depth - 1);
+                    self.insert_binary(op, x, y)
                 }
-                _ => self.insert(InstData::Unary { op: UnaryOp::Not, arg: x }),
+                _ => self.insert_not(x),
             };
         }
         let (x, from) = self.shifted_right(value).unwrap_or((value, 0));
-        self.moved(ty, x, to - from)
+        self.moved(x, to - from)
     }
 
     /// A value shifted left by a number of bits, or right if that is negative.
-    pub(super) fn moved(&mut self, ty: Type, value: Value, by: i64) -> Option<Value> {
+    pub(super) fn moved(&mut self, value: Value, by: i64) -> Value {
         match by {
-            0 => Some(value),
-            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, value, by),
-            by => self.insert_with_const(BinaryOp::Lshr, ty, value, -by),
+            0 => value,
+            by if by > 0 => self.insert_with(BinaryOp::Shl, value, by),
+            by => self.insert_with(BinaryOp::Lshr, value, -by),
         }
     }
 }

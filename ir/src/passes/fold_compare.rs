@@ -8,6 +8,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
 
@@ -64,7 +65,7 @@ impl Fold<'_> {
         if simpler.is_some() || possible_ones != 1 || !equality {
             return simpler;
         }
-        let bit = self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
+        let bit = self.insert_convert(ConvertOp::Trunc, Type::I1, a);
         let same = (cond == IntCond::Eq) == (c != 0);
         Some(if same { Simpler::Value(bit) } else { Simpler::not(bit) })
     }
@@ -88,7 +89,7 @@ impl Fold<'_> {
         if raised >> bits != c {
             return None;
         }
-        let raised = self.insert_const(ty, raised)?;
+        let raised = self.insert_const(ty, raised);
         Some(Simpler::icmp(cond, x, raised))
     }
 
@@ -100,8 +101,8 @@ impl Fold<'_> {
         [x, by]: [Value; 2],
     ) -> Option<Simpler> {
         let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
-        let low = self.insert_with_const(BinaryOp::And, ty, x, (mask(ty) >> by) as i64)?;
-        let zero = self.insert_const(ty, 0)?;
+        let low = self.insert_with(BinaryOp::And, x, (mask(ty) >> by) as i64);
+        let zero = self.insert_const(ty, 0);
         Some(Simpler::icmp(cond, low, zero))
     }
 
@@ -126,7 +127,7 @@ impl Fold<'_> {
         let narrow = from.wrap(c);
         let fits = eval::convert(op, from, ty, narrow) == c;
         let cond = before_extension(cond, op).filter(|_| fits)?;
-        let narrow = self.insert_const(from, narrow)?;
+        let narrow = self.insert_const(from, narrow);
         Some(Simpler::icmp(cond, arg, narrow))
     }
 

@@ -11,6 +11,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
@@ -57,7 +58,7 @@ impl Fold<'_> {
             (ConvertOp::Zext, ConvertOp::Trunc)
                 if from == Type::I1 && first == to && self.combine_bits =>
             {
-                let one = self.insert_const(to, 1)?;
+                let one = self.insert_const(to, 1);
                 Some(Simpler::binary(BinaryOp::And, x, one))
             }
             (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Simpler::convert(op, to, x)),
@@ -93,13 +94,12 @@ impl Fold<'_> {
         {
             return None;
         }
-        let ty = self.func.ty(value);
         let low = match bit {
             0 => value,
-            _ => self.insert_with_const(BinaryOp::Lshr, ty, value, i64::from(bit))?,
+            _ => self.insert_with(BinaryOp::Lshr, value, i64::from(bit)),
         };
         let low = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: low };
-        Some(if opposite { Simpler::not(self.insert(low)?) } else { Simpler::Inst(low) })
+        Some(if opposite { Simpler::not(self.insert(low)) } else { Simpler::Inst(low) })
     }
 
     /// Where a bit of a value comes from.

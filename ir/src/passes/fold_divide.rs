@@ -37,6 +37,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value};
 
@@ -74,7 +75,7 @@ impl Fold<'_> {
             && let Some(sum) = self.rounded_towards_zero(ty, a, size)
         {
             // The dividend less what of it the divisor divides.
-            let whole = self.insert_with_const(BinaryOp::And, ty, sum, -(size as i64))?;
+            let whole = self.insert_with(BinaryOp::And, sum, -(size as i64));
             return Some(Simpler::binary(BinaryOp::Sub, a, whole));
         }
         let quotient = if signed {
@@ -85,7 +86,7 @@ impl Fold<'_> {
         match op {
             BinaryOp::Sdiv if c < 0 => Some(Simpler::unary(crate::UnaryOp::Neg, quotient)),
             BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Value(quotient)),
-            _ => self.remainder(ty, a, quotient, size as i64),
+            _ => Some(self.remainder(a, quotient, size as i64)),
         }
     }
 
@@ -99,7 +100,7 @@ impl Fold<'_> {
             return Some(Simpler::Value(a));
         }
         if c & (c - 1) == 0 {
-            let below = self.insert_const(ty, c - 1)?;
+            let below = self.insert_const(ty, c - 1);
             return Some(Simpler::binary(BinaryOp::And, a, below));
         }
         let quotient = if low >= 0 {
@@ -108,15 +109,15 @@ impl Fold<'_> {
             self.quotient_rounded_down(ty, a, (low, high), c)
         };
         match quotient {
-            Some(quotient) => self.remainder(ty, a, quotient, c),
+            Some(quotient) => Some(self.remainder(a, quotient, c)),
             None => self.modulo_of_long_dividend(ty, a, (low, high), c),
         }
     }
 
     /// The remainder: the dividend less the product of quotient and divisor.
-    fn remainder(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
-        let product = self.insert_with_const(BinaryOp::Mul, ty, quotient, by)?;
-        Some(Simpler::binary(BinaryOp::Sub, a, product))
+    fn remainder(&mut self, a: Value, quotient: Value, by: i64) -> Simpler {
+        let product = self.insert_with(BinaryOp::Mul, quotient, by);
+        Simpler::binary(BinaryOp::Sub, a, product)
     }
 
     /// The remainder (`smod`) by a constant that is no power of two, of a dividend for which no product fits
@@ -139,16 +140,15 @@ impl Fold<'_> {
         if too_large * most as u128 >= 1 << 64 {
             return None;
         }
-        let mut dividend = self.extended_to_i64(ConvertOp::Sext, ty, a)?;
+        let mut dividend = self.extended_to_i64(ConvertOp::Sext, a);
         if moved_by > 0 {
-            dividend = self.insert_with_const(BinaryOp::Add, Type::I64, dividend, moved_by)?;
+            dividend = self.insert_with(BinaryOp::Add, dividend, moved_by);
         }
-        let quotient =
-            self.insert_with_const(BinaryOp::Umulh, Type::I64, dividend, factor as u64 as i64)?;
-        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, quotient, by)?;
+        let quotient = self.insert_with(BinaryOp::Umulh, dividend, factor as u64 as i64);
+        let product = self.insert_with(BinaryOp::Mul, quotient, by);
         let args = [dividend, product];
-        let rest = self.insert(InstData::Binary { op: BinaryOp::Sub, args })?;
-        self.truncated_from_i64(ty, rest).map(Simpler::Value)
+        let rest = self.insert(InstData::Binary { op: BinaryOp::Sub, args });
+        Some(Simpler::Value(self.truncated_from_i64(ty, rest)))
     }
 
     /// The quotient rounded down by a positive constant that is no power of two.
@@ -169,11 +169,11 @@ impl Fold<'_> {
             return None;
         }
         let (factor, half) = factor_and_half(shift, by);
-        let wide = self.extended_to_i64(ConvertOp::Sext, ty, a)?;
-        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor)?;
-        let sum = self.insert_with_const(BinaryOp::Add, Type::I64, product, half)?;
-        let quotient = self.insert_with_const(BinaryOp::Ashr, Type::I64, sum, i64::from(shift))?;
-        self.truncated_from_i64(ty, quotient)
+        let wide = self.extended_to_i64(ConvertOp::Sext, a);
+        let product = self.insert_with(BinaryOp::Mul, wide, factor);
+        let sum = self.insert_with(BinaryOp::Add, product, half);
+        let quotient = self.insert_with(BinaryOp::Ashr, sum, i64::from(shift));
+        Some(self.truncated_from_i64(ty, quotient))
     }
 
     /// The quotient of a number that is not negative, and at most `most`, by a constant.
@@ -197,15 +197,14 @@ impl Fold<'_> {
         let bits = ty.bits() - 1;
         if by.is_power_of_two() {
             let sum = self.rounded_towards_zero(ty, a, by)?;
-            return self.insert_with_const(BinaryOp::Ashr, ty, sum, by.trailing_zeros().into());
+            return Some(self.insert_with(BinaryOp::Ashr, sum, by.trailing_zeros().into()));
         }
-        let negative = self.insert_with_const(BinaryOp::Lshr, ty, a, i64::from(bits))?;
+        let negative = self.insert_with(BinaryOp::Lshr, a, i64::from(bits));
         // A number of 16 bits, for example, that was extended with its sign has fewer bits than its type.
         let (low, high) = self.ranges.bounds(a, ty);
         let bits = u64::BITS - ((low ^ low >> 63) | (high ^ high >> 63)).leading_zeros();
         let below = self.multiply_and_shift(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
-        let args = [below, negative];
-        self.insert(InstData::Binary { op: BinaryOp::Add, args })
+        Some(self.insert_binary(BinaryOp::Add, below, negative))
     }
 
     /// A dividend, plus the divisor less 1 if it is negative. The divisor is a power of two; where its bits
@@ -221,11 +220,10 @@ impl Fold<'_> {
         let limit = 1i64 << (ty.bits() - shift);
         let copies = match -limit <= low && high < limit {
             true => a,
-            false => self.insert_with_const(BinaryOp::Ashr, ty, a, i64::from(ty.bits() - 1))?,
+            false => self.insert_with(BinaryOp::Ashr, a, i64::from(ty.bits() - 1)),
         };
-        let less =
-            self.insert_with_const(BinaryOp::Lshr, ty, copies, (ty.bits() - shift).into())?;
-        self.insert(InstData::Binary { op: BinaryOp::Add, args: [a, less] })
+        let less = self.insert_with(BinaryOp::Lshr, copies, (ty.bits() - shift).into());
+        Some(self.insert_binary(BinaryOp::Add, a, less))
     }
 
     /// The product with the factor, shifted right by `op`. The dividend is extended by `extend` and
@@ -246,28 +244,28 @@ impl Fold<'_> {
         // The greatest product that 32 bits hold, as a signed number if the dividend may be negative.
         let most = if op == BinaryOp::Ashr { i32::MAX as u64 } else { u64::from(u32::MAX) };
         if ty == Type::I32 && shift < 32 && factor <= most >> bits {
-            let product = self.insert_with_const(BinaryOp::Mul, ty, a, ty.wrap(factor as i64))?;
-            return self.insert_with_const(op, ty, product, i64::from(shift));
+            let product = self.insert_with(BinaryOp::Mul, a, ty.wrap(factor as i64));
+            return Some(self.insert_with(op, product, i64::from(shift)));
         }
-        let wide = self.extended_to_i64(extend, ty, a)?;
-        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
-        let quotient = self.insert_with_const(op, Type::I64, product, i64::from(shift))?;
-        self.truncated_from_i64(ty, quotient)
+        let wide = self.extended_to_i64(extend, a);
+        let product = self.insert_with(BinaryOp::Mul, wide, factor as i64);
+        let quotient = self.insert_with(op, product, i64::from(shift));
+        Some(self.truncated_from_i64(ty, quotient))
     }
 
     /// An integer of a type as an `i64`.
-    fn extended_to_i64(&mut self, extend: ConvertOp, ty: Type, arg: Value) -> Option<Value> {
-        match ty {
-            Type::I64 => Some(arg),
-            _ => self.insert(InstData::Convert { op: extend, to: Type::I64, arg }),
+    fn extended_to_i64(&mut self, extend: ConvertOp, arg: Value) -> Value {
+        match self.func.ty(arg) {
+            Type::I64 => arg,
+            _ => self.insert_convert(extend, Type::I64, arg),
         }
     }
 
     /// An `i64` cut to a type.
-    fn truncated_from_i64(&mut self, ty: Type, arg: Value) -> Option<Value> {
+    fn truncated_from_i64(&mut self, ty: Type, arg: Value) -> Value {
         match ty {
-            Type::I64 => Some(arg),
-            _ => self.insert(InstData::Convert { op: ConvertOp::Trunc, to: ty, arg }),
+            Type::I64 => arg,
+            _ => self.insert_convert(ConvertOp::Trunc, ty, arg),
         }
     }
 
@@ -280,7 +278,7 @@ impl Fold<'_> {
         if !is_power_of_two || !reciprocal.is_normal() {
             return None;
         }
-        let factor = self.insert_const(Type::F64, reciprocal.to_bits() as i64)?;
+        let factor = self.insert_const(Type::F64, reciprocal.to_bits() as i64);
         Some(Simpler::binary(BinaryOp::Fmul, a, factor))
     }
 }

@@ -15,6 +15,7 @@
 
 use super::fold::{Fold, Simpler};
 use super::fold_convert::BitOrigin;
+use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
@@ -48,7 +49,7 @@ impl Fold<'_> {
                 return Some(Simpler::binary(BinaryOp::Xor, b, cond));
             }
             if self.not_of(b) == Some(a) {
-                let same = self.insert(InstData::Binary { op: BinaryOp::Xor, args: [a, cond] })?;
+                let same = self.insert_binary(BinaryOp::Xor, a, cond);
                 return Some(Simpler::not(same));
             }
             return None;
@@ -62,17 +63,17 @@ impl Fold<'_> {
             Some(number) => (b, number, cond),
             None => {
                 let number = toggled(self, b, a)?;
-                (a, number, self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?)
+                (a, number, self.insert_not(cond))
             }
         };
-        let bit = self.truth_at(ty, cond, number)?;
+        let bit = self.truth_at(ty, cond, number);
         Some(Simpler::binary(BinaryOp::Xor, same, bit))
     }
 
     /// A truth value as bit `number` of an integer whose other bits are 0.
-    pub(super) fn truth_at(&mut self, ty: Type, truth: Value, number: i64) -> Option<Value> {
-        let wide = self.insert(InstData::Convert { op: ConvertOp::Zext, to: ty, arg: truth })?;
-        self.moved(ty, wide, number)
+    pub(super) fn truth_at(&mut self, ty: Type, truth: Value, number: i64) -> Value {
+        let wide = self.insert_convert(ConvertOp::Zext, ty, truth);
+        self.moved(wide, number)
     }
 
     /// A word of which bits are replaced, some of them by what was made of them by toggling.
@@ -127,12 +128,12 @@ impl Fold<'_> {
         let is_whole = self.ranges.possible_ones(word) & mask(ty) & !kept == 0;
         let mut value = match is_whole {
             true => word,
-            false => self.insert_with_const(BinaryOp::And, ty, word, ty.wrap(kept as i64))?,
+            false => self.insert_with(BinaryOp::And, word, ty.wrap(kept as i64)),
         };
         ors.append(&mut xors);
         let Some((last, by)) = ors.pop() else { return Some(Simpler::Value(value)) };
         for (op, by) in ors {
-            value = self.insert(InstData::Binary { op, args: [value, by] })?;
+            value = self.insert_binary(op, value, by);
         }
         Some(Simpler::binary(last, value, by))
     }
@@ -169,7 +170,7 @@ impl Fold<'_> {
             [x, y] if y == word => x,
             _ => return None,
         };
-        let by = self.insert(InstData::Binary { op: BinaryOp::And, args: [by, kept] })?;
+        let by = self.insert_binary(BinaryOp::And, by, kept);
         Some((own & ones, Some(by)))
     }
 
@@ -191,7 +192,7 @@ impl Fold<'_> {
         let toggled = opposite != word_opposite;
         if (value, place) == (of_word, at) {
             return match toggled {
-                true => Some(Some(self.insert_const(ty, ty.wrap(1 << number))?)),
+                true => Some(Some(self.insert_const(ty, ty.wrap(1 << number)))),
                 false => Some(None),
             };
         }
@@ -211,9 +212,9 @@ impl Fold<'_> {
             return None;
         }
         if toggled != inner {
-            by = self.insert(InstData::Unary { op: UnaryOp::Not, arg: by })?;
+            by = self.insert_not(by);
         }
-        self.bit_moved(ty, by, place, number).map(Some)
+        Some(Some(self.bit_moved(ty, by, place, number)))
     }
 
     /// Where a bit of a value comes from, also through truth values.
@@ -241,11 +242,11 @@ impl Fold<'_> {
     }
 
     /// Bit `from` of a value, as bit `to` of an integer whose other bits are 0.
-    fn bit_moved(&mut self, ty: Type, value: Value, from: u32, to: u32) -> Option<Value> {
+    fn bit_moved(&mut self, ty: Type, value: Value, from: u32, to: u32) -> Value {
         if self.func.ty(value) == Type::I1 {
             return self.truth_at(ty, value, i64::from(to));
         }
-        let moved = self.moved(ty, value, i64::from(to) - i64::from(from))?;
-        self.insert_with_const(BinaryOp::And, ty, moved, ty.wrap(1 << to))
+        let moved = self.moved(value, i64::from(to) - i64::from(from));
+        self.insert_with(BinaryOp::And, moved, ty.wrap(1 << to))
     }
 }

@@ -278,14 +278,13 @@ impl Gates<'_> {
         out.push(inst);
     }
 
-    /// Appends a new instruction to `out`; gives its result.
+    /// Appends a new instruction to `out`; returns its result.
     fn insert(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
-        let inst = self.func.append(data, loc);
+        let (inst, result) = self.func.append(data, loc);
         self.absorbed.push(false);
         self.places.push(self.block);
         out.push(inst);
-        // Every operation on truth values has a result.
-        self.func.result(inst).unwrap_or(Value(0))
+        result
     }
 
     /// Writes the instructions of a node, or of its opposite (`opposite` 1); gives the result.
@@ -330,7 +329,8 @@ impl Gates<'_> {
             let arg = self.write_row(!or, 1 - opposite, plan.apart, None, loc, out);
             value = arg.map(|arg| self.insert(InstData::Unary { op: UnaryOp::Not, arg }, loc, out));
         }
-        self.write_row(or, opposite, plan.rest, value, loc, out).unwrap_or(Value(0))
+        // A gate has inputs, so there is something to combine.
+        self.write_row(or, opposite, plan.rest, value, loc, out).unwrap_or(Value::NONE)
     }
 
     /// Combines `first`, if there is one, and inputs or their opposites by AND or OR: those that take

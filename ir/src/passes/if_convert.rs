@@ -20,6 +20,7 @@
 //! after their branch. Stores keep their order.
 
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData,
     Terminator, Type, UnaryOp, Value,
@@ -101,24 +102,16 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     }
     if let Some((at, args)) = common {
         let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
-        let select = func.append(InstData::Select { cond, args }, loc);
-        insts.push(select);
-        if let Some(value) = func.result(select) {
-            insts.push(func.append(InstData::Store { at, value }, loc));
-        }
+        let mut out = Cursor { func, out: &mut insts, loc };
+        let value = out.insert(InstData::Select { cond, args });
+        out.insert_store(at, value);
     }
     let to = then.to.block;
     let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
     let mut args = vec![];
     for (&a, &b) in then.to.args.iter().zip(&otherwise.to.args) {
-        let chosen = if a == b {
-            None
-        } else {
-            let inst = func.append(InstData::Select { cond, args: [a, b] }, loc);
-            insts.push(inst);
-            func.result(inst)
-        };
-        args.push(chosen.unwrap_or(a));
+        let mut out = Cursor { func, out: &mut insts, loc };
+        args.push(if a == b { a } else { out.insert_select(cond, a, b) });
     }
     edges[to.index()] -= 1;
     let data = &mut func.blocks[block.index()];
@@ -199,11 +192,10 @@ fn store_doubles_as_integers(func: &mut FuncData, a: Block, b: Block) {
     }
     for (block, (inst, at, bits)) in [(a, x), (b, y)] {
         let loc = func.loc(inst);
-        let constant = func.append(InstData::Iconst { ty: Type::I64, value: bits as i64 }, loc);
-        if let Some(value) = func.result(constant) {
-            func.insts[inst.index()] = InstData::Store { at, value };
-            func.blocks[block.index()].insts.insert(0, constant);
-        }
+        let (constant, value) =
+            func.append(InstData::Iconst { ty: Type::I64, value: bits as i64 }, loc);
+        func.insts[inst.index()] = InstData::Store { at, value };
+        func.blocks[block.index()].insts.insert(0, constant);
     }
 }
 
@@ -254,17 +246,12 @@ fn append_arm_inst(
     taken_if: bool,
 ) {
     if let InstData::Store { at, value } = *func.inst(inst) {
-        let loc = func.loc(inst);
-        let load = func.append(InstData::Load { ty: func.ty(value), at }, loc);
-        insts.push(load);
-        if let Some(old) = func.result(load) {
-            let args = if taken_if { [value, old] } else { [old, value] };
-            let select = func.append(InstData::Select { cond, args }, loc);
-            insts.push(select);
-            if let Some(value) = func.result(select) {
-                func.insts[inst.index()] = InstData::Store { at, value };
-            }
-        }
+        let (loc, ty) = (func.loc(inst), func.ty(value));
+        let mut out = Cursor { func, out: insts, loc };
+        let old = out.insert_load(ty, at);
+        let args = if taken_if { [value, old] } else { [old, value] };
+        let value = out.insert(InstData::Select { cond, args });
+        func.insts[inst.index()] = InstData::Store { at, value };
     }
     insts.push(inst);
 }

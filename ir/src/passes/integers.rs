@@ -21,6 +21,7 @@ use plcc_abi::{HostFn, IntegerForm};
 
 use super::float_range::{FloatRange, FloatRanges};
 use super::graph::Graph;
+use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
@@ -154,6 +155,20 @@ fn type_for(low: i64, high: i64) -> Type {
     if fits { Type::I32 } else { Type::I64 }
 }
 
+impl Insert for Integers<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    /// Inserts an instruction before the current one.
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, value) = self.func.append(data, self.loc);
+        self.out.push(inst);
+        self.note(value, &data);
+        value
+    }
+}
+
 impl Integers<'_> {
     /// Enters what is known of a result.
     fn note(&mut self, result: Value, data: &InstData) {
@@ -176,31 +191,12 @@ impl Integers<'_> {
         self.integer_of[double.index()] = Some(integer);
     }
 
-    /// Adds an instruction before the current one; gives its result.
-    fn insert(&mut self, data: InstData) -> Option<Value> {
-        let inst = self.func.append(data, self.loc);
-        self.out.push(inst);
-        let value = self.func.result(inst)?;
-        self.note(value, &data);
-        Some(value)
-    }
-
-    /// Adds an operation before the current instruction; gives its result.
-    fn insert_binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Option<Value> {
-        self.insert(InstData::Binary { op, args: [a, b] })
-    }
-
-    /// Adds a constant, cut to its type, before the current instruction; gives its result.
-    fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
-        self.insert(InstData::Iconst { ty, value: ty.wrap(value) })
-    }
-
     /// The low bits of a double that is an integer, as an integer of a type; `None` if no integer
     /// value equals it.
     fn operand(&mut self, double: Value, ty: Type) -> Option<Value> {
         if let Some(bits) = self.func.constant(double) {
             let (value, _) = FloatRange::constant(bits as u64).integers()?;
-            return self.insert_const(ty, value);
+            return Some(self.insert_const(ty, value));
         }
         let integer = self.integer_of.get(double.index()).copied().flatten()?;
         let from = self.func.ty(integer);
@@ -209,7 +205,7 @@ impl Integers<'_> {
             std::cmp::Ordering::Less => ConvertOp::Trunc,
             std::cmp::Ordering::Greater => ConvertOp::Sext,
         };
-        self.insert(InstData::Convert { op, to: ty, arg: integer })
+        Some(self.insert_convert(op, ty, integer))
     }
 
     /// Whether an integer value equals the double, so that [`operand`](Self::operand) gives one.
@@ -264,12 +260,12 @@ impl Integers<'_> {
         match *data {
             InstData::Unary { op: UnaryOp::Fneg, arg } if self.is_integer(arg) => {
                 let arg = self.operand(arg, ty)?;
-                self.insert(InstData::Unary { op: UnaryOp::Neg, arg })
+                Some(self.insert_unary(UnaryOp::Neg, arg))
             }
             InstData::Unary { op: UnaryOp::Fabs, arg } if self.is_integer(arg) => {
                 let x = self.operand(arg, ty)?;
-                let negative = self.insert(InstData::Unary { op: UnaryOp::Neg, arg: x })?;
-                self.insert_binary(BinaryOp::Smax, x, negative)
+                let negative = self.insert_unary(UnaryOp::Neg, x);
+                Some(self.insert_binary(BinaryOp::Smax, x, negative))
             }
             InstData::Binary { op, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
                 // The low bits of these results depend on the low bits of the operands only.
@@ -280,11 +276,11 @@ impl Integers<'_> {
                     _ => return None,
                 };
                 let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
-                self.insert_binary(op, a, b)
+                Some(self.insert_binary(op, a, b))
             }
             InstData::Select { cond, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
-                let args = [self.operand(a, ty)?, self.operand(b, ty)?];
-                self.insert(InstData::Select { cond, args })
+                let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
+                Some(self.insert_select(cond, a, b))
             }
             _ => None,
         }
@@ -323,7 +319,7 @@ impl Integers<'_> {
                     }
                     _ => {
                         let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
-                        self.insert_binary(bit_instruction(form)?, a, b)?
+                        self.insert_binary(bit_instruction(form)?, a, b)
                     }
                 };
                 debug_assert_eq!(self.func.ty(result), Type::F64);
@@ -348,20 +344,17 @@ impl Integers<'_> {
         let wide = type_for(low.min(by), high.max(by));
         let mut value = self.operand(x, wide)?;
         if shift != 0 {
-            let shift = self.insert_const(wide, shift)?;
-            value = self.insert_binary(BinaryOp::Add, value, shift)?;
+            value = self.insert_with(BinaryOp::Add, value, shift);
         }
-        let by = self.insert_const(wide, by)?;
-        value = self.insert_binary(BinaryOp::Smod, value, by)?;
+        value = self.insert_with(BinaryOp::Smod, value, by);
         if shift != 0 {
-            let shift = self.insert_const(wide, shift)?;
-            value = self.insert_binary(BinaryOp::Sub, value, shift)?;
+            value = self.insert_with(BinaryOp::Sub, value, shift);
         }
         if ty == wide {
             return Some(value);
         }
         let op = if ty < wide { ConvertOp::Trunc } else { ConvertOp::Sext };
-        self.insert(InstData::Convert { op, to: ty, arg: value })
+        Some(self.insert_convert(op, ty, value))
     }
 
     /// A comparison of two doubles that are integers.

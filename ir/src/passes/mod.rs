@@ -67,6 +67,7 @@ mod graph;
 mod if_convert;
 mod image_bytes;
 mod index_bounds;
+mod insert;
 mod integers;
 mod narrow;
 mod packed_bits;

@@ -16,9 +16,10 @@
 //! demanded, the integer becomes a conversion of the truth value.
 
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use super::substitution::Substitution;
 use super::value_range::ValueRanges;
-use crate::{BinaryOp, ConvertOp, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value};
+use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
@@ -53,8 +54,8 @@ pub(super) fn run(func: &mut FuncData) -> bool {
                 let is_demanded = demanded.get(result.index()).copied().unwrap_or(true);
                 let is_truth = ranges.possible_ones(result) <= 1;
                 let loc = func.loc(inst);
-                let mut maker = Maker { func, out: &mut out, loc };
-                let bit = maker.lowest_bit(&data, &bits, !is_demanded || is_truth);
+                let mut cursor = Cursor { func, out: &mut out, loc };
+                let bit = cursor.lowest_bit(&data, &bits, !is_demanded || is_truth);
                 if let Some(slot) = bits.get_mut(result.index()) {
                     *slot = bit;
                 }
@@ -115,14 +116,7 @@ fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> Vec<bool> {
     demanded
 }
 
-/// Makes the truth value of an instruction's lowest bit.
-struct Maker<'a> {
-    func: &'a mut FuncData,
-    out: &'a mut Vec<Inst>,
-    loc: SourceLoc,
-}
-
-impl Maker<'_> {
+impl Cursor<'_> {
     /// The lowest bit of the result of an instruction, if that is known without new instructions,
     /// or if `may_compute` and it can be computed from lowest bits.
     fn lowest_bit(
@@ -139,27 +133,19 @@ impl Maker<'_> {
                 Some(arg)
             }
             InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, to: _, arg } => known(arg),
-            InstData::Iconst { ty: _, value } => {
-                self.insert(InstData::Iconst { ty: Type::I1, value: value & 1 })
-            }
+            InstData::Iconst { ty: _, value } => Some(self.insert_const(Type::I1, value & 1)),
             InstData::Binary {
                 op: op @ (BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
                 args: [a, b],
             } if may_compute => {
-                let args = [known(a)?, known(b)?];
-                self.insert(InstData::Binary { op, args })
+                let (a, b) = (known(a)?, known(b)?);
+                Some(self.insert_binary(op, a, b))
             }
             InstData::Unary { op: UnaryOp::Not, arg } if may_compute => {
                 let arg = known(arg)?;
-                self.insert(InstData::Unary { op: UnaryOp::Not, arg })
+                Some(self.insert_not(arg))
             }
             _ => None,
         }
-    }
-
-    fn insert(&mut self, data: InstData) -> Option<Value> {
-        let inst = self.func.append(data, self.loc);
-        self.out.push(inst);
-        self.func.result(inst)
     }
 }

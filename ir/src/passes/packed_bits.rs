@@ -28,6 +28,7 @@ use std::ops::Range;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
+use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastMap;
@@ -120,6 +121,18 @@ fn candidates(func: &FuncData, graph: &Graph) -> FastMap<Address, Type> {
 /// 8, 16 or 32 bits.
 fn is_word(at: &Address, ty: Type) -> bool {
     at.index.is_none() && !at.volatile && matches!(ty, Type::I8 | Type::I16 | Type::I32)
+}
+
+impl Insert for Collector<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, value) = self.func.append(data, self.loc);
+        self.push(inst);
+        value
+    }
 }
 
 impl Collector<'_> {
@@ -227,35 +240,21 @@ impl Collector<'_> {
         }
     }
 
-    /// Appends a new instruction and gives its result.
-    fn insert(&mut self, data: InstData) -> Option<Value> {
-        let inst = self.func.append(data, self.loc);
-        self.push(inst);
-        self.func.result(inst)
-    }
-
-    /// Appends an AND of a value with the constant `kept` and gives its result.
-    fn insert_and(&mut self, ty: Type, value: Value, kept: u64) -> Option<Value> {
-        let constant = InstData::Iconst { ty, value: ty.wrap(kept as i64) };
-        let constant = self.insert(constant)?;
-        self.insert(InstData::Binary { op: BinaryOp::And, args: [value, constant] })
-    }
-
-    /// Appends an OR of two values and gives its result. `None` stands for a value that is 0.
+    /// Appends an OR of two values and returns its result. `None` means a value that is 0.
     fn insert_or(&mut self, a: Option<Value>, b: Option<Value>) -> Option<Value> {
         match (a, b) {
-            (Some(a), Some(b)) => self.insert(InstData::Binary { op: BinaryOp::Or, args: [a, b] }),
+            (Some(a), Some(b)) => Some(self.insert_binary(BinaryOp::Or, a, b)),
             (a, b) => a.or(b),
         }
     }
 
     /// The bits `kept` of a value; the others become 0, unless they are known to be 0. `None` is a value
     /// that is 0.
-    fn masked(&mut self, ty: Type, value: Option<Value>, kept: u64) -> Option<Value> {
+    fn masked(&mut self, value: Option<Value>, kept: u64) -> Option<Value> {
         let value = value?;
         match self.ranges.possible_ones(value) & !kept {
             0 => Some(value),
-            _ => self.insert_and(ty, value, kept),
+            _ => Some(self.insert_with(BinaryOp::And, value, kept as i64)),
         }
     }
 
@@ -265,25 +264,19 @@ impl Collector<'_> {
         let Some(&Word { ty, replaced, bits, .. }) = self.words.get(number) else { return };
         self.push(inst);
         let whole = self.with_bits(ty, result, replaced, bits);
-        if let (Some(whole), Some(word)) = (whole, self.words.get_mut(number)) {
+        if let Some(word) = self.words.get_mut(number) {
             values.replace(result, whole);
             word.current.push(whole);
         }
     }
 
     /// A word with some bits replaced.
-    fn with_bits(
-        &mut self,
-        ty: Type,
-        word: Value,
-        replaced: u64,
-        bits: Option<Value>,
-    ) -> Option<Value> {
-        match mask(ty) & !replaced {
-            0 if bits.is_some() => bits,
-            kept => {
-                let rest = self.insert_and(ty, word, kept);
-                self.insert_or(rest, bits)
+    fn with_bits(&mut self, ty: Type, word: Value, replaced: u64, bits: Option<Value>) -> Value {
+        match (mask(ty) & !replaced, bits) {
+            (0, Some(bits)) => bits,
+            (kept, bits) => {
+                let rest = self.insert_with(BinaryOp::And, word, kept as i64);
+                bits.map_or(rest, |bits| self.insert_binary(BinaryOp::Or, rest, bits))
             }
         }
     }
@@ -313,7 +306,7 @@ impl Collector<'_> {
         let change = self.change(ty, &current, value, &mut steps);
         let (kept, new) = change.unwrap_or((0, Some(value)));
         let kept = kept & mask(ty);
-        let rest = self.masked(ty, bits, kept);
+        let rest = self.masked(bits, kept);
         let bits = self.insert_or(rest, new);
         let loc = self.loc;
         if let Some(word) = self.words.get_mut(number) {
@@ -366,7 +359,7 @@ impl Collector<'_> {
             BinaryOp::And => {
                 let constant = self.func.constant(b)? as u64 & mask(ty);
                 let (kept, new) = self.change(ty, current, a, steps)?;
-                Some((kept & constant, self.masked(ty, new, constant)))
+                Some((kept & constant, self.masked(new, constant)))
             }
             BinaryOp::Or => {
                 let (change, other) = match self.change(ty, current, a, steps) {
@@ -377,7 +370,7 @@ impl Collector<'_> {
                 match self.func.constant(other) {
                     Some(ones) => {
                         let ones = ones as u64 & mask(ty);
-                        let rest = self.masked(ty, new, !ones);
+                        let rest = self.masked(new, !ones);
                         Some((kept & !ones, self.insert_or(rest, Some(other))))
                     }
                     None if self.ranges.possible_ones(other) & kept == 0 => {
@@ -394,8 +387,8 @@ impl Collector<'_> {
                 let (kept, new) = change;
                 // The bits that may be toggled are taken from the result.
                 let toggled = self.ranges.possible_ones(other) & mask(ty);
-                let rest = self.masked(ty, new, !toggled);
-                let bits = self.masked(ty, Some(value), toggled);
+                let rest = self.masked(new, !toggled);
+                let bits = self.masked(Some(value), toggled);
                 Some((kept & !toggled, self.insert_or(rest, bits)))
             }
             _ => None,
@@ -407,15 +400,13 @@ impl Collector<'_> {
         let loc = std::mem::replace(&mut self.loc, word.loc);
         if word.replaced != 0 {
             let value = match (mask(word.ty) & !word.replaced, word.bits) {
-                (0, Some(bits)) => Some(bits),
+                (0, Some(bits)) => bits,
                 _ => {
-                    let old = self.insert(InstData::Load { ty: word.ty, at: word.at });
-                    old.and_then(|old| self.with_bits(word.ty, old, word.replaced, word.bits))
+                    let old = self.insert_load(word.ty, word.at);
+                    self.with_bits(word.ty, old, word.replaced, word.bits)
                 }
             };
-            if let Some(value) = value {
-                self.insert(InstData::Store { at: word.at, value });
-            }
+            self.insert_store(word.at, value);
         }
         self.loc = loc;
     }

@@ -24,6 +24,7 @@ use std::collections::VecDeque;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
+use super::insert::Insert;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastSet;
 use crate::{
@@ -96,6 +97,8 @@ struct Rows<'a> {
     inserted: Vec<(usize, Inst)>,
     /// The source place of the store that is examined.
     loc: SourceLoc,
+    /// The place of the instruction before which new ones are inserted.
+    at: usize,
 }
 
 /// Whether a function stores a word that may be joined of bits. Otherwise there is nothing to do.
@@ -121,12 +124,30 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let first_load = (0..func.value_count() as u32).map(Value).collect();
     let uses = func.use_counts();
     let (known, inserted, loc) = (VecDeque::new(), vec![], SourceLoc::NONE);
-    let mut rows = Rows { func, bytes, ranges, places, first_load, known, uses, inserted, loc };
+    let mut rows =
+        Rows { func, bytes, ranges, places, first_load, known, uses, inserted, loc, at: 0 };
     let mut changed = false;
     for &block in &graph.order {
         changed |= rows.block(block);
     }
     changed
+}
+
+impl Insert for Rows<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, result) = self.func.append(data, self.loc);
+        data.for_each_arg(|value| {
+            if let Some(count) = self.uses.get_mut(value.index()) {
+                *count += 1;
+            }
+        });
+        self.inserted.push((self.at, inst));
+        result
+    }
 }
 
 impl Rows<'_> {
@@ -250,14 +271,15 @@ impl Rows<'_> {
         if matches!(row, Row::Gather(_)) || row.cost() + 2 >= before {
             return None;
         }
-        let word = self.emit(ty, &row, &places, at)?;
-        let mut all = self.with_const(BinaryOp::And, ty, word, taken as i64, at)?;
+        let word = self.emit(ty, &row, &places, at);
+        self.at = at;
+        let mut all = self.insert_with(BinaryOp::And, word, taken as i64);
         for (part, kept) in rest {
             let part = match self.ranges.possible_ones(part) & !kept {
                 0 => part,
-                _ => self.with_const(BinaryOp::And, ty, part, kept as i64, at)?,
+                _ => self.insert_with(BinaryOp::And, part, kept as i64),
             };
-            all = self.insert(InstData::Binary { op: BinaryOp::Or, args: [all, part] }, at)?;
+            all = self.insert_binary(BinaryOp::Or, all, part);
         }
         Some(all)
     }

@@ -38,6 +38,7 @@ use plcc_abi::IntegerForm;
 
 use super::float_range::FloatRanges;
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use super::integers::PassedRanges;
 use super::speculate_row::Row;
 use super::speculation_plan::{Check, Mark, Plan, called_integer_form};
@@ -235,17 +236,13 @@ impl Speculate<'_> {
         let mut all = None;
         let mut integers = vec![];
         for &(value, check) in &plan.checked {
-            let out = &mut rest.out;
-            let Some((integer, truth)) = self.check(out, value, check, never_nan, loc) else {
-                return;
-            };
+            let mut out = self.cursor(&mut rest.out, loc);
+            let (integer, truth) = check.insert(&mut out, value, never_nan);
             integers.push((value, integer));
-            all = match all {
-                None => Some(truth),
-                Some(others) => {
-                    self.append(out, InstData::Binary { op: combine, args: [others, truth] }, loc)
-                }
-            };
+            all = Some(match all {
+                None => truth,
+                Some(others) => out.insert_binary(combine, others, truth),
+            });
         }
         let Some(cond) = all else { return };
         for &(again, first) in &plan.same {
@@ -266,11 +263,7 @@ impl Speculate<'_> {
         for (block, mut copies) in [(hot, integers), (cold, vec![])] {
             let mut insts = vec![];
             for &inst in &plan.twice {
-                let mut data = *self.func.inst(inst);
-                replace_all(&copies, |f| data.for_each_arg_mut(f));
-                let (loc, old) = (self.func.loc(inst), self.func.result(inst));
-                let new = self.append(&mut insts, data, loc);
-                copies.extend(old.zip(new));
+                self.copy_inst(inst, &mut copies, &mut insts);
             }
             let terminator = match join {
                 Some(join) => {
@@ -325,77 +318,67 @@ impl Speculate<'_> {
         copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_passed).collect()
     }
 
-    /// Appends the check of a double. Gives the double that takes its place, a conversion of an integer,
-    /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
-    /// whether it fails, else whether it succeeds.
-    pub(super) fn check(
-        &mut self,
-        out: &mut Vec<Inst>,
-        value: Value,
-        check: Check,
-        never_nan: bool,
-        loc: SourceLoc,
-    ) -> Option<(Value, Value)> {
-        let integer = match check {
-            Check::Narrow => {
-                let convert = ConvertOp::FloatToInt;
-                self.append(out, InstData::Convert { op: convert, to: Type::I32, arg: value }, loc)?
-            }
-            Check::Wide | Check::Rounded => {
-                // The sum is an integer whose low bits are those of the rounded double. If the double
-                // is too large for that, the number made of the low bits is far from the double, and
-                // the comparison below finds that.
-                let bits = ROUNDING.to_bits();
-                let rounding = self.append(out, InstData::Fconst { bits }, loc)?;
-                let args = [value, rounding];
-                let sum = self.append(out, InstData::Binary { op: BinaryOp::Fadd, args }, loc)?;
-                let bitcast = ConvertOp::Bitcast;
-                let mut word = self.append(
-                    out,
-                    InstData::Convert { op: bitcast, to: Type::I64, arg: sum },
-                    loc,
-                )?;
-                let constant = InstData::Iconst { ty: Type::I64, value: UPPER_BITS };
-                let by = self.append(out, constant, loc)?;
-                for op in [BinaryOp::Shl, BinaryOp::Ashr] {
-                    word = self.append(out, InstData::Binary { op, args: [word, by] }, loc)?;
-                }
-                word
-            }
-        };
-        let back = InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: integer };
-        let back = self.append(out, back, loc)?;
-        let (cond, args) = if check == Check::Rounded {
-            let apart = InstData::Binary { op: BinaryOp::Fsub, args: [value, back] };
-            let apart = self.append(out, apart, loc)?;
-            let apart = self.append(out, InstData::Unary { op: UnaryOp::Fabs, arg: apart }, loc)?;
-            let half = self.append(out, InstData::Fconst { bits: 0.5f64.to_bits() }, loc)?;
-            let cond = if never_nan { FloatCond::Ge } else { FloatCond::Lt };
-            (cond, [apart, half])
-        } else {
-            let cond = if never_nan { FloatCond::OrderedNe } else { FloatCond::Eq };
-            (cond, [back, value])
-        };
-        let truth = self.append(out, InstData::Fcmp { cond, args }, loc)?;
-        Some((back, truth))
-    }
-
     /// Adds a block without instructions.
     pub(super) fn new_block(&mut self, cold: bool) -> Block {
         self.func.blocks.push(BlockData { cold, ..BlockData::default() });
         Block(self.func.blocks.len() as u32 - 1)
     }
 
-    /// Appends an instruction to a list; gives its result.
-    pub(super) fn append(
+    /// The end of a list of instructions, for a statement.
+    pub(super) fn cursor<'b>(&'b mut self, out: &'b mut Vec<Inst>, loc: SourceLoc) -> Cursor<'b> {
+        Cursor { func: self.func, out, loc }
+    }
+
+    /// Appends a copy of an instruction whose operands are replaced by theirs, and adds its result to the copies.
+    pub(super) fn copy_inst(
         &mut self,
+        inst: Inst,
+        copies: &mut Vec<(Value, Value)>,
         out: &mut Vec<Inst>,
-        data: InstData,
-        loc: SourceLoc,
-    ) -> Option<Value> {
-        let inst = self.func.append(data, loc);
-        out.push(inst);
-        self.func.result(inst)
+    ) {
+        let mut data = *self.func.inst(inst);
+        replace_all(copies, |f| data.for_each_arg_mut(f));
+        let (new, copy) = self.func.append(data, self.func.loc(inst));
+        out.push(new);
+        copies.extend(self.func.result(inst).map(|old| (old, copy)));
+    }
+}
+
+impl Check {
+    /// Inserts the check of a double. Returns the double that takes its place, a conversion of an integer,
+    /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
+    /// whether it fails, else whether it succeeds.
+    pub(super) fn insert(
+        self,
+        out: &mut Cursor<'_>,
+        value: Value,
+        never_nan: bool,
+    ) -> (Value, Value) {
+        let integer = match self {
+            Self::Narrow => out.insert_convert(ConvertOp::FloatToInt, Type::I32, value),
+            Self::Wide | Self::Rounded => {
+                // The sum is an integer whose low bits are those of the rounded double. If the double
+                // is too large for that, the number made of the low bits is far from the double, and
+                // the comparison below finds that.
+                let sum = out.insert_with(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
+                let word = out.insert_convert(ConvertOp::Bitcast, Type::I64, sum);
+                let by = out.insert_const(Type::I64, UPPER_BITS);
+                let word = out.insert_binary(BinaryOp::Shl, word, by);
+                out.insert_binary(BinaryOp::Ashr, word, by)
+            }
+        };
+        let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
+        let (cond, args) = if self == Self::Rounded {
+            let apart = out.insert_binary(BinaryOp::Fsub, value, back);
+            let apart = out.insert_unary(UnaryOp::Fabs, apart);
+            let half = out.insert_const(Type::F64, 0.5f64.to_bits() as i64);
+            let cond = if never_nan { FloatCond::Ge } else { FloatCond::Lt };
+            (cond, [apart, half])
+        } else {
+            let cond = if never_nan { FloatCond::OrderedNe } else { FloatCond::Eq };
+            (cond, [back, value])
+        };
+        (back, out.insert(InstData::Fcmp { cond, args }))
     }
 }
 

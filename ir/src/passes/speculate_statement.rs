@@ -23,6 +23,7 @@
 //! ```
 
 use super::float_range::FloatRange;
+use super::insert::Insert;
 use super::speculate::{Rest, Speculate, replace_all};
 use super::speculate_row::{KnownInteger, Row};
 use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
@@ -117,12 +118,14 @@ impl Speculate<'_> {
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
         let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
         let cold = self.new_block(true);
-        let specialised = self.copy_with_checks(copied, &checks, cold, rest)?;
+        let specialised = self.copy_with_checks(copied, &checks, cold, rest);
         if let Some(row) = &row {
             self.link(row, cold);
         }
-        let mut insts = vec![];
-        let general = self.copy(copied, &mut insts);
+        let (mut insts, mut general) = (vec![], vec![]);
+        for &inst in copied {
+            self.copy_inst(inst, &mut general, &mut insts);
+        }
         let join = (!ends_block).then(|| self.new_block(false));
         let terminator_for = |copies: &[(Value, Value)]| match join {
             Some(block) => {
@@ -327,7 +330,7 @@ impl Speculate<'_> {
         checks: &Checks<'_>,
         cold: Block,
         rest: &mut Rest,
-    ) -> Option<Vec<(Value, Value)>> {
+    ) -> Vec<(Value, Value)> {
         let mut copies: Vec<(Value, Value)> = vec![];
         // The checks whose results no branch has tested yet.
         let mut waiting: Vec<WaitingCheck> = vec![];
@@ -355,15 +358,16 @@ impl Speculate<'_> {
                 self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
             }
             replace_all(&copies, |f| data.for_each_arg_mut(f));
-            let (old, new) = (self.func.result(inst), self.append(&mut rest.out, data, loc));
-            let Some((old, new)) = old.zip(new) else { continue };
+            let new = self.cursor(&mut rest.out, loc).insert(data);
+            let Some(old) = self.func.result(inst) else { continue };
             copies.push((old, new));
             if let Some(check) = checks.check(old) {
                 let never_nan = !self.floats.get(old).may_be_nan();
                 if waiting.last().is_some_and(|last| last.truth_means_failure != never_nan) {
                     self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
                 }
-                let (double, truth) = self.check(&mut rest.out, new, check, never_nan, loc)?;
+                let mut out = self.cursor(&mut rest.out, loc);
+                let (double, truth) = check.insert(&mut out, new, never_nan);
                 let truth_means_failure = never_nan;
                 waiting.push(WaitingCheck { checked: old, double, truth, truth_means_failure });
             }
@@ -375,7 +379,7 @@ impl Speculate<'_> {
             copies.extend(copy.map(|copy| (again, copy)));
         }
         self.changed = true;
-        Some(copies)
+        copies
     }
 
     /// Ends the block that is being filled by a branch that goes to the cold block if one of the waiting checks fails,
@@ -395,13 +399,10 @@ impl Speculate<'_> {
             fails = truth_means_failure;
             copies.push((checked, double));
             let op = if truth_means_failure { BinaryOp::Or } else { BinaryOp::And };
-            all = match all {
-                None => Some(truth),
-                Some(others) => {
-                    let args = [others, truth];
-                    self.append(&mut rest.out, InstData::Binary { op, args }, loc)
-                }
-            };
+            all = Some(match all {
+                None => truth,
+                Some(others) => self.cursor(&mut rest.out, loc).insert_binary(op, others, truth),
+            });
         }
         let Some(cond) = all else { return };
         let next = self.new_block(false);
@@ -411,18 +412,6 @@ impl Speculate<'_> {
         data.insts = std::mem::take(&mut rest.out);
         data.terminator = Some(Terminator::Brif { cond, then, otherwise });
         rest.block = next;
-    }
-
-    /// Copies instructions as they are to a list. Gives the copy of each result.
-    fn copy(&mut self, insts: &[Inst], out: &mut Vec<Inst>) -> Vec<(Value, Value)> {
-        let mut copies = vec![];
-        for &inst in insts {
-            let mut data = *self.func.inst(inst);
-            replace_all(&copies, |f| data.for_each_arg_mut(f));
-            let (loc, old) = (self.func.loc(inst), self.func.result(inst));
-            copies.extend(old.zip(self.append(out, data, loc)));
-        }
-        copies
     }
 }
 

@@ -19,6 +19,7 @@
 //! before, if nothing happens between them and both lead to the same block where they fail.
 
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
 use crate::tables::FastMap;
 use crate::{
@@ -179,18 +180,17 @@ fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
     };
     let (args, then) = ([*cond, *first], then.clone());
     let loc = func.definition(*cond).map_or(SourceLoc::NONE, |inst| func.loc(inst));
-    let and = func.append(InstData::Binary { op: BinaryOp::And, args }, loc);
+    let (and, both) = func.append(InstData::Binary { op: BinaryOp::And, args }, loc);
     // The result is used by the branch alone.
     uses.resize(func.value_count(), 1);
     let left = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
     let insts = std::mem::replace(&mut func.blocks[inner.index()], left).insts;
-    let both = func.result(and);
     let data = &mut func.blocks[block.index()];
     data.insts.extend(insts);
     data.insts.push(and);
     if let Some(Terminator::Brif { cond, then: to, .. }) = &mut data.terminator {
         *to = then;
-        *cond = both.unwrap_or(*cond);
+        *cond = both;
     }
 }
 
@@ -249,13 +249,10 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
     }
     there.reverse();
     insts.extend(here.into_iter().rev());
-    let Some(comparison) = copy(func, condition.comparison, &mut insts) else { return };
+    let comparison = copy(func, condition.comparison, &mut insts);
     let mut all = condition.others.first().copied().unwrap_or(comparison);
     for &other in condition.others.iter().skip(1) {
-        let and = InstData::Binary { op: BinaryOp::And, args: [all, other] };
-        let inst = func.append(and, loc);
-        there.push(inst);
-        all = func.result(inst).unwrap_or(all);
+        all = Cursor { func, out: &mut there, loc }.insert_binary(BinaryOp::And, all, other);
     }
     let second = Block(func.blocks.len() as u32);
     let terminator = Terminator::Brif { cond: all, then, otherwise: otherwise.clone() };
@@ -274,17 +271,10 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
 }
 
 /// Computes a comparison of a variable with a constant once more at the end of `insts`.
-fn copy(func: &mut FuncData, value: Value, insts: &mut Vec<Inst>) -> Option<Value> {
-    let definition = func.definition(value)?;
+fn copy(func: &mut FuncData, value: Value, insts: &mut Vec<Inst>) -> Value {
+    let Some(definition) = func.definition(value) else { return value };
     let mut data = *func.inst(definition);
-    let mut operands = vec![];
-    data.for_each_arg(|operand| operands.push(operand));
-    for operand in &mut operands {
-        *operand = copy(func, *operand, insts)?;
-    }
-    let mut operands = operands.into_iter();
-    data.for_each_arg_mut(|operand| *operand = operands.next().unwrap_or(*operand));
-    let inst = func.append(data, func.loc(definition));
-    insts.push(inst);
-    func.result(inst)
+    data.for_each_arg_mut(|operand| *operand = copy(func, *operand, insts));
+    let loc = func.loc(definition);
+    Cursor { func, out: insts, loc }.insert(data)
 }

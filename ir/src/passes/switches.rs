@@ -21,6 +21,7 @@
 //! comparison holds.
 
 use super::graph::Graph;
+use super::insert::{Cursor, Insert};
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond,
     Terminator, Type, Value,
@@ -123,34 +124,22 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         insts.extend(std::mem::replace(&mut func.blocks[link.index()], dropped).insts);
     }
     let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
-    let mut push = |func: &mut FuncData, data| {
-        let inst = func.append(data, loc);
-        insts.push(inst);
-        func.result(inst)
-    };
+    merge_same(func, &mut targets);
+    let mut out = Cursor { func, out: &mut insts, loc };
     let mut arg = value;
     if is_double {
-        arg = integer_of(func, &mut push, value).unwrap_or(arg);
+        arg = integer_of(&mut out, value);
     }
-    if shift > 0
-        && let Some(kept) = push(func, InstData::Iconst { ty, value: mask >> shift })
-    {
-        let field = InstData::Binary { op: BinaryOp::And, args: [arg, kept] };
-        arg = push(func, field).unwrap_or(arg);
+    if shift > 0 {
+        arg = out.insert_with(BinaryOp::And, arg, mask >> shift);
     }
     if matches!(ty, Type::I8 | Type::I16) {
-        let wide = InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
-        arg = push(func, wide).unwrap_or(arg);
+        arg = out.insert_convert(ConvertOp::Zext, Type::I32, arg);
     }
     if low > 0 {
-        let less = InstData::Iconst { ty: Type::I32, value: Type::I32.wrap(low as i64) };
-        if let Some(less) = push(func, less) {
-            let moved = InstData::Binary { op: BinaryOp::Sub, args: [arg, less] };
-            arg = push(func, moved).unwrap_or(arg);
-        }
+        arg = out.insert_with(BinaryOp::Sub, arg, low as i64);
     }
-    merge_same(func, &mut targets);
-    let bit = bit_test(func, &mut push, arg, &targets, next);
+    let bit = bit_test(&mut out, arg, &targets, next);
     let data = &mut func.blocks[block.index()];
     data.insts = insts;
     data.terminator = Some(match bit {
@@ -199,8 +188,7 @@ fn do_same(func: &FuncData, a: Block, b: Block) -> bool {
 /// The bit of a mask that says whether control goes to the only target beside the default one, with that target; `None`
 /// if there are more targets or numbers.
 fn bit_test(
-    func: &mut FuncData,
-    push: &mut impl FnMut(&mut FuncData, InstData) -> Option<Value>,
+    out: &mut Cursor<'_>,
     arg: Value,
     targets: &[Block],
     default: Block,
@@ -213,41 +201,35 @@ fn bit_test(
     let bits = targets.iter().zip(0..).filter(|(target, _)| **target == then);
     let mask = bits.fold(0u64, |mask, (_, number)| mask | 1 << number) as i64;
     let ty = if targets.len() > 32 { Type::I64 } else { Type::I32 };
-    let mask = push(func, InstData::Iconst { ty, value: ty.wrap(mask) })?;
+    let mask = out.insert_const(ty, mask);
     let by = match ty {
-        Type::I64 => push(func, InstData::Convert { op: ConvertOp::Zext, to: ty, arg })?,
+        Type::I64 => out.insert_convert(ConvertOp::Zext, ty, arg),
         _ => arg,
     };
     // Of a number beyond the mask's bits the shift leaves 0.
-    let shifted = push(func, InstData::Binary { op: BinaryOp::Lshr, args: [mask, by] })?;
-    let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: shifted };
-    Some((push(func, bit)?, then))
+    let shifted = out.insert_binary(BinaryOp::Lshr, mask, by);
+    Some((out.insert_convert(ConvertOp::Trunc, Type::I1, shifted), then))
 }
 
 /// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.
 /// The value is a double, or an `i64` with the bits of one.
-fn integer_of(
-    func: &mut FuncData,
-    push: &mut impl FnMut(&mut FuncData, InstData) -> Option<Value>,
-    value: Value,
-) -> Option<Value> {
-    let convert = |op, to, arg| InstData::Convert { op, to, arg };
-    let is_bits = func.ty(value) == Type::I64;
+fn integer_of(out: &mut Cursor<'_>, value: Value) -> Value {
+    let is_bits = out.func.ty(value) == Type::I64;
     let double = match is_bits {
-        true => push(func, convert(ConvertOp::Bitcast, Type::F64, value))?,
+        true => out.insert_convert(ConvertOp::Bitcast, Type::F64, value),
         false => value,
     };
-    let integer = push(func, convert(ConvertOp::FloatToInt, Type::I32, double))?;
-    let back = push(func, convert(ConvertOp::IntToFloat, Type::F64, integer))?;
+    let integer = out.insert_convert(ConvertOp::FloatToInt, Type::I32, double);
+    let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
     let is_equal = match is_bits {
         true => {
-            let back = push(func, convert(ConvertOp::Bitcast, Type::I64, back))?;
-            push(func, InstData::Icmp { cond: IntCond::Eq, args: [back, value] })?
+            let back = out.insert_convert(ConvertOp::Bitcast, Type::I64, back);
+            out.insert_icmp(IntCond::Eq, back, value)
         }
-        false => push(func, InstData::Fcmp { cond: FloatCond::Eq, args: [back, value] })?,
+        false => out.insert(InstData::Fcmp { cond: FloatCond::Eq, args: [back, value] }),
     };
-    let other = push(func, InstData::Iconst { ty: Type::I32, value: -1 })?;
-    push(func, InstData::Select { cond: is_equal, args: [integer, other] })
+    let other = out.insert_const(Type::I32, -1);
+    out.insert_select(is_equal, integer, other)
 }
 
 /// Whether a value is computed in a block and no later instruction of the block has an effect, so that the

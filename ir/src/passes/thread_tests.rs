@@ -151,8 +151,8 @@ fn copy_block(func: &mut FuncData, copy: BlockCopy) {
                 *arg = *new;
             }
         });
-        let new = func.append(copied, func.loc(*inst));
-        results.extend(func.result(*inst).zip(func.result(new)));
+        let (new, result) = func.append(copied, func.loc(*inst));
+        results.extend(func.result(*inst).map(|old| (old, result)));
         *inst = new;
     }
     let to = Block(func.blocks.len() as u32);

@@ -1,6 +1,7 @@
 //! Changes a function: bits become bytes, and are unpacked and packed where that is needed.
 
 use super::super::graph::Graph;
+use super::super::insert::Insert;
 use super::analysis::{Access, Found};
 use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
 use super::{WORD_BITS, Word, WordSet};
@@ -46,6 +47,18 @@ struct Writer<'a> {
     /// The instructions of the current block so far.
     out: Vec<Inst>,
     loc: SourceLoc,
+}
+
+impl Insert for Writer<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, value) = self.func.append(data, self.loc);
+        self.out.push(inst);
+        value
+    }
 }
 
 impl Writer<'_> {
@@ -97,44 +110,25 @@ impl Writer<'_> {
         block
     }
 
-    /// Appends a new instruction; gives its result.
-    fn insert(&mut self, data: InstData) -> Option<Value> {
-        let inst = self.func.append(data, self.loc);
-        self.out.push(inst);
-        self.func.result(inst)
-    }
-
-    /// Appends an operation on a value and a constant.
-    fn insert_with(&mut self, op: BinaryOp, value: Value, constant: i64) -> Option<Value> {
-        let ty = self.func.ty(value);
-        let constant = self.insert(InstData::Iconst { ty, value: ty.wrap(constant) })?;
-        self.insert(InstData::Binary { op, args: [value, constant] })
-    }
-
     /// Replaces an access of a bit by that of a byte.
     fn access(&mut self, inst: Inst, access: Access) {
         let found = self.found;
-        let Some(word) = found.words.get(access.word()) else { return };
-        match access {
+        let word = &found.words[access.word()];
+        self.func.insts[inst.index()] = match access {
             Access::Read { word: _, bit } => {
-                let load = InstData::Load { ty: Type::I1, at: word.local_bit(bit) };
-                if let Some(arg) = self.insert(load) {
-                    self.func.insts[inst.index()] =
-                        InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
-                }
+                let arg = self.insert_load(Type::I1, word.local_bit(bit));
+                InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg }
             }
             Access::Write { word: _, bit, value } => {
-                if let Some(value) = self.bit(value, bit) {
-                    self.func.insts[inst.index()] =
-                        InstData::Store { at: word.local_bit(bit), value };
-                }
+                let value = self.bit(value, bit);
+                InstData::Store { at: word.local_bit(bit), value }
             }
-        }
+        };
     }
 
     /// Bit number `bit` of a value, as a truth value. The value has no other bit, since an AND has masked it. Mostly
     /// a truth value was shifted left to its place before; then neither the shift nor the mask is needed.
-    fn bit(&mut self, value: Value, bit: u32) -> Option<Value> {
+    fn bit(&mut self, value: Value, bit: u32) -> Value {
         let mut of = value;
         if let Some(&InstData::Binary { op: BinaryOp::And, args: [unmasked, _] }) =
             self.func.def_inst(value)
@@ -147,19 +141,18 @@ impl Writer<'_> {
             {
                 of = low;
             }
-            _ if bit > 0 => of = self.insert_with(BinaryOp::Lshr, of, bit.into())?,
+            _ if bit > 0 => of = self.insert_with(BinaryOp::Lshr, of, bit.into()),
             _ => {}
         }
-        self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: of })
+        self.insert_convert(ConvertOp::Trunc, Type::I1, of)
     }
 
     /// Calls `f` for each word of a set.
-    fn for_each(&mut self, words: WordSet, mut f: impl FnMut(&mut Self, &Word) -> Option<()>) {
+    fn for_each(&mut self, words: WordSet, mut f: impl FnMut(&mut Self, &Word)) {
         let found = self.found;
         for (number, word) in found.words.iter().enumerate() {
             if words >> number & 1 == 1 {
-                let done = f(self, word);
-                debug_assert!(done.is_some(), "an instruction has no result");
+                f(self, word);
             }
         }
     }
@@ -167,18 +160,16 @@ impl Writer<'_> {
     /// Appends what unpacks words.
     fn unpack(&mut self, words: WordSet) {
         self.for_each(words, |this, word| {
-            let value = this.insert(InstData::Load { ty: Type::I32, at: word.at })?;
-            let to = Type::I64;
-            let wide = this.insert(InstData::Convert { op: ConvertOp::Zext, to, arg: value })?;
+            let value = this.insert_load(Type::I32, word.at);
+            let wide = this.insert_convert(ConvertOp::Zext, Type::I64, value);
             for group in Word::groups(word.used) {
                 let arg = match group {
                     0 => wide,
-                    _ => this.insert_with(BinaryOp::Lshr, wide, i64::from(8 * group))?,
+                    _ => this.insert_with(BinaryOp::Lshr, wide, i64::from(8 * group)),
                 };
-                let value = this.insert(InstData::Unary { op: UnaryOp::SpreadBits, arg })?;
-                this.insert(InstData::Store { at: word.local_bit(8 * group), value });
+                let value = this.insert_unary(UnaryOp::SpreadBits, arg);
+                this.insert_store(word.local_bit(8 * group), value);
             }
-            Some(())
         });
     }
 
@@ -189,31 +180,26 @@ impl Writer<'_> {
             let mut kept: i64 = (1 << WORD_BITS) - 1;
             for group in Word::groups(word.written) {
                 let at = word.local_bit(8 * group);
-                let arg = this.insert(InstData::Load { ty: Type::I64, at })?;
-                let arg = this.insert(InstData::Unary { op: UnaryOp::GatherBits, arg })?;
-                let to = Type::I32;
-                let mut bits = this.insert(InstData::Convert { op: ConvertOp::Trunc, to, arg })?;
+                let arg = this.insert_load(Type::I64, at);
+                let arg = this.insert_unary(UnaryOp::GatherBits, arg);
+                let mut bits = this.insert_convert(ConvertOp::Trunc, Type::I32, arg);
                 if group > 0 {
-                    bits = this.insert_with(BinaryOp::Shl, bits, i64::from(8 * group))?;
+                    bits = this.insert_with(BinaryOp::Shl, bits, i64::from(8 * group));
                 }
                 kept &= !(0xFF << (8 * group));
                 packed = Some(match packed {
-                    Some(others) => {
-                        let args = [others, bits];
-                        this.insert(InstData::Binary { op: BinaryOp::Or, args })?
-                    }
+                    Some(others) => this.insert_binary(BinaryOp::Or, others, bits),
                     None => bits,
                 });
             }
-            let mut value = packed?;
+            // A word of which no bit was written needs no packing.
+            let Some(mut value) = packed else { return };
             if kept != 0 {
-                let old = this.insert(InstData::Load { ty: Type::I32, at: word.at })?;
-                let rest = this.insert_with(BinaryOp::And, old, kept)?;
-                let args = [rest, value];
-                value = this.insert(InstData::Binary { op: BinaryOp::Or, args })?;
+                let old = this.insert_load(Type::I32, word.at);
+                let rest = this.insert_with(BinaryOp::And, old, kept);
+                value = this.insert_binary(BinaryOp::Or, rest, value);
             }
-            this.insert(InstData::Store { at: word.at, value });
-            Some(())
+            this.insert_store(word.at, value);
         });
     }
 }

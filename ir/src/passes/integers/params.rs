@@ -9,6 +9,7 @@
 
 use super::{Integers, to_double, type_for};
 use crate::func::ValueData;
+use crate::passes::insert::Insert;
 use crate::passes::substitution::Substitution;
 use crate::{Block, FuncData, Inst, SourceLoc, Terminator, Type, Value, ValueDef};
 
@@ -39,9 +40,8 @@ impl Integers<'_> {
             self.integers.set_bounds(new, ty, (low, high));
             let insts = &self.func.block(block).insts;
             self.loc = loc_of(self.func, insts.first());
-            if let Some(double) = self.insert(to_double(new)) {
-                values.replace(param, double);
-            }
+            let double = self.insert(to_double(new));
+            values.replace(param, double);
         }
     }
 
@@ -75,9 +75,9 @@ impl Integers<'_> {
         for call in calls.into_iter().filter(|call| call.block == to) {
             if let Some(arg) = call.args.get_mut(number)
                 && self.func.ty(*arg) == Type::F64
-                && let Some(integer) = self.operand(*arg, ty)
             {
-                *arg = integer;
+                // That all are integers was seen before.
+                *arg = self.operand(*arg, ty).unwrap_or(Value::NONE);
             }
         }
         let data = &mut self.func.blocks[from.index()];

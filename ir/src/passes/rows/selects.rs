@@ -21,10 +21,11 @@
 
 use std::ops::Range;
 
+use super::super::insert::{Cursor, Insert};
 use super::{Lane, MIN_LANES, Rows};
 use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, Inst, InstData, IntCond, SourceLoc,
-    Terminator, Type, Value, ValueDef, func::ValueData,
+    Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, Inst, InstData, IntCond, Terminator,
+    Type, Value, ValueDef, func::ValueData,
 };
 
 /// A row of selects has at most this many.
@@ -76,16 +77,19 @@ impl Rows<'_> {
             let row = row_of(part.first()).filter(|_| part.len() >= MIN_LANES);
             let Some(word) = row.and_then(|row| self.known.get(row)).map(|known| known.1) else {
                 for select in part {
-                    value = self.select(select, select.cond, value, &mut insts);
+                    let mut out = self.cursor(select, &mut insts);
+                    value = out.insert_select(select.cond, select.constant, value);
                 }
                 continue;
             };
-            let loc = part.first().map_or(SourceLoc::NONE, |select| self.func.loc(select.inst));
             let ty = self.func.ty(word);
             let bits = part.iter().filter_map(|select| select.bit);
             let mask = bits.fold(0, |mask, (_, bit)| mask | 1i64 << bit);
-            let mask = InstData::Iconst { ty, value: ty.wrap(mask) };
-            let Some(any) = self.any_bit(word, mask, ty, loc, &mut insts) else { continue };
+            // Whether any of the conditions holds.
+            let mut out = self.cursor(&part[0], &mut insts);
+            let bits = out.insert_with(BinaryOp::And, word, mask);
+            let zero = out.insert_const(ty, 0);
+            let any = out.insert_icmp(IntCond::Ne, bits, zero);
             let [then, next] = [(); 2].map(|()| self.new_block());
             let param = Value(self.func.values.len() as u32);
             let def = ValueDef::Param(next, 0);
@@ -95,10 +99,11 @@ impl Rows<'_> {
             let guard = Terminator::Brif { cond: any, then: BlockCall::plain(then), otherwise };
             self.end_block(last, std::mem::take(&mut insts), Some(guard));
             for select in part {
-                let loc = self.func.loc(select.inst);
                 let bit = select.bit.map_or(0, |(_, bit)| i64::from(bit));
-                let cond = self.bit(word, bit, ty, loc, &mut insts).unwrap_or(select.cond);
-                value = self.select(select, cond, value, &mut insts);
+                let mut out = self.cursor(select, &mut insts);
+                let moved = out.insert_with(BinaryOp::Lshr, word, bit);
+                let cond = out.insert_convert(ConvertOp::Trunc, Type::I1, moved);
+                value = out.insert_select(cond, select.constant, value);
             }
             let jump = Terminator::Jump(BlockCall { block: next, args: vec![value] });
             self.end_block(then, std::mem::take(&mut insts), Some(jump));
@@ -166,49 +171,10 @@ impl Rows<'_> {
         passed.iter().all(may_pass).then_some(behind)
     }
 
-    /// Appends a select with another condition to a list, and gives its result.
-    fn select(&mut self, select: &Select, cond: Value, value: Value, out: &mut Vec<Inst>) -> Value {
-        let data = InstData::Select { cond, args: [select.constant, value] };
+    /// The end of a list of instructions, for the statement of a select.
+    fn cursor<'b>(&'b mut self, select: &Select, out: &'b mut Vec<Inst>) -> Cursor<'b> {
         let loc = self.func.loc(select.inst);
-        self.append(data, loc, out).unwrap_or(value)
-    }
-
-    /// Appends whether a word has any of the bits of a constant to a list.
-    fn any_bit(
-        &mut self,
-        word: Value,
-        mask: InstData,
-        ty: Type,
-        loc: SourceLoc,
-        out: &mut Vec<Inst>,
-    ) -> Option<Value> {
-        let mask = self.append(mask, loc, out)?;
-        let bits = InstData::Binary { op: BinaryOp::And, args: [word, mask] };
-        let bits = self.append(bits, loc, out)?;
-        let zero = self.append(InstData::Iconst { ty, value: 0 }, loc, out)?;
-        self.append(InstData::Icmp { cond: IntCond::Ne, args: [bits, zero] }, loc, out)
-    }
-
-    /// Appends a bit of a word to a list, as a truth value.
-    fn bit(
-        &mut self,
-        word: Value,
-        bit: i64,
-        ty: Type,
-        loc: SourceLoc,
-        out: &mut Vec<Inst>,
-    ) -> Option<Value> {
-        let by = self.append(InstData::Iconst { ty, value: bit }, loc, out)?;
-        let moved = InstData::Binary { op: BinaryOp::Lshr, args: [word, by] };
-        let arg = self.append(moved, loc, out)?;
-        self.append(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg }, loc, out)
-    }
-
-    /// Appends an instruction to a list; gives its result.
-    fn append(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Option<Value> {
-        let inst = self.func.append(data, loc);
-        out.push(inst);
-        self.func.result(inst)
+        Cursor { func: self.func, out, loc }
     }
 
     /// Adds a block without instructions.

@@ -3,6 +3,7 @@
 use super::super::float_range::{FloatRange, FloatRanges};
 use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
+use super::super::insert::Insert;
 use super::super::value_range::ValueRanges;
 use super::{Check, gains};
 use crate::func::ValueData;
@@ -35,35 +36,39 @@ pub(super) struct Copy<'a> {
     /// not known to be integers.
     pub(super) gaining: usize,
     pub(super) other_operands: usize,
+    /// The instructions of the block that is being written, and the statement of the current one.
+    pub(super) out: Vec<Inst>,
+    pub(super) loc: SourceLoc,
+}
+
+impl Insert for Copy<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, result) = self.func.append(data, self.loc);
+        self.out.push(inst);
+        if result != Value::NONE {
+            match self.func.ty(result) {
+                Type::F64 => self.floats.note(self.func, &self.integers, result, &data),
+                _ => self.integers.note(self.func, result, &data),
+            }
+        }
+        result
+    }
 }
 
 impl Copy<'_> {
-    /// Makes the check of a variable, by its number.
-    pub(super) fn check(&mut self, number: usize, loc: SourceLoc) -> Option<Check> {
-        let at = *self.variables.get(number)?;
-        let mut insts = vec![];
-        let load = self.append(InstData::Load { ty: Type::F64, at }, loc, &mut insts)?;
-        let integer = ConvertOp::FloatToInt;
-        let integer = InstData::Convert { op: integer, to: Type::I32, arg: load };
-        let integer = self.append(integer, loc, &mut insts)?;
-        let double = ConvertOp::IntToFloat;
-        let double = InstData::Convert { op: double, to: Type::F64, arg: integer };
-        let double = self.append(double, loc, &mut insts)?;
+    /// Makes the check of a variable.
+    pub(super) fn check(&mut self, at: Address, loc: SourceLoc) -> Check {
+        self.loc = loc;
+        let load = self.insert_load(Type::F64, at);
+        let integer = self.insert_convert(ConvertOp::FloatToInt, Type::I32, load);
+        let double = self.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
         let fails = InstData::Fcmp { cond: FloatCond::OrderedNe, args: [double, load] };
-        let fails = self.append(fails, loc, &mut insts)?;
-        Some(Check { insts, double, fails })
-    }
-
-    /// Appends an instruction to a list; gives its result.
-    fn append(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Option<Value> {
-        let inst = self.func.append(data, loc);
-        out.push(inst);
-        let result = self.func.result(inst)?;
-        match self.func.ty(result) {
-            Type::F64 => self.floats.note(self.func, &self.integers, result, &data),
-            _ => self.integers.note(self.func, result, &data),
-        }
-        Some(result)
+        let fails = self.insert(fails);
+        Check { insts: std::mem::take(&mut self.out), double, fails }
     }
 
     /// Copies all blocks.
@@ -87,9 +92,8 @@ impl Copy<'_> {
                 true => checks.iter().map(|check| Some(check.double)).collect(),
                 false => self.known_at(copy, &before[block.index()], &ends),
             };
-            let mut out = vec![];
             for inst in self.func.block(block).insts.clone() {
-                self.inst(inst, &mut known, &mut out);
+                self.inst(inst, &mut known);
             }
             let mut terminator = self.func.block(block).terminator.clone();
             if let Some(terminator) = &mut terminator {
@@ -101,7 +105,7 @@ impl Copy<'_> {
                 });
             }
             let data = &mut self.func.blocks[copy.index()];
-            (data.insts, data.terminator) = (out, terminator);
+            (data.insts, data.terminator) = (std::mem::take(&mut self.out), terminator);
             ends[block.index()] = known;
         }
     }
@@ -163,9 +167,9 @@ impl Copy<'_> {
         }
     }
 
-    /// The copy of a value.
+    /// The copy of a value of the original. Definitions are copied before their uses.
     fn copied(&self, value: Value) -> Value {
-        self.values.get(value.index()).copied().flatten().unwrap_or(value)
+        self.values.get(value.index()).copied().flatten().unwrap_or(Value::NONE)
     }
 
     /// The number of the variable that an access of 8 bytes reads or writes.
@@ -176,10 +180,11 @@ impl Copy<'_> {
     }
 
     /// Copies an instruction.
-    fn inst(&mut self, inst: Inst, known: &mut Known, out: &mut Vec<Inst>) {
+    fn inst(&mut self, inst: Inst, known: &mut Known) {
         let mut data = *self.func.inst(inst);
         data.for_each_arg_mut(|value| *value = self.copied(*value));
-        let (loc, result) = (self.func.loc(inst), self.func.result(inst));
+        self.loc = self.func.loc(inst);
+        let result = self.func.result(inst);
         let mut double = None;
         match data {
             InstData::Load { ty: Type::F64, at } => {
@@ -193,11 +198,11 @@ impl Copy<'_> {
                 double = self.variable(&at).and_then(|number| known[number]);
             }
             InstData::Icmp { cond, args } => {
-                if let Some(compared) = self.compare(cond, args, loc, out) {
+                if let Some(compared) = self.compare(cond, args) {
                     data = compared;
                 }
             }
-            InstData::Store { at, value } => self.store(&at, value, loc, known, out),
+            InstData::Store { at, value } => self.store(&at, value, known),
             InstData::HostCall { function, args: _ } if !function.is_pure() => known.fill(None),
             _ => {}
         }
@@ -207,22 +212,15 @@ impl Copy<'_> {
             data.for_each_arg(|arg| all &= self.floats.get(arg).integers().is_some());
             self.other_operands += usize::from(!all);
         }
-        let new = self.append(data, loc, out);
-        if let (Some(result), Some(new)) = (result, new) {
+        let new = self.insert(data);
+        if let Some(result) = result {
             self.values[result.index()] = Some(new);
             self.bits.extend(double.map(|double| (new, double)));
         }
     }
 
-    /// Enters what is known of the variables behind a store.
-    fn store(
-        &mut self,
-        at: &Address,
-        value: Value,
-        loc: SourceLoc,
-        known: &mut Known,
-        out: &mut Vec<Inst>,
-    ) {
+    /// Enters what is known of the variables after a store.
+    fn store(&mut self, at: &Address, value: Value, known: &mut Known) {
         let ty = self.func.ty(value);
         let mut written = at.extent(ty);
         if let Some(index) = at.index
@@ -244,16 +242,16 @@ impl Copy<'_> {
         if let Some(number) = self.variable(at) {
             known[number] = match ty {
                 Type::F64 => Some(value),
-                Type::I64 => self.double_of(value, loc, out),
+                Type::I64 => self.double_of(value),
                 _ => None,
             };
         }
     }
 
     /// The double whose bits an `i64` is, if it is known.
-    fn double_of(&mut self, bits: Value, loc: SourceLoc, out: &mut Vec<Inst>) -> Option<Value> {
+    fn double_of(&mut self, bits: Value) -> Option<Value> {
         match self.func.constant(bits) {
-            Some(bits) => self.append(InstData::Fconst { bits: bits as u64 }, loc, out),
+            Some(bits) => Some(self.insert_const(Type::F64, bits)),
             None => self.bits.get(&bits).copied(),
         }
     }
@@ -261,13 +259,7 @@ impl Copy<'_> {
     /// A comparison of the bits of variables, or of those of a variable with a constant, as one of the
     /// doubles: the order of the bits of doubles that are finite and not -0 is that of the
     /// doubles, if they are not negative; if they are, it is the reverse.
-    fn compare(
-        &mut self,
-        cond: IntCond,
-        args: [Value; 2],
-        loc: SourceLoc,
-        out: &mut Vec<Inst>,
-    ) -> Option<InstData> {
+    fn compare(&mut self, cond: IntCond, args: [Value; 2]) -> Option<InstData> {
         if !args.iter().any(|arg| self.bits.contains_key(arg)) {
             return None;
         }
@@ -286,7 +278,7 @@ impl Copy<'_> {
         if !number.is_none_or(is_plain) {
             return None;
         }
-        let [a, b] = args.map(|arg| self.double_of(arg, loc, out));
+        let [a, b] = args.map(|arg| self.double_of(arg));
         let args = [a?, b?];
         let has_order = |arg: &Value| {
             let range = self.floats.get(*arg);

@@ -73,12 +73,12 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
         bits: FastMap::default(),
         gaining: 0,
         other_operands: 0,
+        out: vec![],
+        loc,
         func,
     };
-    let checks: Vec<Check> = (0..copy.variables.len()).filter_map(|n| copy.check(n, loc)).collect();
-    if checks.len() != copy.variables.len() {
-        return false;
-    }
+    let variables = copy.variables.clone();
+    let checks: Vec<Check> = variables.into_iter().map(|at| copy.check(at, loc)).collect();
     let count = copy.func.block_count();
     copy.blocks(&graph, entry, &checks);
     let (gaining, others) = (copy.gaining, copy.other_operands);

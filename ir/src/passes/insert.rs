@@ -1,0 +1,98 @@
+//! Writing new instructions, for every pass.
+//!
+//! A pass implements [`Insert`] by saying where a new instruction goes, and what it keeps in mind of the result.
+//! Writing can't fail: every method returns a value. So where a rule of a pass returns `None`, that means that the rule
+//! does not apply, and never that code has been written by halves.
+
+use crate::{
+    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, IntCond, SourceLoc, Type, UnaryOp,
+    Value,
+};
+
+/// A place in a function at which new instructions are inserted, one after the other.
+pub(super) trait Insert {
+    /// The function.
+    fn func(&self) -> &FuncData;
+
+    /// Inserts an instruction and returns its result. A store has none; for it this is [`Value::NONE`], which the
+    /// verifier refuses wherever it is used.
+    fn insert(&mut self, data: InstData) -> Value;
+
+    /// Inserts a constant: an integer, which is cut to its type, or the bits of a double.
+    fn insert_const(&mut self, ty: Type, value: i64) -> Value {
+        self.insert(constant(ty, value))
+    }
+
+    /// Inserts an operation on one operand.
+    fn insert_unary(&mut self, op: UnaryOp, arg: Value) -> Value {
+        self.insert(InstData::Unary { op, arg })
+    }
+
+    /// Inserts a NOT.
+    fn insert_not(&mut self, arg: Value) -> Value {
+        self.insert_unary(UnaryOp::Not, arg)
+    }
+
+    /// Inserts an operation on two operands.
+    fn insert_binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Value {
+        self.insert(InstData::Binary { op, args: [a, b] })
+    }
+
+    /// Inserts an operation on an operand and a constant of its type, which is inserted before.
+    fn insert_with(&mut self, op: BinaryOp, value: Value, constant: i64) -> Value {
+        let constant = self.insert_const(self.func().ty(value), constant);
+        self.insert_binary(op, value, constant)
+    }
+
+    /// Inserts a comparison of two integers.
+    fn insert_icmp(&mut self, cond: IntCond, a: Value, b: Value) -> Value {
+        self.insert(InstData::Icmp { cond, args: [a, b] })
+    }
+
+    /// Inserts a choice: `a` if `cond` is true, else `b`.
+    fn insert_select(&mut self, cond: Value, a: Value, b: Value) -> Value {
+        self.insert(InstData::Select { cond, args: [a, b] })
+    }
+
+    /// Inserts a conversion.
+    fn insert_convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Value {
+        self.insert(InstData::Convert { op, to, arg })
+    }
+
+    /// Inserts a load.
+    fn insert_load(&mut self, ty: Type, at: Address) -> Value {
+        self.insert(InstData::Load { ty, at })
+    }
+
+    /// Inserts a store.
+    fn insert_store(&mut self, at: Address, value: Value) {
+        self.insert(InstData::Store { at, value });
+    }
+}
+
+/// A constant: an integer, which is cut to its type, or the bits of a double.
+pub(super) fn constant(ty: Type, value: i64) -> InstData {
+    match ty {
+        Type::F64 => InstData::Fconst { bits: value as u64 },
+        ty => InstData::Iconst { ty, value: ty.wrap(value) },
+    }
+}
+
+/// The end of a list of instructions, where they are inserted for a statement.
+pub(super) struct Cursor<'a> {
+    pub(super) func: &'a mut FuncData,
+    pub(super) out: &'a mut Vec<Inst>,
+    pub(super) loc: SourceLoc,
+}
+
+impl Insert for Cursor<'_> {
+    fn func(&self) -> &FuncData {
+        self.func
+    }
+
+    fn insert(&mut self, data: InstData) -> Value {
+        let (inst, result) = self.func.append(data, self.loc);
+        self.out.push(inst);
+        result
+    }
+}
