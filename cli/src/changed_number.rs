@@ -103,14 +103,13 @@ fn built(sources: &RecordedSources) -> Result<Vec<u8>, String> {
     let (checked, _, diagnostics) = check_recorded(sources)?;
     let error = || first_error(&diagnostics).unwrap_or_else(|| "the program has errors".into());
     let checked = checked.ok_or_else(error)?;
-    let make = || {
-        let lowered = checked.optimized(OptLevel::Speed)?;
+    let made = checked.compiled(OptLevel::Speed, |lowered| {
         let target = Target::host_baseline()?;
-        let code = compile::code(&lowered, &target)?;
+        let code = compile::code(lowered, &target)?;
         let debug = Some((&target, &ObjectOptions::default()));
         compile::artifact_with(&lowered.program, &code, debug, &sources.to_bytes())
-    };
-    make().map_err(|error: CompileError| error.to_string())
+    });
+    made.map(|(_, bytes)| bytes).map_err(|error: CompileError| error.to_string())
 }
 
 #[cfg(test)]

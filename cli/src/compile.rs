@@ -15,6 +15,8 @@ use plcc_runtime::artifact::{self, Artifact, ArtifactError, Attached};
 use plcc_runtime::native::NativeError;
 use thiserror::Error;
 
+use crate::fallback;
+
 /// A program without errors, or one whose broken parts may be left out.
 #[derive(Debug)]
 pub struct Checked(Box<dyn CheckedProgram>);
@@ -51,19 +53,7 @@ impl Checked {
     /// # Errors
     /// When the program is too long, or the front end notices a mistake of its own.
     pub fn lower(&self) -> Result<Lowered, CompileError> {
-        self.0.lower().map_err(|error| match error {
-            LowerError::Internal(error) => error.into(),
-            LowerError::TooLong(statement) => {
-                let code = match self.0.dialect() {
-                    Dialect::Pmi => "PMI-X4",
-                    Dialect::Nct => "NCT-X2",
-                    Dialect::Pmac => "PMAC-X7",
-                };
-                let what = "the program is too long: with this statement it has more than \
-                            524 288 instructions of IR, or the statement more than 131 072";
-                CompileError::TooLong(Box::new(too_long(code, statement, what)))
-            }
-        })
+        self.0.lower().map_err(|error| CompileError::of_lowering(self.0.dialect(), error))
     }
 
     /// What each statement is computed in, integers or floating point; for languages where the
@@ -103,6 +93,19 @@ impl Checked {
         let times = plcc_ir::passes::optimize(&mut lowered.module, passes);
         Ok((lowered, times))
     }
+
+    /// Optimises the program and has `make` make something of it. If that refuses what the passes made of a function, it
+    /// gets the function as the front end wrote it, and a warning asks for a report.
+    ///
+    /// # Errors
+    /// When the program is too long, or `make` fails for another reason.
+    pub fn compiled<T>(
+        &self,
+        passes: impl Into<PassSet>,
+        make: impl Fn(&Lowered) -> Result<T, CompileError>,
+    ) -> Result<(Lowered, T), CompileError> {
+        fallback::compiled(|| self.lower(), passes.into(), make)
+    }
 }
 
 /// Why a checked program is not compiled.
@@ -126,6 +129,23 @@ pub enum CompileError {
 }
 
 impl CompileError {
+    /// Why a program of a language was not lowered.
+    pub(crate) fn of_lowering(dialect: Dialect, error: LowerError) -> Self {
+        match error {
+            LowerError::Internal(error) => error.into(),
+            LowerError::TooLong(statement) => {
+                let code = match dialect {
+                    Dialect::Pmi => "PMI-X4",
+                    Dialect::Nct => "NCT-X2",
+                    Dialect::Pmac => "PMAC-X7",
+                };
+                let what = "the program is too long: with this statement it has more than \
+                            524 288 instructions of IR, or the statement more than 131 072";
+                Self::TooLong(Box::new(too_long(code, statement, what)))
+            }
+        }
+    }
+
     /// Whether the compiler is to blame. Else the program is beyond what can be addressed, or the
     /// system does not give what is needed.
     pub fn is_internal(&self) -> bool {

@@ -56,18 +56,32 @@ impl Failure {
             Self::Usage(message) => message.clone(),
             Self::Internal(message) => format!(
                 "internal error of the compiler: {message}\n\
-                 This is a mistake in plcc, not in your program. Please report it, and send along:\n  \
-                 this message\n  \
-                 the version: plcc {} for {} {}\n  \
-                 the command line: {command}\n  \
-                 the source with the files that it includes and the machine file, if you may share \
-                 them; else the\n  smallest part of the source that shows the error",
-                env!("CARGO_PKG_VERSION"),
-                std::env::consts::ARCH,
-                std::env::consts::OS,
+                 This is a mistake in plcc, not in your program. {}",
+                request_for_report(command),
             ),
         }
     }
+}
+
+/// The command line of this process.
+pub(crate) fn command_line() -> String {
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What a person is asked for who meets a mistake of the compiler.
+pub(crate) fn request_for_report(command: &str) -> String {
+    format!(
+        "Please report it, and send along:\n  \
+         this message\n  \
+         the version: plcc {} for {} {}\n  \
+         the command line: {command}\n  \
+         the source with the files that it includes and the machine file, if you may share \
+         them; else the\n  smallest part of the source that shows the error",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::ARCH,
+        std::env::consts::OS,
+    )
 }
 
 impl From<CompileError> for Failure {

@@ -5,6 +5,7 @@
 //! the code. So an engine that compiles just in time starts with the specialised ones.
 
 use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use plcc_abi::{Code, CodeMemory, Dialect, Program, printable};
 use plcc_codegen::{JitMemory, PassSet, Target};
@@ -14,7 +15,8 @@ use plcc_ir::passes::optimize;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::native::LaterCode;
 
-use crate::compile::{CompileError, generate};
+use crate::compile::{CompileError, generate, jit};
+use crate::fallback;
 
 /// The most IR instructions that are left for later. Their code, of some ten bytes each, is far shorter than the longest
 /// that can be made, so that a program that is too long is refused before it starts.
@@ -30,38 +32,63 @@ pub struct Jit {
     pub bytes_of_code: usize,
 }
 
-/// Optimises a program as the front end has lowered it, and compiles it for this very machine. The functions that
+/// Lowers a program, optimises it, and compiles it for this very machine. The functions that
 /// seldom run are left out, if they are not very long; the engine has them made when a scan first comes to one. That
 /// takes as long as compiling usually does, so it is not for ticks that are paced by the clock.
 ///
 /// # Errors
 /// When the code can't be made or mapped.
-pub fn jit_in_parts(lowered: Lowered, passes: impl Into<PassSet>) -> Result<Jit, CompileError> {
-    let (passes, target) = (passes.into(), Target::host()?);
+pub fn jit_in_parts(
+    lower: impl Fn() -> Result<Lowered, CompileError>,
+    passes: impl Into<PassSet>,
+) -> Result<Jit, CompileError> {
+    let passes = passes.into();
+    if !fallback::is_allowed() {
+        return in_parts(lower()?, passes);
+    }
+    match catch_unwind(AssertUnwindSafe(|| in_parts(lower()?, passes))) {
+        Ok(Ok(made)) => Ok(made),
+        Ok(Err(error)) if !error.is_internal() => Err(error),
+        // All is compiled at once where the compiler has made a mistake.
+        _ => {
+            let (lowered, (engine, bytes_of_code)) = fallback::compiled(lower, passes, jit)?;
+            Ok(Jit { program: lowered.program, engine, bytes_of_code })
+        }
+    }
+}
+
+/// Compiles those functions of a program that run as a rule.
+fn in_parts(lowered: Lowered, passes: PassSet) -> Result<Jit, CompileError> {
+    let target = Target::host()?;
     let Lowered { program, mut module } = lowered;
     let rest = module.split_off_rare(MOST_LATER);
-    let (code, memory) = make(&mut module, passes, program.dialect(), &target)?;
+    optimize(&mut module, passes);
+    let (code, memory) = make(&module, program.dialect(), &target)?;
     let bytes_of_code = code.bytes.len();
     let mut engine = NativeEngine::with_memory(&code, &program, memory)?;
     if let Some(module) = rest {
-        let rest = Rest { module, passes, dialect: program.dialect(), target };
-        engine.make_later(Box::new(rest));
+        let lowered = Lowered { program: program.clone(), module };
+        engine.make_later(Box::new(Rest { lowered, passes, target }));
     }
     Ok(Jit { program, engine, bytes_of_code })
 }
 
 /// The part of a program that has not been compiled.
 struct Rest {
-    module: Module,
+    lowered: Lowered,
     passes: PassSet,
-    dialect: Dialect,
     target: Target,
 }
 
 impl LaterCode for Rest {
-    fn make(mut self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
-        let made = make(&mut self.module, self.passes, self.dialect, &self.target);
-        made.map_err(|error| {
+    fn make(self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
+        let Self { lowered, passes, target } = *self;
+        let made = fallback::compiled(
+            || Ok(lowered.clone()),
+            passes,
+            |lowered| make(&lowered.module, lowered.program.dialect(), &target),
+        );
+        made.map(|(_, made)| made).map_err(|error| {
             // The control stops with an error that can't say more than that there is no code.
             let error = error.to_string();
             let _ = writeln!(io::stderr(), "error: {}", printable(&error));
@@ -70,14 +97,12 @@ impl LaterCode for Rest {
     }
 }
 
-/// Optimises and compiles a part of a program.
+/// Compiles a part of a program.
 fn make(
-    module: &mut Module,
-    passes: PassSet,
+    module: &Module,
     dialect: Dialect,
     target: &Target,
 ) -> Result<(Code, Box<dyn CodeMemory>), CompileError> {
-    optimize(module, passes);
     let code = generate(module, dialect, target)?;
     let memory = Box::new(JitMemory::new(&code)?);
     Ok((code, memory))

@@ -28,6 +28,7 @@ pub mod compile;
 mod debug_session;
 pub mod disk;
 mod failure;
+mod fallback;
 mod hal;
 mod input;
 pub mod later_code;

@@ -5,14 +5,15 @@
 //! [`PmacRecompiler`] for code that assumes the definitions as they are now.
 
 use plcc_abi::pmac::Assumption;
-use plcc_abi::{Engine, Program, Tables};
+use plcc_abi::{Dialect, Engine, Program, Tables};
 use plcc_codegen::PassSet;
 use plcc_codegen::emit::ObjectOptions;
 use plcc_frontend::Recompilable;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
 
-use crate::compile::{Checked, jit, jit_for_gdb};
+use crate::compile::{Checked, CompileError, jit, jit_for_gdb};
+use crate::fallback;
 use crate::later_code::jit_in_parts;
 
 /// Compiles a PMAC program again for other definitions of its M-variables.
@@ -43,18 +44,20 @@ impl PmacRecompiler {
 
 impl Recompiler for PmacRecompiler {
     fn recompile(&mut self, assumptions: &[Assumption]) -> Result<NativeEngine, String> {
-        let lowered = self.program.lower_for(assumptions);
-        let mut lowered = lowered.map_err(|error| error.to_string())?;
-        if self.in_parts && self.gdb.is_none() {
-            let made = jit_in_parts(lowered, self.passes).map_err(|error| error.to_string())?;
-            return Ok(made.engine);
-        }
-        plcc_ir::passes::optimize(&mut lowered.module, self.passes);
-        let compiled = match &self.gdb {
-            None => jit(&lowered).map(|(engine, _)| engine),
-            Some(options) => jit_for_gdb(&lowered, options),
+        let lower = || {
+            let lowered = self.program.lower_for(assumptions);
+            lowered.map_err(|error| CompileError::of_lowering(Dialect::Pmac, error))
         };
-        compiled.map_err(|error| error.to_string())
+        let made = if self.in_parts && self.gdb.is_none() {
+            jit_in_parts(lower, self.passes).map(|made| made.engine)
+        } else {
+            let made = fallback::compiled(lower, self.passes, |lowered| match &self.gdb {
+                None => Ok(jit(lowered)?.0),
+                Some(options) => jit_for_gdb(lowered, options),
+            });
+            made.map(|(_, engine)| engine)
+        };
+        made.map_err(|error| error.to_string())
     }
 }
 

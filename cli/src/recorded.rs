@@ -217,10 +217,11 @@ impl Found {
             return Ok(artifact.code_number());
         }
         let number = |checked: &Checked| {
-            let lowered = checked.optimized(OptLevel::Speed)?;
-            let code = compile::code(&lowered, &Target::host_baseline()?)?;
-            let bytes = compile::artifact(&lowered.program, &code)?;
-            Ok::<u64, CompileError>(Artifact::parse(&bytes, None)?.code_number())
+            let made = checked.compiled(OptLevel::Speed, |lowered| {
+                let code = compile::code(lowered, &Target::host_baseline()?)?;
+                compile::artifact(&lowered.program, &code)
+            });
+            Ok::<u64, CompileError>(Artifact::parse(&made?.1, None)?.code_number())
         };
         let checked = self.checked.as_ref().ok_or("it has no code")?;
         number(checked).map_err(|error| error.to_string())
@@ -243,11 +244,9 @@ impl Found {
             Ok(match engine {
                 ReplayEngine::Interpreter => checked.interpreter(),
                 ReplayEngine::Jit => {
-                    Box::new(jit_in_parts(checked.lower()?, OptLevel::Speed)?.engine)
+                    Box::new(jit_in_parts(|| checked.lower(), OptLevel::Speed)?.engine)
                 }
-                ReplayEngine::Aot => {
-                    Box::new(compile::aot(&checked.optimized(OptLevel::Speed)?)?.0)
-                }
+                ReplayEngine::Aot => Box::new(checked.compiled(OptLevel::Speed, compile::aot)?.1.0),
             })
         };
         compiled().map_err(|error| error.to_string())

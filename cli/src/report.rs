@@ -8,7 +8,7 @@ use plcc_diag::{Diagnostic, Severity, SourceMap, json, render};
 
 use crate::args::FormatArg;
 use crate::compile::CompileError;
-use crate::failure::{ERRORS, Failure};
+use crate::failure::{ERRORS, Failure, command_line};
 use crate::output::unless_closed;
 
 /// At most this many diagnostics are drawn; the rest are counted.
@@ -210,11 +210,6 @@ impl From<FormatArg> for Destination {
 }
 
 /// The command line as it was given, its words divided by blanks.
-fn command_line() -> String {
-    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
-    words.collect::<Vec<_>>().join(" ")
-}
-
 /// `1 error`, `2 errors`.
 pub(crate) fn count_of(n: usize, word: &str) -> String {
     format!("{n} {word}{}", if n == 1 { "" } else { "s" })

@@ -44,7 +44,7 @@ mod target;
 mod unwind;
 
 pub use compile::{MAX_CODE, compile, compile_function};
-pub use error::{CodegenError, InternalError};
+pub use error::{CodegenError, InternalError, panic_text};
 pub use jit_memory::JitMemory;
 pub use plcc_ir::passes::{OptLevel, PassSet};
 pub use target::Target;

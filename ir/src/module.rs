@@ -98,6 +98,13 @@ impl Module {
         self.funcs.iter().enumerate().map(|(i, data)| (Func(i as u32), data))
     }
 
+    /// Puts a function in the place of the one that has its name, if there is one. Both have the same labels.
+    pub fn replace_function(&mut self, by: &FuncData) {
+        if let Some(own) = self.funcs.iter_mut().find(|own| own.name == by.name) {
+            *own = by.clone();
+        }
+    }
+
     /// For each label the function and the block at which it stands; `None` for one that stands
     /// nowhere, which the [verifier](crate::verify) reports.
     pub fn label_targets(&self) -> Vec<Option<(Func, Block)>> {

@@ -123,7 +123,7 @@ impl Compiled {
             Way::IrSpeed => interpret(&self.best),
             Way::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
             Way::JitSpeed => {
-                let made = jit_in_parts(self.plain.clone(), OptLevel::Speed);
+                let made = jit_in_parts(|| Ok(self.plain.clone()), OptLevel::Speed);
                 Box::new(made.map_err(text)?.engine)
             }
             Way::Artifact => return self.loaded(),

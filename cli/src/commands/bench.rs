@@ -72,16 +72,15 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         return Ok(ERRORS);
     };
     let opt = args.passes.at(args.opt);
-    let lowered = match checked.optimized(opt) {
-        Ok(lowered) => lowered,
+    let (lowered, (aot, aot_bytes)) = match checked.compiled(opt, compile::aot) {
+        Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, Destination::default()),
     };
-    let jit_in_parts = |checked: &Checked| jit_in_parts(checked.lower()?, opt);
+    let jit_in_parts = |checked: &Checked| jit_in_parts(|| checked.lower(), opt);
     let jit_ms = compile_ms(args, &settings.options, |checked| jit_in_parts(checked).map(drop))?;
-    let aot = |checked: &Checked| compile::aot(&checked.optimized(opt)?).map(drop);
-    let aot_ms = compile_ms(args, &settings.options, aot)?;
+    let make_aot = |checked: &Checked| checked.compiled(opt, compile::aot).map(drop);
+    let aot_ms = compile_ms(args, &settings.options, make_aot)?;
     let Jit { engine: jit, bytes_of_code: jit_bytes, .. } = jit_in_parts(&checked)?;
-    let (aot, aot_bytes) = compile::aot(&lowered)?;
     let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default(), None);
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];

@@ -68,17 +68,16 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         }
         _ => vec![],
     };
-    let made = checked.optimized_timed(passes).and_then(|(lowered, times)| {
-        if args.time_passes {
-            for (pass, time) in times {
-                let ms = time.as_secs_f64() * 1e3;
-                report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
-            }
+    if args.time_passes {
+        let times = checked.optimized_timed(passes).map_or(vec![], |(_, times)| times);
+        for (pass, time) in times {
+            let ms = time.as_secs_f64() * 1e3;
+            report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
         }
-        let debug = !args.object.no_debug;
-        let bytes = make(&lowered, &target, args.emit, &object, debug, &sources)?;
-        Ok((lowered, bytes))
-    });
+    }
+    let debug = !args.object.no_debug;
+    let made = checked
+        .compiled(passes, |lowered| make(lowered, &target, args.emit, &object, debug, &sources));
     let (lowered, mut bytes) = match made {
         Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, to),

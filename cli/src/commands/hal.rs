@@ -80,10 +80,10 @@ fn counted(pins: &[Pin]) -> String {
 
 /// The optimised program and its artifact.
 fn build(checked: &Checked) -> Result<(Lowered, Vec<u8>), CompileError> {
-    let lowered = checked.optimized(OptLevel::Speed)?;
-    let code = compile::code(&lowered, &Target::host_baseline()?)?;
-    let artifact = compile::artifact(&lowered.program, &code)?;
-    Ok((lowered, artifact))
+    checked.compiled(OptLevel::Speed, |lowered| {
+        let code = compile::code(lowered, &Target::host_baseline()?)?;
+        compile::artifact(&lowered.program, &code)
+    })
 }
 
 /// Reads the value of the option `--pin`: `NAME` or `NAME=DIRECTION`.

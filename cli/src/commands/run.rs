@@ -111,14 +111,13 @@ fn engine(
             let gdb = args.run.gdb.then(debug_options);
             let (program, native) = if gdb.is_some() || args.run.realtime {
                 // gdb is told of code once, and a tick that is paced by the clock has no time to compile.
-                let lowered = checked.optimized(opt)?;
-                let native = match &gdb {
-                    None => compile::jit(&lowered)?.0,
-                    Some(options) => compile::jit_for_gdb(&lowered, options)?,
-                };
+                let (lowered, native) = checked.compiled(opt, |lowered| match &gdb {
+                    None => Ok(compile::jit(lowered)?.0),
+                    Some(options) => compile::jit_for_gdb(lowered, options),
+                })?;
                 (lowered.program, native)
             } else {
-                let made = jit_in_parts(checked.lower()?, opt)?;
+                let made = jit_in_parts(|| checked.lower(), opt)?;
                 (made.program, made.engine)
             };
             let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
@@ -133,11 +132,10 @@ fn engine(
             (program, engine)
         }
         EngineArg::Aot => {
-            let lowered = checked.optimized(opt)?;
-            let engine = match args.run.gdb {
-                false => compile::aot(&lowered)?.0,
-                true => compile::aot_for_gdb(&lowered, &debug_options())?,
-            };
+            let (lowered, engine) = checked.compiled(opt, |lowered| match args.run.gdb {
+                false => Ok(compile::aot(lowered)?.0),
+                true => compile::aot_for_gdb(lowered, &debug_options()),
+            })?;
             (lowered.program, Box::new(engine))
         }
     })

@@ -60,12 +60,13 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
     let mut bytes = lowered.module.clone();
     plcc_ir::passes::optimize(&mut bytes, PassSet::ALL.without(Pass::ByLength));
-    let in_parts =
-        |opt| -> Box<dyn Engine> { Box::new(jit_in_parts(lowered.clone(), opt).unwrap().engine) };
+    let in_parts = |opt| -> Box<dyn Engine> {
+        Box::new(jit_in_parts(|| Ok(lowered.clone()), opt).unwrap().engine)
+    };
     // Recompiled whenever a definition has changed; M-variables that do not settle are left to
     // the host.
     let recompiling = |settings| -> Box<dyn Engine> {
-        let engine = jit_in_parts(lowered.clone(), OptLevel::Speed).unwrap().engine;
+        let engine = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine;
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         Box::new(Recompiling::new(engine, checked.assumptions(), controller, compiler, settings))

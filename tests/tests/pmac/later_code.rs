@@ -62,7 +62,7 @@ impl Pair {
         Self {
             interpreter: program.interpreter(),
             oracle: executive(),
-            engine: jit_in_parts(lowered.clone(), OptLevel::Speed).unwrap().engine,
+            engine: jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine,
             executive: executive(),
             lowered,
             assumed: vec![],
@@ -153,7 +153,7 @@ fn code_is_made_when_a_command_moves_a_definition() {
         assumption.definition = Some(Definition::X { address: 0x07F0, field });
     }
     let lowered = program.lower_for(&assumed).unwrap();
-    pair.engine = jit_in_parts(lowered, OptLevel::Speed).unwrap().engine;
+    pair.engine = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine;
     pair.assumed = assumed;
     pair.run(3);
     assert!(!pair.engine.has_later_code());
@@ -172,7 +172,7 @@ fn a_control_goes_on_from_a_checkpoint_in_code_that_is_made_then() {
         let program = &pair.lowered.program;
         pair.executive = PmacExecutive::new(program, PmacOptions::default()).unwrap();
         pair.executive.resume(&checkpoint).unwrap();
-        let fresh = jit_in_parts(pair.lowered.clone(), OptLevel::Speed).unwrap().engine;
+        let fresh = jit_in_parts(|| Ok(pair.lowered.clone()), OptLevel::Speed).unwrap().engine;
         let mut used = std::mem::replace(&mut pair.engine, fresh);
         for _ in 0..6 {
             pair.run(5);

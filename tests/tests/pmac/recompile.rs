@@ -95,7 +95,7 @@ struct Pair {
 impl Pair {
     fn new(source: &str, settings: Settings) -> Self {
         let program = check(source);
-        let native = jit_in_parts(program.lower().unwrap(), OptLevel::Speed).unwrap().engine;
+        let native = jit_in_parts(|| Ok(program.lower().unwrap()), OptLevel::Speed).unwrap().engine;
         let compiler = recompiler(&program);
         Self::with(&program, native, compiler, settings)
     }

@@ -1,0 +1,205 @@
+//! Compiles programs of which the passes or code generation make something wrong.
+//!
+//! A program that is checked and lowered is right. If the passes panic on it, or the verifier or Cranelift refuses what
+//! they made of one of its functions, that is a mistake in plcc. The function is then compiled as the front end wrote it:
+//! it takes longer to run and does the same. A warning names its lines and asks for a report.
+//!
+//! Where the environment variable `PLCC_NO_FALLBACK` is set, as in tests and CI, such a mistake is an error instead, so that
+//! nothing is hidden there.
+
+use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use plcc_abi::printable;
+use plcc_codegen::{CodegenError, InternalError, PassSet, panic_text};
+use plcc_frontend::common::Lowered;
+use plcc_ir::passes::optimize;
+use plcc_ir::{FuncData, Module};
+
+use crate::compile::CompileError;
+use crate::failure;
+
+/// After this many refused functions all are compiled as the front end wrote them.
+const MOST_REFUSED: usize = 8;
+
+/// Lowers a program, optimises it, and has `make` make what is wanted of it, once more for each function that is refused.
+/// `lower` gives the same each time.
+///
+/// # Errors
+/// Those of `lower` and `make`. A mistake of the passes is an error only if it is still there without them.
+pub(crate) fn compiled<T>(
+    lower: impl Fn() -> Result<Lowered, CompileError>,
+    passes: PassSet,
+    make: impl Fn(&Lowered) -> Result<T, CompileError>,
+) -> Result<(Lowered, T), CompileError> {
+    let mut lowered = lower()?;
+    if !is_allowed() {
+        optimize(&mut lowered.module, passes);
+        let made = make(&lowered)?;
+        return Ok((lowered, made));
+    }
+    let optimized = catch_unwind(AssertUnwindSafe(|| optimize(&mut lowered.module, passes)));
+    if let Err(panic) = optimized {
+        lowered = lower()?;
+        warn("the program is", panic_text(&*panic));
+    }
+    without_refused(lowered, || Ok(lower()?.module), make)
+}
+
+/// Whether a mistake of the compiler is no error while the program can be compiled without optimisation.
+pub(crate) fn is_allowed() -> bool {
+    std::env::var_os("PLCC_NO_FALLBACK").is_none()
+}
+
+/// The same for a program that is optimised. `plain` gives it as the front end wrote it.
+fn without_refused<T>(
+    mut lowered: Lowered,
+    plain: impl Fn() -> Result<Module, CompileError>,
+    make: impl Fn(&Lowered) -> Result<T, CompileError>,
+) -> Result<(Lowered, T), CompileError> {
+    let mut refused: Vec<String> = vec![];
+    loop {
+        let error = match make(&lowered) {
+            Ok(made) => return Ok((lowered, made)),
+            Err(error) => error,
+        };
+        let CompileError::Codegen(CodegenError::Internal(internal)) = &error else {
+            return Err(error);
+        };
+        let Some(name) = &internal.function else { return Err(error) };
+        let plain = plain()?;
+        let Some((_, own)) = plain.funcs().find(|(_, func)| func.name() == name) else {
+            return Err(error);
+        };
+        if lowered.module.passes == PassSet::NONE {
+            return Err(error);
+        }
+        warn(&lines(&plain, own), &reason(internal));
+        if refused.contains(name) || refused.len() == MOST_REFUSED {
+            // Code generation has techniques of its own, which are left out with the passes.
+            lowered.module = plain;
+            continue;
+        }
+        refused.push(name.clone());
+        lowered.module.replace_function(own);
+    }
+}
+
+/// What is wrong, without the place: the warning names the lines.
+fn reason(error: &InternalError) -> String {
+    InternalError { place: None, ..error.clone() }.to_string()
+}
+
+/// The lines of a function, as the subject of a sentence.
+fn lines(module: &Module, func: &FuncData) -> String {
+    let insts = func.blocks().flat_map(|(_, block)| &block.insts);
+    let lines: Vec<_> = insts.filter_map(|&inst| module.line(func.loc(inst))).collect();
+    // Where statements of an included file are among them, those of the first one's file are named.
+    let Some(first) = lines.first() else { return "a part of the program is".into() };
+    let own = || lines.iter().filter(|line| line.file == first.file).map(|line| line.line);
+    let (from, to) = (own().min().unwrap_or(first.line), own().max().unwrap_or(first.line));
+    let file = module.files.get(first.file as usize).map_or("the program", |file| &file.name);
+    match from == to {
+        true => format!("line {from} of {file} is"),
+        false => format!("lines {from} to {to} of {file} are"),
+    }
+}
+
+/// Tells that something is compiled as it is.
+fn warn(subject: &str, reason: &str) {
+    let text = format!(
+        "{subject} compiled without optimisation, since the compiler has made a mistake there: {reason}\n\
+         The program does the same, and takes longer. {}",
+        failure::request_for_report(&failure::command_line())
+    );
+    // Where nobody reads standard error the program runs nevertheless.
+    let _ = writeln!(io::stderr(), "warning: {}", printable(&text));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use plcc_abi::Dialect;
+    use plcc_diag::SourceMap;
+    use plcc_frontend::common::{MemoryLoader, Options};
+    use plcc_ir::passes::OptLevel;
+    use plcc_ir::text::{parse, print};
+
+    use super::*;
+    use crate::compile::{Checked, check, jit};
+
+    /// A program with a function for each of two PLCs, which the passes make shorter.
+    fn program() -> Checked {
+        let mut sources = SourceMap::new();
+        let text = "I5=2\nOPEN PLC1 CLEAR\nP1=(P1+1)&7\nCLOSE\nOPEN PLC2 CLEAR\nP2=P1|8\n\nP3=P2^1\nCLOSE\n";
+        let file = sources.add("two.pmc", text.as_bytes());
+        let (options, loader) = (Options::default(), MemoryLoader::new());
+        let (checked, found) = check(&mut sources, &[file], Dialect::Pmac, &loader, &options);
+        checked.unwrap_or_else(|| panic!("{found:?}"))
+    }
+
+    fn optimized(checked: &Checked) -> Lowered {
+        checked.optimized(OptLevel::Speed).unwrap()
+    }
+
+    /// The text of each function of a module.
+    fn functions(module: &Module) -> Vec<String> {
+        print(module).split("\nfn ").skip(1).map(str::to_owned).collect()
+    }
+
+    /// A module in which the last function adds a double to an integer.
+    fn broken(lowered: &Lowered) -> Lowered {
+        let text = print(&lowered.module);
+        let at = text.rfind("    return").unwrap();
+        let (before, after) = text.split_at(at);
+        let wrong = "    v9001: f64 = fconst 1.0\n    v9002: i32 = iconst 1\n    v9003: f64 = fadd v9001, v9002\n";
+        let module = parse(&format!("{before}{wrong}{after}")).unwrap();
+        Lowered { module, ..lowered.clone() }
+    }
+
+    #[test]
+    fn a_function_that_is_refused_is_compiled_as_it_was_lowered() {
+        let checked = program();
+        let plain = checked.lower().unwrap();
+        let best = optimized(&checked);
+        let (plain_texts, best_texts) = (functions(&plain.module), functions(&best.module));
+        let tried = RefCell::new(0);
+        let make = |lowered: &Lowered| {
+            *tried.borrow_mut() += 1;
+            if *tried.borrow() == 1 { jit(&broken(lowered)) } else { jit(lowered) }
+        };
+        let (made, _) =
+            without_refused(optimized(&checked), || Ok(plain.module.clone()), make).unwrap();
+        assert_eq!(*tried.borrow(), 2);
+        let texts = functions(&made.module);
+        let last = texts.len() - 1;
+        assert!(last > 0, "{texts:?}");
+        assert_eq!(texts[last], plain_texts[last]);
+        assert_eq!(texts[..last], best_texts[..last]);
+        assert_ne!(plain_texts[last], best_texts[last]);
+    }
+
+    #[test]
+    fn what_is_refused_in_every_form_is_an_error_after_a_bounded_number_of_trials() {
+        let checked = program();
+        let tried = RefCell::new(0);
+        let make = |lowered: &Lowered| {
+            *tried.borrow_mut() += 1;
+            jit(&broken(lowered))
+        };
+        let plain = || Ok(checked.lower()?.module);
+        let error = without_refused(optimized(&checked), plain, make).map(drop).unwrap_err();
+        assert!(error.is_internal(), "{error}");
+        assert_eq!(*tried.borrow(), 3);
+    }
+
+    #[test]
+    fn a_warning_names_the_lines_of_the_function() {
+        let plain = program().lower().unwrap();
+        let all: Vec<String> =
+            plain.module.funcs().map(|(_, func)| lines(&plain.module, func)).collect();
+        assert!(all.contains(&"line 3 of two.pmc is".to_owned()), "{all:?}");
+        assert!(all.contains(&"lines 6 to 8 of two.pmc are".to_owned()), "{all:?}");
+    }
+}
