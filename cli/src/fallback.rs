@@ -129,10 +129,13 @@ mod tests {
     use super::*;
     use crate::compile::{Checked, check, jit};
 
-    /// A program with a function for each of two PLCs, which the passes make shorter.
+    /// A program of several functions, which the passes make shorter. Its last statement is in line 707.
     fn program() -> Checked {
         let mut sources = SourceMap::new();
-        let text = "I5=2\nOPEN PLC1 CLEAR\nP1=(P1+1)&7\nCLOSE\nOPEN PLC2 CLEAR\nP2=P1|8\n\nP3=P2^1\nCLOSE\n";
+        let many = "P1=(P1+P2)&7\n".repeat(700);
+        let text = format!(
+            "I5=2\nOPEN PLC1 CLEAR\n{many}CLOSE\nOPEN PLC2 CLEAR\nP2=P1|8\n\nP3=P2^1\nCLOSE\n"
+        );
         let file = sources.add("two.pmc", text.as_bytes());
         let (options, loader) = (Options::default(), MemoryLoader::new());
         let (checked, found) = check(&mut sources, &[file], Dialect::Pmac, &loader, &options);
@@ -199,7 +202,10 @@ mod tests {
         let plain = program().lower().unwrap();
         let all: Vec<String> =
             plain.module.funcs().map(|(_, func)| lines(&plain.module, func)).collect();
-        assert!(all.contains(&"line 3 of two.pmc is".to_owned()), "{all:?}");
-        assert!(all.contains(&"lines 6 to 8 of two.pmc are".to_owned()), "{all:?}");
+        assert!(all[0].starts_with("lines 3 to "), "{all:?}");
+        assert!(
+            all.len() > 1 && all.iter().any(|lines| lines.ends_with(" to 707 of two.pmc are")),
+            "{all:?}"
+        );
     }
 }

@@ -251,11 +251,11 @@ impl FuncBuilder {
         self.push_with_result(InstData::IsLate)
     }
 
-    /// Appends a call of a host function with the arguments of its signature; gives its result if
-    /// it has one. No host function takes more than four arguments; if there are more, nothing is
-    /// appended and the result is `None`.
+    /// Appends a call of a host function with the arguments of its signature; returns its result if
+    /// it has one. No host function takes more than four arguments. If there are more, what is appended is a call
+    /// that the verifier refuses.
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
-        let args = Args::new(args)?;
+        let args = Args::new(args).unwrap_or(Args::WRONG);
         self.host_calls += 1;
         self.push(InstData::HostCall { function, args })
     }
@@ -306,6 +306,16 @@ impl FuncBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_call_with_a_fifth_argument_is_refused_by_the_verifier() {
+        let mut b = FuncBuilder::new("f");
+        let value = b.iconst(Type::I32, 1);
+        b.host_call(HostFn::ALL[0], &[value; 5]);
+        b.ret();
+        let errors = crate::verify::function(&crate::Module::default(), &b.finish());
+        assert!(errors.iter().any(|error| error.message.contains("is not there")), "{errors:?}");
+    }
 
     #[test]
     fn blocks_are_cold_that_are_switched_to_while_code_is_cold() {

@@ -282,6 +282,9 @@ impl Default for Args {
 }
 
 impl Args {
+    /// An operand that the verifier refuses, in the place of operands that can't be.
+    pub(crate) const WRONG: Self = Self { len: 1, values: [Value::NONE; 4] };
+
     /// Makes a list of operands; `None` if there are more than four.
     pub fn new(args: &[Value]) -> Option<Self> {
         let mut values = [Value(0); 4];

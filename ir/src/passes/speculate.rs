@@ -222,10 +222,10 @@ impl Speculate<'_> {
         ends_block: bool,
         rest: &mut Rest,
     ) {
-        if plan.checked.is_empty() {
+        let Some((&first, others)) = plan.checked.split_first() else {
             rest.out.extend(done);
             return;
-        }
+        };
         self.changed = true;
         rest.out.extend(&plan.before);
         let loc = plan.twice.first().map_or(SourceLoc::NONE, |&inst| self.func.loc(inst));
@@ -233,18 +233,14 @@ impl Speculate<'_> {
         let never_nan = !plan.checked.iter().any(may_be_nan);
         // The checks succeed if none fails, or if all succeed.
         let combine = if never_nan { BinaryOp::Or } else { BinaryOp::And };
-        let mut all = None;
-        let mut integers = vec![];
-        for &(value, check) in &plan.checked {
-            let mut out = self.cursor(&mut rest.out, loc);
+        let mut out = self.cursor(&mut rest.out, loc);
+        let (integer, mut cond) = first.1.insert(&mut out, first.0, never_nan);
+        let mut integers = vec![(first.0, integer)];
+        for &(value, check) in others {
             let (integer, truth) = check.insert(&mut out, value, never_nan);
             integers.push((value, integer));
-            all = Some(match all {
-                None => truth,
-                Some(others) => out.insert_binary(combine, others, truth),
-            });
+            cond = out.insert_binary(combine, cond, truth);
         }
-        let Some(cond) = all else { return };
         for &(again, first) in &plan.same {
             let known = integers.iter().find(|(value, _)| *value == first);
             let known = known.map(|&(_, integer)| (again, integer));

@@ -50,9 +50,13 @@ impl Stage<'_> {
         }
     }
 
-    /// Runs one pass, if it may run; gives what [`Pass::run`] gives, or false.
+    /// Runs one pass, if it may run; returns what [`Pass::run`] returns, or false. What the verifier refuses is not
+    /// numbered again, so that code generation finds the mistake as it is.
     pub(super) fn pass(&mut self, pass: Pass) -> bool {
-        if !self.passes.contains(pass) {
+        let is_hidden_by_it = pass == Pass::Compact;
+        if !self.passes.contains(pass)
+            || is_hidden_by_it && !verify::function(self.module, &self.func).is_empty()
+        {
             return false;
         }
         let start = Instant::now();
