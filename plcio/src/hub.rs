@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use plcc_image::configuration::Point;
-use plcc_image::{ImageReader, Input, InputWriter, Snapshot, State, Symbol};
+use plcc_image::{Direction, ImageReader, Input, InputWriter, Snapshot, State, Symbol};
 
 /// The image file with its points. Drivers name a point by its index.
 #[derive(Debug)]
 pub(crate) struct Hub {
     reader: ImageReader,
-    writer: InputWriter,
+    /// What gives the control its inputs; nothing when it has left.
+    writer: Option<InputWriter>,
     points: Vec<(Point, Option<Input>)>,
     /// All variables of the program.
     #[cfg_attr(not(feature = "opcua"), expect(dead_code, reason = "only OPC UA shows them"))]
@@ -59,22 +60,24 @@ impl ControlState {
 }
 
 impl Hub {
-    /// Claims all points that are given from outside.
+    /// Claims all points that are given from outside, if there is a writer: the control has left otherwise.
     ///
     /// # Errors
     /// Why one can't be claimed.
     pub(crate) fn new(
         reader: ImageReader,
-        mut writer: InputWriter,
+        mut writer: Option<InputWriter>,
         points: Vec<Point>,
         symbols: Vec<Symbol>,
         silence: Duration,
     ) -> Result<Self, String> {
         let mut claimed = vec![];
         for point in points {
-            let input = match point.is_input {
-                true => Some(writer.claim(&point.symbol.name).map_err(|why| why.to_string())?),
-                false => None,
+            let input = match &mut writer {
+                Some(writer) if point.is_input => {
+                    Some(writer.claim(&point.symbol.name).map_err(|why| why.to_string())?)
+                }
+                _ => None,
             };
             claimed.push((point, input));
         }
@@ -103,6 +106,19 @@ impl Hub {
         tick.output(&point.symbol).map(|value| point.outside(value))
     }
 
+    /// Whether the value of a point is the safe value of an output, since the program does not run.
+    pub(crate) fn is_made_safe(&self, index: usize) -> bool {
+        let is_output = |point: &Point| point.symbol.direction == Direction::Output;
+        let runs = [State::Prepared, State::Running, State::Replaced].map(Some);
+        let are_safe = self.tick.as_ref().is_some_and(|tick| !runs.contains(&tick.state));
+        (self.safe || are_safe) && self.point(index).is_some_and(is_output)
+    }
+
+    /// Whether the outputs have their safe values since the control has left, ends no ticks, or `plcio` ends.
+    pub(crate) fn is_safe(&self) -> bool {
+        self.safe
+    }
+
     /// All variables of the program.
     #[cfg(feature = "opcua")]
     pub(crate) fn symbols(&self) -> &[Symbol] {
@@ -119,6 +135,7 @@ impl Hub {
     pub(crate) fn control_state(&self) -> ControlState {
         match self.tick.as_ref().map(|tick| tick.state) {
             None => ControlState::Waiting,
+            Some(_) if self.writer.is_none() => ControlState::Ended,
             Some(_) if self.safe => ControlState::Silent,
             Some(Some(State::Prepared)) => ControlState::Waiting,
             Some(Some(State::Running)) => ControlState::Running,
@@ -132,25 +149,29 @@ impl Hub {
     pub(crate) fn set_input(&mut self, index: usize, outside: f64) -> bool {
         let Some((point, Some(input))) = self.points.get(index) else { return false };
         let Some(inside) = point.inside(outside) else { return false };
-        self.writer.set(*input, inside).is_ok()
+        self.writer.as_mut().is_some_and(|writer| writer.set(*input, inside).is_ok())
     }
 
     /// Hands all values that were taken over to the control.
     pub(crate) fn publish(&mut self) {
         // A writer that has lost its mailbox ends with the session.
-        let _ = self.writer.publish();
+        let _ = self.writer.as_mut().map(InputWriter::publish);
     }
 
-    /// Reads the newest tick. Gives whether outputs have become safe (`true`) or are the program's again
+    /// Reads the newest tick. Returns whether outputs have become safe (`true`) or are the program's again
     /// (`false`), where that has changed.
     pub(crate) fn refresh(&mut self) -> Option<bool> {
         let tick = self.reader.read();
         let is_silent = |tick: &Snapshot| {
             let since = u128::from(plcc_image::monotonic_ns().saturating_sub(tick.time));
-            let runs = tick.state == Some(State::Running);
-            runs && since > self.silence.as_nanos().max(u128::from(self.reader.tick_ns()) * 10)
+            since > self.silence.as_nanos().max(u128::from(self.reader.tick_ns()) * 10)
         };
-        let safe = self.ending || tick.as_ref().is_none_or(is_silent);
+        let is_safe = |tick: &Snapshot| match (tick.state, self.writer.is_some()) {
+            // After an online change the outputs stay as they are until the next file is served.
+            (Some(State::Replaced), _) | (Some(State::Running), true) => is_silent(tick),
+            (_, has_control) => !has_control,
+        };
+        let safe = self.ending || tick.as_ref().is_none_or(is_safe);
         if let Some(tick) = tick {
             self.tick = Some(tick);
         }
@@ -158,6 +179,13 @@ impl Hub {
             self.reader.make_safe(tick);
         }
         (std::mem::replace(&mut self.safe, safe) != safe).then_some(safe)
+    }
+
+    /// Gives the outputs their safe values, since the control has left, and releases its inputs. Only after an online
+    /// change the outputs stay as they are, until that was longer ago than a control may be silent.
+    pub(crate) fn leave(&mut self) {
+        self.writer = None;
+        self.refresh();
     }
 
     /// Gives the outputs their safe values from now on, since `plcio` ends.
@@ -176,6 +204,6 @@ impl Hub {
 
     /// Whether the control still works with this image file.
     pub(crate) fn is_current(&self) -> bool {
-        self.writer.is_current()
+        self.writer.as_ref().is_some_and(InputWriter::is_current)
     }
 }

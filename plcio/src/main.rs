@@ -47,6 +47,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Notify;
 
 use events::Events;
+use session::{Remains, Session};
 use settings::Settings;
 
 /// Connects the inputs and outputs of a control with Modbus devices, supervisory systems, LinuxCNC, EtherCAT terminals and GPIO lines.
@@ -92,6 +93,7 @@ mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publi
 zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name, zenoh-history: zenoh.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 ethercat-terminals: the names of all EtherCAT terminals in their order, a list; others are refused.\n\n\
+device: tables [[plcio.device]] with address, unit, poll_ms, answer_ms and write, for Modbus devices that are asked in another manner.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
 OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio --drivers names \
 all that are there. \
@@ -174,11 +176,16 @@ async fn run(settings: Settings) -> ExitCode {
     let work = tokio::spawn(async move {
         // Whether the event `waiting` has been written since the last session.
         let mut is_reported = false;
+        // What still writes the safe outputs of the last control.
+        let mut remains: Option<Remains> = None;
         while !*stopped.borrow() {
-            match session::Session::open(&settings, &events) {
+            match Session::open(&settings, &events) {
                 Ok(session) => {
                     is_reported = false;
-                    session.run(stopped.clone(), hal.clone()).await;
+                    if let Some(remains) = remains.take() {
+                        remains.end().await;
+                    }
+                    remains = session.run(stopped.clone(), hal.clone()).await;
                 }
                 Err(why) if !is_reported => {
                     events.write("waiting", &[("why", why.into())]);
@@ -186,7 +193,14 @@ async fn run(settings: Settings) -> ExitCode {
                 }
                 Err(_) => {}
             }
+            match &remains {
+                Some(remains) => remains.refresh(),
+                None => remains = Session::left(&settings, &events),
+            }
             tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        if let Some(remains) = remains {
+            remains.end().await;
         }
     });
     tokio::select! {

@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use plcc_abi::closest;
-use plcc_image::configuration::{self, Driver, Entry, LineNumbers, Mistake};
-use toml::de::{DeTable, DeValue};
+use plcc_image::configuration::{self, Driver, Entry, LineNumbers, Medium, Mistake};
+use toml::de::DeTable;
 
 use crate::input_file;
+use crate::modbus::settings::{self as modbus, milliseconds};
+use crate::modbus::{DeviceSettings, Manner};
 
 /// The settings.
 #[derive(Clone, Debug)]
@@ -27,6 +29,8 @@ pub(crate) struct Settings {
     pub(crate) idle: Duration,
     /// How long the control may end no tick before its outputs are made safe.
     pub(crate) silence: Duration,
+    /// The Modbus devices that are asked in another manner.
+    pub(crate) devices: Vec<DeviceSettings>,
     /// Where the Modbus server listens.
     pub(crate) modbus_server: Option<String>,
     /// The server for OPC UA.
@@ -51,7 +55,8 @@ pub(crate) struct Settings {
     other_files: Vec<(&'static str, PathBuf)>,
 }
 
-const KEYS: [&str; 24] = [
+const KEYS: [&str; 25] = [
+    "device",
     "poll_ms",
     "answer_ms",
     "silence_ms",
@@ -165,13 +170,19 @@ impl Settings {
         Some(format!("`log` in [plcio]: {} is {name}", log.display()))
     }
 
+    /// The manner in which a unit of a Modbus device is asked.
+    pub(crate) fn manner(&self, medium: &Medium, unit: u8) -> Manner {
+        let usual = Manner { poll: self.poll, answer: self.answer, is_single: false };
+        modbus::manner(&self.devices, medium, unit, usual)
+    }
+
     /// A name for the control: that of its image file.
     pub(crate) fn name(&self) -> String {
         let name = self.image.file_stem().map(|name| name.to_string_lossy().into_owned());
         name.unwrap_or_else(|| "control".into())
     }
 
-    fn read(text: &str, folder: &Path) -> Result<Self, Vec<Mistake>> {
+    pub(crate) fn read(text: &str, folder: &Path) -> Result<Self, Vec<Mistake>> {
         let (table, errors) = DeTable::parse_recoverable(text);
         let lines = LineNumbers::new(text);
         let line_of = |at: usize| lines.line(at);
@@ -188,6 +199,7 @@ impl Settings {
             answer: Duration::from_millis(500),
             idle: Duration::from_secs(60),
             silence: Duration::from_millis(1000),
+            devices: vec![],
             modbus_server: None,
             #[cfg(feature = "opcua")]
             opcua: crate::opcua::Settings {
@@ -249,16 +261,16 @@ impl Settings {
         for (key, value) in own.into_iter().flatten() {
             let line = line_of(key.span().start);
             let key = key.get_ref().as_ref();
-            let milliseconds = || match value.get_ref() {
-                DeValue::Integer(number) => {
-                    let number =
-                        number.as_str().parse().ok().filter(|ms| (1..=3_600_000).contains(ms));
-                    number.map(Duration::from_millis).ok_or("a number of milliseconds is expected")
-                }
-                _ => Err("a number of milliseconds is expected"),
+            let milliseconds = || {
+                milliseconds(value.get_ref()).map_err(|_| "a number of milliseconds is expected")
             };
             let text = || value.get_ref().as_str().ok_or("a text in quotes is expected");
             let done = match key {
+                "device" => {
+                    let entries = &settings.entries;
+                    settings.devices = modbus::read(value, entries, &line_of, &mut mistakes);
+                    Ok(())
+                }
                 "poll_ms" => milliseconds().map(|time| settings.poll = time),
                 "answer_ms" => milliseconds().map(|time| settings.answer = time),
                 "idle_ms" => milliseconds().map(|time| settings.idle = time),

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use clap::{CommandFactory, Parser};
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
-use plcc_image::configuration::{Checked, Entry};
+use plcc_image::configuration::{Checked, Entry, Warning};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::artifact::Inspection;
 use plcc_runtime::artifact::signature::PublicKey;
@@ -220,7 +220,12 @@ fn check_config(path: &Path) -> Result<u8, String> {
                 }
                 let checked = check_wiring(&configuration.wiring, &program, &control)?;
                 let file = path.display();
-                warnings.extend(checked.warnings.iter().map(|what| format!("{file}: {what}")));
+                warnings.extend(checked.warnings.iter().map(
+                    |Warning { line, message }| match line {
+                        Some(line) => format!("{file}:{line}: {message}"),
+                        None => format!("{file}: {message}"),
+                    },
+                ));
                 mistakes.extend(checked.mistakes.into_iter().map(Mistake::from));
             }
         }

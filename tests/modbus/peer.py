@@ -4,6 +4,7 @@
 peer.py device PORT|TTY  serves a device: unit 1, discrete input 0 is 0, input register 0 is 9
 peer.py look PORT        prints coil 0 and holding register 0 of such a device
 peer.py ask PORT         reads and writes what plcio serves, and prints the answers
+peer.py numbers PORT     prints numbers of two and four registers that plcio serves from holding/10 on
 """
 import sys
 
@@ -45,9 +46,22 @@ def ask(port):
             print(name, answer.isError() and answer.exception_code)
 
 
+def numbers(port):
+    with ModbusTcpClient("127.0.0.1", port=port) as peer:
+        types = peer.DATATYPE
+        for number, kind, order in [
+            (10, types.FLOAT32, "big"),
+            (12, types.FLOAT32, "little"),
+            (14, types.INT64, "big"),
+            (18, types.FLOAT64, "little"),
+        ]:
+            registers = peer.read_holding_registers(number, count=kind.value[1]).registers
+            print(peer.convert_from_registers(registers, data_type=kind, word_order=order))
+
+
 if __name__ == "__main__":
     what, where = sys.argv[1:]
     if what == "device":
         device(where)
     else:
-        {"look": look, "ask": ask}[what](int(where))
+        {"look": look, "ask": ask, "numbers": numbers}[what](int(where))

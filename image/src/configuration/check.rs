@@ -9,7 +9,7 @@ use super::gpio_line::{Circuit, GpioLine};
 use super::modbus_address::{ModbusAddress, Table};
 use super::range::names;
 use super::zenoh_variable::ZenohVariable;
-use super::{Driver, Entry, Mistake};
+use super::{Driver, Entry, Mistake, Warning, outside_range};
 use crate::latch::{Rule, Safe};
 use crate::symbol::{Direction, Number, Place, Symbol};
 
@@ -107,7 +107,7 @@ pub struct Checked {
     /// What is wrong.
     pub mistakes: Vec<Mistake>,
     /// What may be wrong.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Resolves the entries for a program with these symbols. `ends_in_bit` says that the last digit of a number in a
@@ -205,6 +205,7 @@ pub fn points(
     }
     read_and_driven(&mut checked, &driven);
     checked.mistakes.extend(ethercat_point::mistakes(&checked.points));
+    checked.warnings = outside_range::warnings(&checked.points);
     let taken: HashSet<Place> =
         checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
     let is_taken = |name: &String| {
@@ -218,7 +219,8 @@ pub fn points(
                 [] => format!("the output {last}"),
                 _ => format!("the outputs {} and {last}", others.join(", ")),
             };
-            checked.warnings.push(format!("no [[io]] takes {names} to the outside"));
+            let message = format!("no [[io]] takes {names} to the outside");
+            checked.warnings.push(Warning { line: None, message });
         }
     }
     checked

@@ -47,6 +47,30 @@ impl ProcessValue {
         }
     }
 
+    /// The lowest and the highest value that it can hold.
+    pub fn range(self) -> (f64, f64) {
+        match self {
+            Self::Bit(_) => (0.0, 1.0),
+            Self::U8 => (0.0, u8::MAX.into()),
+            Self::I8 => (i8::MIN.into(), i8::MAX.into()),
+            Self::U16 => (0.0, u16::MAX.into()),
+            Self::I16 => (i16::MIN.into(), i16::MAX.into()),
+            Self::U32 => (0.0, u32::MAX.into()),
+            Self::I32 => (i32::MIN.into(), i32::MAX.into()),
+            Self::F32 => (f32::MIN.into(), f32::MAX.into()),
+        }
+    }
+
+    /// All that are numbers, the smaller ones first.
+    pub(super) fn numbers() -> impl Iterator<Item = Self> {
+        Self::NAMES.into_iter().map(|(_, value)| value)
+    }
+
+    /// The name in a configuration; a bit has none.
+    pub(super) fn name(self) -> Option<&'static str> {
+        Self::NAMES.iter().find(|(_, value)| *value == self).map(|(name, _)| *name)
+    }
+
     /// Whether it is a single bit.
     pub fn is_bit(self) -> bool {
         matches!(self, Self::Bit(_))

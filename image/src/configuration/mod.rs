@@ -18,6 +18,8 @@ mod ethercat_point;
 mod gpio_line;
 mod line_numbers;
 mod modbus_address;
+mod modbus_format;
+mod outside_range;
 mod range;
 mod zenoh_variable;
 
@@ -28,7 +30,8 @@ pub use check::{Address, Checked, Point, points};
 pub use ethercat_point::{EthercatPoint, ProcessValue};
 pub use gpio_line::{Circuit, GpioLine};
 pub use line_numbers::LineNumbers;
-pub use modbus_address::{Format, Medium, ModbusAddress, Table};
+pub use modbus_address::{Medium, ModbusAddress, Table};
+pub use modbus_format::{Coding, Format, Order};
 pub use zenoh_variable::{ZenohVariable, is_key_part};
 
 use crate::latch::Safe;
@@ -43,6 +46,15 @@ pub struct Mistake {
     /// The line, from 1.
     pub line: usize,
     /// What is wrong, as a sentence without a full stop.
+    pub message: String,
+}
+
+/// Something that may be wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// The line of the entry, from 1, where it is about one.
+    pub line: Option<usize>,
+    /// What may be wrong, as a sentence without a full stop.
     pub message: String,
 }
 

@@ -2,13 +2,17 @@
 //!
 //! | driver | address | example |
 //! | --- | --- | --- |
-//! | `modbus-tcp` | `HOST[:PORT]/UNIT/TABLE/NUMBER[:FORMAT]` | `192.168.1.10/1/holding/100:f32` |
+//! | `modbus-tcp` | `HOST[:PORT]/UNIT/TABLE/NUMBER[:FORMAT]` | `192.168.1.10/1/holding/100:f32`, `[fd00::10]:502/1/coil/0` |
 //! | `modbus-rtu` | `DEVICE[@BAUD[-8N1]]/UNIT/TABLE/NUMBER[:FORMAT]` | `/dev/ttyUSB0@19200-8E1/7/coil/0` |
 //! | `modbus-server` | `TABLE/NUMBER[:FORMAT]` | `holding/0` |
 //!
 //! TABLE is `coil`, `discrete` (input), `input` (register) or `holding` (register). Numbers count from 0. FORMAT is
-//! for registers: `u16` (the default), `i16`, `u32`, `i32`, `f32`, with the high word first, or `-swapped`
-//! after it; or `bit0` to `bit15`.
+//! for registers; [`Format`] has it.
+
+use std::fmt;
+use std::net::Ipv6Addr;
+
+use super::modbus_format::Format;
 
 /// How a device is reached.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +23,35 @@ pub enum Medium {
     Serial(String, u32, char),
     /// The point belongs to the server of `plcio`, which others ask.
     Server,
+}
+
+impl Medium {
+    /// Reads a host and port, or a serial line, which is a path.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text.starts_with('/') { line(text) } else { host(text) }
+    }
+
+    /// Whether two of them are the same device or the same line, also with other bauds.
+    pub fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Serial(own, ..), Self::Serial(other, ..)) => own == other,
+            _ => self == other,
+        }
+    }
+}
+
+impl fmt::Display for Medium {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp(host, port) if host.contains(':') => write!(f, "[{host}]:{port}"),
+            Self::Tcp(host, port) => write!(f, "{host}:{port}"),
+            Self::Serial(device, ..) => f.write_str(device),
+            Self::Server => f.write_str("the server"),
+        }
+    }
 }
 
 /// A table of a Modbus device.
@@ -32,40 +65,6 @@ pub enum Table {
     Input,
     /// Registers that can be read and written.
     Holding,
-}
-
-/// How registers make a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// A single bit of a table of bits.
-    Bit,
-    /// 16 bits without a sign.
-    U16,
-    /// 16 bits with a sign.
-    I16,
-    /// 32 bits without a sign, in two registers. `true` if the low word comes first.
-    U32(bool),
-    /// The same with a sign.
-    I32(bool),
-    /// A floating-point number of 32 bits (IEEE 754) in two registers; `true` as above.
-    F32(bool),
-    /// A bit of a register, by its number from 0 for the lowest.
-    BitOf(u8),
-}
-
-impl Format {
-    /// How many registers it takes.
-    pub fn registers(self) -> u16 {
-        match self {
-            Self::U32(_) | Self::I32(_) | Self::F32(_) => 2,
-            Self::Bit | Self::U16 | Self::I16 | Self::BitOf(_) => 1,
-        }
-    }
-
-    /// Whether it is a single bit.
-    pub fn is_bit(self) -> bool {
-        matches!(self, Self::Bit | Self::BitOf(_))
-    }
 }
 
 /// A point of a Modbus device.
@@ -126,9 +125,9 @@ impl ModbusAddress {
         let is_bit = matches!(table, Table::Coil | Table::Discrete);
         let format = match format {
             None if is_bit => Format::Bit,
-            None => Format::U16,
+            None => Format::DEFAULT,
             Some(format) if is_bit => return Err(format!("a single bit has no format `{format}`")),
-            Some(format) => self::format(format)?,
+            Some(format) => Format::parse(format)?,
         };
         let number = number
             .parse()
@@ -153,14 +152,27 @@ impl ModbusAddress {
     }
 }
 
+/// Reads `HOST[:PORT]`. An address of IPv6 is in brackets, with its zone where it needs one: `[fe80::1%eth0]:502`.
 fn host(text: &str) -> Result<Medium, String> {
     let (host, port) = match text.rsplit_once(':') {
-        Some((host, port)) => (host, port.parse().ok()),
-        None => (text, Some(502)),
+        // A colon in brackets is one of the address.
+        Some((host, port)) if !port.ends_with(']') => (host, port.parse().ok()),
+        _ => (text, Some(502)),
     };
-    match port {
-        Some(port) if !host.is_empty() => Ok(Medium::Tcp(host.into(), port)),
-        _ => Err(format!("`{text}` is no host and port, as in 192.168.1.10:502")),
+    let inner = host.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_v6 = |address: &str| {
+        let (address, zone) = address.split_once('%').unwrap_or((address, "zone"));
+        !zone.is_empty() && address.parse::<Ipv6Addr>().is_ok()
+    };
+    let host = match inner {
+        Some(address) => Some(address).filter(|address| is_v6(address)),
+        None => Some(host).filter(|host| !host.is_empty() && !host.contains([':', '[', ']'])),
+    };
+    match (host, port) {
+        (Some(host), Some(port)) => Ok(Medium::Tcp(host.into(), port)),
+        _ => Err(format!(
+            "`{text}` is no host and port, as in 192.168.1.10:502; an IPv6 address is in brackets, as in [fd00::10]:502"
+        )),
     }
 }
 
@@ -179,47 +191,41 @@ fn line(text: &str) -> Result<Medium, String> {
     }
 }
 
-fn format(text: &str) -> Result<Format, String> {
-    let (plain, swapped) = match text.strip_suffix("-swapped") {
-        Some(plain) => (plain, true),
-        None => (text, false),
-    };
-    let bit =
-        plain.strip_prefix("bit").and_then(|bit| bit.parse().ok()).filter(|&bit: &u8| bit < 16);
-    match (plain, bit) {
-        ("u16", _) if !swapped => Ok(Format::U16),
-        ("i16", _) if !swapped => Ok(Format::I16),
-        ("u32", _) => Ok(Format::U32(swapped)),
-        ("i32", _) => Ok(Format::I32(swapped)),
-        ("f32", _) => Ok(Format::F32(swapped)),
-        (_, Some(bit)) if !swapped => Ok(Format::BitOf(bit)),
-        _ => Err(format!(
-            "`{text}` is no format; they are u16, i16, u32, i32, f32, these three also with -swapped, and bit0 to bit15"
-        )),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::super::modbus_format::{Coding, Order};
     use super::*;
 
     #[test]
     fn addresses_name_a_device_and_a_point() {
         let tcp = |text| ModbusAddress::parse(text, true, false);
+        let swapped = Order { is_low_word_first: true, is_low_byte_first: false };
         let point = tcp("io.local:1502/3/holding/100:f32-swapped").unwrap();
         assert_eq!(point.medium, Medium::Tcp("io.local".into(), 1502));
         assert_eq!((point.unit, point.table, point.number), (3, Table::Holding, 100));
-        assert_eq!(point.format, Format::F32(true));
+        assert_eq!(point.format, Format::Number(Coding::F32, swapped));
         assert_eq!(point.nth(3).map(|next| next.number), Some(106));
         assert_eq!(tcp("10.0.0.1/1/coil/0").unwrap().medium, Medium::Tcp("10.0.0.1".into(), 502));
+        for (text, host, port) in [
+            ("[::1]:502/1/coil/0", "::1", 502),
+            ("[fe80::1%eth0]/1/coil/0", "fe80::1%eth0", 502),
+            ("[fd00::10]:1502/1/coil/0", "fd00::10", 1502),
+        ] {
+            let medium = tcp(text).unwrap().medium;
+            assert_eq!(medium, Medium::Tcp(host.into(), port));
+            assert_eq!(medium.to_string(), format!("[{host}]:{port}"));
+        }
         let bit = tcp("h/1/holding/5:bit14").unwrap().nth(3).unwrap();
         assert_eq!((bit.number, bit.format), (6, Format::BitOf(1)));
         assert_eq!(tcp("h/1/input/65535").unwrap().nth(1), None);
         let serial = ModbusAddress::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
         assert_eq!(serial.medium, Medium::Serial("/dev/ttyS0".into(), 9600, 'N'));
-        assert_eq!(ModbusAddress::parse("input/4:i16", false, false).unwrap().format, Format::I16);
+        assert_eq!(
+            ModbusAddress::parse("input/4:i16", false, false).unwrap().format,
+            Format::Number(Coding::I16, Order::default())
+        );
         for text in [
             "",
             "h",
@@ -229,6 +235,13 @@ mod tests {
             "h/1/coil/65536",
             "h/1/coil/0:u16",
             "h:x/1/coil/0",
+            "::1/1/coil/0",
+            "fd00::10:502/1/coil/0",
+            "[::1/1/coil/0",
+            "[1.2.3.4]:502/1/coil/0",
+            "[]:502/1/coil/0",
+            "[::1]x:502/1/coil/0",
+            "[fe80::1%]/1/coil/0",
             "/1/coil/0",
             "h/1/input/0:u16-swapped",
             "h/1/input/0:bit16",

@@ -6,12 +6,11 @@ use std::time::Duration;
 use ethercrab::subdevice_group::Op;
 use ethercrab::{MainDevice, SubDeviceState};
 use serde_json::Value;
-use tokio::sync::watch::Receiver;
 use tokio::time::{Instant, sleep_until};
 
 use super::bring_up::{Group, Terminal, bring_down, switch_off, text, who_is_not, working_counter};
 use super::{STATE_CHANGE, Segment, process_data};
-use crate::session::Shared;
+use crate::session::{Shared, Stage, Stages, is_over};
 
 /// The longest time from one exchange to the next. Terminals switch outputs off that are not written for 100 ms.
 const LONGEST_PERIOD: Duration = Duration::from_millis(50);
@@ -27,11 +26,6 @@ struct Exchange<'a> {
     refused: HashSet<usize>,
 }
 
-/// Waits for the end of the session.
-async fn is_over(ended: &mut Receiver<bool>) {
-    while !*ended.borrow_and_update() && ended.changed().await.is_ok() {}
-}
-
 impl Segment {
     /// Brings the terminals up and exchanges values with them until the session ends; then brings them down.
     ///
@@ -41,17 +35,17 @@ impl Segment {
         &self,
         main_device: &MainDevice<'_>,
         shared: &Shared,
-        mut ended: Receiver<bool>,
+        mut stages: Stages,
         was_connected: &mut bool,
     ) -> Result<(), String> {
-        let mut until_end = ended.clone();
+        let mut until_end = stages.clone();
         let up = tokio::select! {
             up = self.start(main_device, shared) => up.map(Some),
             () = is_over(&mut until_end) => Ok(None),
         };
         let done = match up {
             Ok(Some(mut exchange)) => {
-                let done = exchange.run(&mut ended, was_connected).await;
+                let done = exchange.run(&mut stages, was_connected).await;
                 done.map(|()| Some(exchange.group))
             }
             Ok(None) => Ok(None),
@@ -95,18 +89,14 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// Why the connection was lost.
-    async fn run(
-        &mut self,
-        ended: &mut Receiver<bool>,
-        was_connected: &mut bool,
-    ) -> Result<(), String> {
+    async fn run(&mut self, stages: &mut Stages, was_connected: &mut bool) -> Result<(), String> {
         let answer = self.shared.settings.answer;
         let period = self.shared.settings.poll.min(LONGEST_PERIOD);
         // Until when there must be a good exchange.
         let mut limit = Instant::now() + STATE_CHANGE;
         let mut next = Instant::now();
         loop {
-            let is_last = *ended.borrow();
+            let is_last = *stages.borrow_and_update() == Stage::Ends;
             self.set_outputs();
             let done = self.poll(*was_connected).await;
             if is_last {
@@ -126,7 +116,7 @@ impl Exchange<'_> {
             next = (next + period).max(Instant::now());
             tokio::select! {
                 () = sleep_until(next) => {}
-                _ = ended.changed() => {}
+                changed = stages.changed() => if changed.is_err() { return Ok(()) },
             }
         }
     }
@@ -162,7 +152,13 @@ impl Exchange<'_> {
             let value = hub.value_outside(*index).or_else(|| hub.safe_value(*index));
             let terminal = self.group.subdevice(self.main_device, point.terminal.into());
             let (Some(value), Ok(terminal)) = (value, terminal) else { continue };
-            let fits = process_data::write(&mut terminal.outputs_raw_mut(), point, value);
+            let mut data = terminal.outputs_raw_mut();
+            let fits = process_data::write(&mut data, point, value);
+            let (low, high) = point.value.range();
+            let instead = if value.is_nan() { 0.0 } else { value }.clamp(low, high);
+            // What is made safe is written in any case, as the nearest value.
+            let is_put =
+                !fits && hub.is_made_safe(*index) && process_data::write(&mut data, point, instead);
             let is_new = match fits {
                 true => self.refused.remove(index),
                 false => self.refused.insert(*index),
@@ -170,7 +166,12 @@ impl Exchange<'_> {
             if is_new {
                 let name = hub.point(*index).map(|point| point.symbol.name.clone());
                 let name = name.unwrap_or_default();
-                let why = format!("{name} is {value}, which its point can't hold");
+                let why = match is_put {
+                    true => {
+                        format!("the safe value of {name} is {value}, and {instead} is written")
+                    }
+                    false => format!("{name} is {value}, which its point can't hold"),
+                };
                 let about = [device(), ("name", name.into()), ("why", why.into())];
                 match fits {
                     true => self.shared.events.write("accepted", about.get(..2).unwrap_or(&[])),

@@ -28,11 +28,10 @@ use ethercrab::{MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, Timeou
 use plcc_image::configuration::{Address, EthercatPoint};
 use serde_json::Value;
 use tokio::sync::oneshot;
-use tokio::sync::watch::Receiver;
 
 pub(crate) use expected::Expected;
 
-use crate::session::Shared;
+use crate::session::{Shared, Stage, Stages, is_over};
 
 /// The pause before the segment is brought up again for the first time. It doubles with each attempt that fails.
 const FIRST_PAUSE: Duration = Duration::from_millis(100);
@@ -92,14 +91,16 @@ impl Segment {
         Some(Self { interface, inputs, outputs })
     }
 
-    /// Exchanges values with the terminals until the session ends; then makes their outputs safe.
-    pub(crate) async fn run(self, shared: Shared, mut ended: Receiver<bool>) {
+    /// Exchanges values with the terminals until the session ends; then switches their outputs off. When the control has
+    /// left, they still get their safe values.
+    pub(crate) async fn run(self, shared: Shared, mut stages: Stages) {
         let segment = Arc::new(self);
         let mut pause = FIRST_PAUSE;
         // Why the segment was lost, while it is.
         let mut lost: Option<String> = None;
-        loop {
-            let Ended { was_connected, why } = segment.on_a_thread(&shared, &ended).await;
+        // When the control has left, its inputs are of no use.
+        while *stages.borrow() == Stage::Works || !segment.outputs.is_empty() {
+            let Ended { was_connected, why } = segment.on_a_thread(&shared, &stages).await;
             let Err(why) = why else { return };
             if was_connected {
                 (lost, pause) = (None, FIRST_PAUSE);
@@ -111,19 +112,19 @@ impl Segment {
             }
             tokio::select! {
                 () = tokio::time::sleep(pause) => {}
-                _ = ended.changed() => return,
+                () = is_over(&mut stages) => return,
             }
             pause = (pause * 2).min(LONGEST_PAUSE);
         }
     }
 
     /// One connection on a thread of its own.
-    async fn on_a_thread(self: &Arc<Self>, shared: &Shared, ended: &Receiver<bool>) -> Ended {
+    async fn on_a_thread(self: &Arc<Self>, shared: &Shared, stages: &Stages) -> Ended {
         let (sender, receiver) = oneshot::channel();
-        let (segment, shared, ended) = (Arc::clone(self), shared.clone(), ended.clone());
+        let (segment, shared, stages) = (Arc::clone(self), shared.clone(), stages.clone());
         let work = move || {
             let mut was_connected = false;
-            let why = segment.connect(&shared, ended, &mut was_connected);
+            let why = segment.connect(&shared, stages, &mut was_connected);
             let _ = sender.send(Ended { was_connected, why });
         };
         let builder = thread::Builder::new().name("ethercat".into()).stack_size(STACK);
@@ -144,7 +145,7 @@ impl Segment {
     fn connect(
         &self,
         shared: &Shared,
-        ended: Receiver<bool>,
+        stages: Stages,
         was_connected: &mut bool,
     ) -> Result<(), String> {
         let (sender, receiver) = socket::open(&self.interface)?;
@@ -173,7 +174,7 @@ impl Segment {
             let receive = || socket::receive(receiver, answers, &stop);
             let builder = thread::Builder::new().name("ethercat-answers".into());
             builder.spawn_scoped(scope, receive).map_err(|error| error.to_string())?;
-            let work = Box::pin(self.work(&main_device, shared, ended, was_connected));
+            let work = Box::pin(self.work(&main_device, shared, stages, was_connected));
             runtime.block_on(async {
                 tokio::select! {
                     why = socket::send(sender, frames) => Err(why),

@@ -31,16 +31,7 @@ pub(super) fn write(data: &mut [u8], point: &EthercatPoint, value: f64) -> bool 
         *byte = *byte & !(1 << bit) | u8::from(value != 0.0) << bit;
         return true;
     }
-    let (least, most) = match point.value {
-        ProcessValue::Bit(_) => (0.0, 1.0),
-        ProcessValue::U8 => (0.0, f64::from(u8::MAX)),
-        ProcessValue::I8 => (i8::MIN.into(), i8::MAX.into()),
-        ProcessValue::U16 => (0.0, u16::MAX.into()),
-        ProcessValue::I16 => (i16::MIN.into(), i16::MAX.into()),
-        ProcessValue::U32 => (0.0, u32::MAX.into()),
-        ProcessValue::I32 => (i32::MIN.into(), i32::MAX.into()),
-        ProcessValue::F32 => (f32::MIN.into(), f32::MAX.into()),
-    };
+    let (least, most) = point.value.range();
     let rounded = value.round();
     let is_float = point.value == ProcessValue::F32;
     if !(least..=most).contains(if is_float { &value } else { &rounded }) {

@@ -10,10 +10,9 @@ use std::time::Duration;
 
 use plcc_image::configuration::Address;
 use serde_json::Value;
-use tokio::sync::watch::Receiver;
 use tokio::time::{Instant, sleep_until, timeout};
 
-use crate::session::Shared;
+use crate::session::{Shared, Stage, Stages, is_over};
 use lines::{ChipLines, Output, Requested};
 
 /// The pause before a chip is opened again for the first time. It doubles with each attempt that fails.
@@ -58,7 +57,7 @@ pub(crate) fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
 /// Why the work failed; nothing where the session ended.
 async fn on_a_thread<T: Send + 'static>(
     (shared, chip, lost): (&Shared, &str, &mut Option<String>),
-    ended: &mut Receiver<bool>,
+    stages: &mut Stages,
     work: impl FnOnce() -> Result<T, String> + Send + 'static,
 ) -> Result<T, Option<String>> {
     let mut task = tokio::task::spawn_blocking(work);
@@ -67,11 +66,9 @@ async fn on_a_thread<T: Send + 'static>(
         Err(_) => {
             report_lost(shared, chip, lost, "the chip does not answer");
             // The session waits for two seconds at its end.
-            let is_over =
-                async { while !*ended.borrow_and_update() && ended.changed().await.is_ok() {} };
             tokio::select! {
                 done = &mut task => done,
-                () = is_over => return Err(None),
+                () = is_over(stages) => return Err(None),
             }
         }
     };
@@ -87,20 +84,22 @@ fn report_lost(shared: &Shared, chip: &str, lost: &mut Option<String>, why: &str
 }
 
 impl Chip {
-    /// Exchanges values with the chip until the session ends; then writes the outputs once more.
-    pub(crate) async fn run(self, shared: Shared, mut ended: Receiver<bool>) {
+    /// Exchanges values with the chip until the session ends; then writes the outputs once more. When the control has left, a
+    /// chip with outputs still gets their safe values.
+    pub(crate) async fn run(self, shared: Shared, mut stages: Stages) {
         let mut pause = FIRST_PAUSE;
         // Why the chip was lost, while it is.
         let mut lost: Option<String> = None;
-        loop {
-            let Err(Some(why)) = self.exchange(&shared, &mut ended, &mut lost, &mut pause).await
+        // When the control has left, its inputs are of no use.
+        while *stages.borrow() == Stage::Works || !self.lines.outputs.is_empty() {
+            let Err(Some(why)) = self.exchange(&shared, &mut stages, &mut lost, &mut pause).await
             else {
                 return;
             };
             report_lost(&shared, &self.name, &mut lost, &why);
             tokio::select! {
                 () = tokio::time::sleep(pause) => {}
-                _ = ended.changed() => return,
+                () = is_over(&mut stages) => return,
             }
             pause = (pause * 2).min(LONGEST_PAUSE);
         }
@@ -123,18 +122,18 @@ impl Chip {
     async fn exchange(
         &self,
         shared: &Shared,
-        ended: &mut Receiver<bool>,
+        stages: &mut Stages,
         lost: &mut Option<String>,
         pause: &mut Duration,
     ) -> Result<(), Option<String>> {
         let (name, inputs, outputs) =
             (self.name.clone(), self.lines.inputs.clone(), self.outputs(shared));
         let open = move || Requested::open(&name, &inputs, &outputs);
-        let mut requested = on_a_thread((shared, &self.name, lost), ended, open).await?;
+        let mut requested = on_a_thread((shared, &self.name, lost), stages, open).await?;
         let mut is_connected = false;
         let mut next = Instant::now();
         loop {
-            let is_last = *ended.borrow();
+            let stage = *stages.borrow_and_update();
             let outputs = self.outputs(shared);
             let work = move || {
                 requested.write(&outputs)?;
@@ -142,8 +141,8 @@ impl Chip {
                 Ok((requested, values))
             };
             let values;
-            (requested, values) = on_a_thread((shared, &self.name, lost), ended, work).await?;
-            if is_last {
+            (requested, values) = on_a_thread((shared, &self.name, lost), stages, work).await?;
+            if stage == Stage::Ends || stage == Stage::Left && self.lines.outputs.is_empty() {
                 return Ok(());
             }
             // A chip that was slow is connected again when it has answered.
@@ -161,7 +160,7 @@ impl Chip {
             next = (next + shared.settings.poll).max(Instant::now());
             tokio::select! {
                 () = sleep_until(next) => {}
-                _ = ended.changed() => {}
+                changed = stages.changed() => if changed.is_err() { return Ok(()) },
             }
         }
     }

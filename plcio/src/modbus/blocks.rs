@@ -1,6 +1,10 @@
 //! Points that lie together in a table, so that they are read or written by one request.
 
-use plcc_image::configuration::{Format, ModbusAddress, Table};
+use std::ops::Range;
+
+use plcc_image::configuration::{ModbusAddress, Table};
+
+use super::registers::{decode, encode};
 
 /// A point in a block: its index in the hub, and its address.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,74 +55,41 @@ pub(super) fn blocks(mut members: Vec<Member>) -> Vec<Block> {
 }
 
 impl Block {
-    /// The place of a member in the block.
-    fn at(&self, member: &Member) -> usize {
-        usize::from(member.address.number - self.start)
+    /// The places of a member's registers in the block.
+    fn place(&self, member: &Member) -> Range<usize> {
+        let at = usize::from(member.address.number - self.start);
+        at..at + usize::from(member.address.format.registers())
     }
 
-    /// The value of a member among the registers of the block; `None` where they are too few.
+    /// The value of a member among the registers of the block; `None` where they are too few, or hold no number.
     pub(super) fn value(&self, member: &Member, registers: &[u16]) -> Option<f64> {
-        decode(member.address.format, registers.get(self.at(member)..)?)
+        decode(member.address.format, registers.get(self.place(member))?)
     }
 
-    /// Puts the value of a member into the registers of the block. Gives whether the registers can have it.
+    /// Puts the value of a member into the registers of the block. Returns whether the registers can have it.
     pub(super) fn put(&self, member: &Member, value: f64, registers: &mut [u16]) -> bool {
         registers
-            .get_mut(self.at(member)..)
+            .get_mut(self.place(member))
             .is_some_and(|registers| encode(member.address.format, value, registers))
     }
-}
 
-/// The value that registers hold in a format; `None` where they are too few.
-pub(super) fn decode(format: Format, registers: &[u16]) -> Option<f64> {
-    let word = |swapped: bool| {
-        let [a, b, ..] = *registers else { return None };
-        let (high, low) = if swapped { (b, a) } else { (a, b) };
-        Some(u32::from(high) << 16 | u32::from(low))
-    };
-    let first = *registers.first()?;
-    Some(match format {
-        Format::Bit => f64::from(first != 0),
-        Format::U16 => first.into(),
-        Format::I16 => (first as i16).into(),
-        Format::U32(swapped) => word(swapped)?.into(),
-        Format::I32(swapped) => (word(swapped)? as i32).into(),
-        Format::F32(swapped) => f32::from_bits(word(swapped)?).into(),
-        Format::BitOf(bit) => f64::from(first >> bit & 1),
-    })
-}
-
-/// Puts a value into registers in a format. Gives whether they can have it; if not, they stay.
-pub(super) fn encode(format: Format, value: f64, registers: &mut [u16]) -> bool {
-    let mut put_word = |swapped: bool, word: u32| {
-        let [a, b, ..] = registers else { return false };
-        let (high, low) = ((word >> 16) as u16, word as u16);
-        (*a, *b) = if swapped { (low, high) } else { (high, low) };
-        true
-    };
-    let rounded = value.round();
-    let within = |low: f64, high: f64| (low..=high).contains(&rounded);
-    match format {
-        Format::U32(swapped) => within(0.0, u32::MAX.into()) && put_word(swapped, rounded as u32),
-        Format::I32(swapped) => {
-            within(i32::MIN.into(), i32::MAX.into()) && put_word(swapped, rounded as i32 as u32)
-        }
-        Format::F32(swapped) => put_word(swapped, (value as f32).to_bits()),
-        Format::Bit | Format::U16 | Format::I16 | Format::BitOf(_) => {
-            let Some(first) = registers.first_mut() else { return false };
-            match format {
-                Format::BitOf(bit) => {
-                    *first = *first & !(1 << bit) | u16::from(value != 0.0) << bit
+    /// The places in the block that some of its members, in their order, take up together: those that follow each other
+    /// are one piece, or with `single` only those that share a register.
+    pub(super) fn pieces<'a>(
+        &self,
+        members: impl Iterator<Item = &'a Member>,
+        single: bool,
+    ) -> Vec<Range<usize>> {
+        let mut pieces: Vec<Range<usize>> = vec![];
+        for place in members.map(|member| self.place(member)) {
+            match pieces.last_mut() {
+                Some(last) if place.start < last.end || place.start == last.end && !single => {
+                    last.end = last.end.max(place.end);
                 }
-                Format::Bit => *first = u16::from(value != 0.0),
-                Format::I16 if within(i16::MIN.into(), i16::MAX.into()) => {
-                    *first = rounded as i16 as u16
-                }
-                Format::U16 if within(0.0, u16::MAX.into()) => *first = rounded as u16,
-                _ => return false,
+                _ => pieces.push(place),
             }
-            true
         }
+        pieces
     }
 }
 
@@ -152,30 +123,18 @@ mod tests {
     }
 
     #[test]
-    fn values_come_back_from_registers() {
-        for (format, value, registers) in [
-            (Format::U16, 65535.0, [0xFFFF, 0]),
-            (Format::I16, -2.0, [0xFFFE, 0]),
-            (Format::U32(false), 65536.0, [1, 0]),
-            (Format::U32(true), 65536.0, [0, 1]),
-            (Format::I32(false), -2.0, [0xFFFF, 0xFFFE]),
-            (Format::F32(false), 1.5, [0x3FC0, 0]),
-            (Format::F32(true), 1.5, [0, 0x3FC0]),
-            (Format::BitOf(5), 1.0, [0x20, 0]),
-        ] {
-            let mut made = [0; 2];
-            assert!(encode(format, value, &mut made));
-            assert_eq!((made, decode(format, &made)), (registers, Some(value)), "{format:?}");
-        }
-        let mut same = [7; 2];
-        for (format, value) in [
-            (Format::U16, -1.0),
-            (Format::I16, 4e4),
-            (Format::U32(true), -1.0),
-            (Format::U16, f64::NAN),
-        ] {
-            assert!(!encode(format, value, &mut same));
-        }
-        assert_eq!((same, decode(Format::F32(true), &[1])), ([7; 2], None));
+    fn what_is_left_out_divides_a_block() {
+        let texts =
+            ["h/1/holding/2", "h/1/holding/3:f32", "h/1/holding/5:bit3", "h/1/holding/5:bit4"];
+        let blocks = blocks(texts.iter().enumerate().map(|(n, text)| member(n, text)).collect());
+        let block = &blocks[0];
+        let pieces = |without: usize, single| {
+            let members = block.members.iter().filter(|member| member.index != without);
+            block.pieces(members, single)
+        };
+        assert_eq!(pieces(9, false), [0..4]);
+        assert_eq!(pieces(1, false), [0..1, 3..4]);
+        assert_eq!(pieces(2, false), [0..4]);
+        assert_eq!(pieces(9, true), [0..1, 1..3, 3..4]);
     }
 }

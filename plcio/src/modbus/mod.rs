@@ -4,4 +4,13 @@ mod blocks;
 pub(crate) mod client;
 mod client_events;
 mod connection;
+mod link;
+mod registers;
+mod reports;
 pub(crate) mod server;
+pub(crate) mod settings;
+mod unfit;
+mod unit;
+
+pub(crate) use settings::DeviceSettings;
+pub(crate) use unit::Manner;

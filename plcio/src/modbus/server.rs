@@ -4,8 +4,8 @@
 use std::collections::HashMap;
 use std::future::{Ready, ready};
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use plcc_image::configuration::{Address, Format, Table};
@@ -15,16 +15,17 @@ use tokio_modbus::server::Service;
 use tokio_modbus::server::tcp::Server;
 use tokio_modbus::{ExceptionCode, Request, Response};
 
-use super::blocks::{decode, encode};
 use super::client_events::ClientEvents;
 use super::connection::{Client, Connection};
+use super::registers::{decode, encode, nearest};
+use super::unfit::Unfit;
 use crate::session::Shared;
 
 /// The most connections at once.
 const CONNECTIONS: usize = 16;
 
 /// The points at each number of each table: a point's index in the hub, its format, and which of the point's
-/// registers (0 or 1) this number is.
+/// registers (from 0) this number is.
 type Places = HashMap<(Table, u16), Vec<(usize, Format, usize)>>;
 
 /// Answers the requests of one connection.
@@ -33,6 +34,8 @@ struct Answers {
     places: Arc<Places>,
     connections: Arc<AtomicUsize>,
     client_events: Arc<ClientEvents>,
+    /// The points whose values their registers can't hold, so that clients read the nearest ones.
+    unfit: Arc<Mutex<Unfit>>,
     address: SocketAddr,
     client: Arc<Client>,
 }
@@ -67,6 +70,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     let places = Arc::new(places);
     let connections = Arc::new(AtomicUsize::new(0));
     let client_events = Arc::new(ClientEvents::new(shared.events.clone()));
+    let unfit = Arc::new(Mutex::new(Unfit::default()));
     let mut reported = String::new();
     loop {
         let why = match TcpListener::bind(&address).await {
@@ -76,7 +80,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                 let on_connected = |stream: TcpStream, address: SocketAddr| {
                     let (shared, places) = (shared.clone(), Arc::clone(&places));
                     let connections = Arc::clone(&connections);
-                    let client_events = Arc::clone(&client_events);
+                    let (client_events, unfit) = (Arc::clone(&client_events), Arc::clone(&unfit));
                     async move {
                         if connections.load(Ordering::Relaxed) >= CONNECTIONS {
                             let why = "there are as many clients as can be served";
@@ -89,8 +93,15 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                         let client = Arc::new(Client::new());
                         let idle = shared.settings.idle;
                         let stream = Connection::new(stream, idle, Arc::clone(&client));
-                        let answers =
-                            Answers { shared, places, connections, client_events, address, client };
+                        let answers = Answers {
+                            shared,
+                            places,
+                            connections,
+                            client_events,
+                            unfit,
+                            address,
+                            client,
+                        };
                         Ok(Some((answers, stream)))
                     }
                 };
@@ -130,16 +141,31 @@ fn numbers(start: u16, count: usize) -> Result<impl Iterator<Item = u16>, Except
 impl Answers {
     /// The registers, or bits, of a table from a number on.
     fn read(&self, table: Table, start: u16, count: u16) -> Result<Vec<u16>, ExceptionCode> {
-        let hub = self.shared.hub();
+        let (hub, events) = (self.shared.hub(), &self.shared.events);
         let register = |number: u16| {
             let members =
                 self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
             let mut word = 0;
             for &(index, format, part) in members {
                 let value = hub.value_outside(index).ok_or(ExceptionCode::ServerDeviceBusy)?;
-                let mut registers = [0; 2];
-                if !encode(format, value, &mut registers) {
-                    return Err(ExceptionCode::ServerDeviceFailure);
+                let mut registers = [0; 4];
+                let fits = encode(format, value, &mut registers);
+                let instead = nearest(format, value);
+                if !fits {
+                    encode(format, instead, &mut registers);
+                }
+                if self.unfit.lock().unwrap_or_else(PoisonError::into_inner).note(index, fits) {
+                    let name = hub.point(index).map_or("", |point| point.symbol.name.as_str());
+                    let why = format!("{value} does not fit its registers; clients read {instead}");
+                    let about = [
+                        ("device", "modbus-server".into()),
+                        ("name", name.into()),
+                        ("why", why.into()),
+                    ];
+                    match fits {
+                        true => events.write("accepted", about.get(..2).unwrap_or_default()),
+                        false => events.write("refused", &about),
+                    }
                 }
                 word |= registers.get(part).copied().unwrap_or(0);
             }
@@ -160,7 +186,7 @@ impl Answers {
                 if !point.is_input {
                     return Err(ExceptionCode::IllegalDataAddress);
                 }
-                // The second register of a value is written with the first one.
+                // The further registers of a value are written with the first one.
                 if part > 0 && at > 0 {
                     continue;
                 }

@@ -4,6 +4,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+mod outputs;
 mod serial;
 mod server;
 
@@ -23,6 +24,11 @@ use plcc_tests::loader::{Folder, Running, plcio, wait_until};
 /// The pump runs while the door is closed, and a number goes from a device to another place.
 const PMI: &str = "$INPUT\nDOOR = 0/0\nLEVEL = 1/0-3/B\n$OUTPUT\nPUMP = 2/0\nCOPY = 3/0-3/B\n$INTEGER\n\
                    SPEED\n$END\nPUMP = /DOOR\nCOPY = LEVEL\n";
+
+fn start_driver(folder: &Folder) -> Running {
+    let mut command = plcio();
+    Running::start(command.arg("c.toml").current_dir(folder.path("")))
+}
 
 /// A control and `plcio`.
 struct Plant {
@@ -53,20 +59,30 @@ impl Plant {
 
     /// `configuration` is the rest of the table `[plcio]`, and the entries.
     fn with(name: &str, configuration: &str) -> Self {
+        Self::of(name, PMI, "", configuration)
+    }
+
+    /// The same for another program; `own` are further keys of the control.
+    fn of(name: &str, program: &str, own: &str, configuration: &str) -> Self {
         let folder = Folder::new(name);
-        folder.artifact("p.plcx", Dialect::Pmi, PMI);
+        folder.artifact("p.plcx", Dialect::Pmi, program);
         let configuration = [
-            "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 5\nlog = \"log.jsonl\"\n\
-             [plcio]\npoll_ms = 10\nanswer_ms = 150\nlog = \"plcio.jsonl\"\n",
+            "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 5\nlog = \"log.jsonl\"\n",
+            own,
+            "[plcio]\npoll_ms = 10\nanswer_ms = 150\nlog = \"plcio.jsonl\"\n",
             configuration,
         ]
         .concat();
         fs::write(folder.path("c.toml"), configuration).unwrap();
         let control = folder.start(&["--config", "c.toml"]);
-        let mut command = plcio();
-        let driver = Running::start(command.arg("c.toml").current_dir(folder.path("")));
+        let driver = start_driver(&folder);
         wait_until("the image file is there", || ImageReader::open(&folder.path("image")).is_ok());
         Self { folder, control, driver }
+    }
+
+    /// Starts `plcio` once more.
+    fn start_driver(&mut self) {
+        self.driver = start_driver(&self.folder);
     }
 
     fn line(&self, name: &str) -> Number {
@@ -311,6 +327,13 @@ fn a_device_and_a_client_of_another_make_understand_us() {
          [[io]]\nname = \"SPEED\"\ndriver = \"modbus-server\"\naddress = \"holding/1:i16\"\n\
          direction = \"in\"\n"
     );
+    let number = |at: &str| {
+        format!(
+            "[[io]]\nname = \"COPY\"\ndriver = \"modbus-server\"\naddress = \"holding/{at}\"\nscale = -0.5\n"
+        )
+    };
+    let numbers = ["10:f32", "12:f32-cdab", "14:i64", "18:f64-cdab"].map(number).concat();
+    let more = more + &numbers;
     let plant = Plant::start("modbus-peer", "modbus-tcp", &format!("127.0.0.1:{port}"), &more);
     plant.wait_for_values();
     wait_until("the device has the outputs", || {
@@ -319,6 +342,8 @@ fn a_device_and_a_client_of_another_make_understand_us() {
     let output = peer(&python, &["ask", &own]).output().unwrap();
     let expected = "coil 1\nregister 9\nwrite False\nan output 2\na coil 2\nnothing 2\n";
     assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
+    let output = peer(&python, &["numbers", &own]).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "-18.0\n-18.0\n-18\n-18.0\n");
     wait_until("the register is in the program", || plant.line("SPEED") == Number::Int(-10));
     drop(served);
     plant.wait_for_safety();

@@ -138,6 +138,28 @@ fn inputs_become_safe_when_a_client_is_gone_or_silent_and_come_again() {
 }
 
 #[test]
+fn a_value_that_does_not_fit_is_read_as_the_nearest_one() {
+    let port = free_port();
+    let point = |name: &str, at: &str| {
+        format!("[[io]]\nname = \"{name}\"\ndriver = \"modbus-server\"\naddress = \"{at}\"\n")
+    };
+    let speed = point("SPEED", "holding/2") + "scale = -1\n" + &point("SPEED", "holding/3:bcd16");
+    let program = "$OUTPUT\nCOPY = 3/0-3/B\n$INTEGER\nSPEED\n$END\nCOPY = 9\nSPEED = 20000\n";
+    let points =
+        format!("modbus-server = \"127.0.0.1:{port}\"\n{}{speed}", point("COPY", "holding/1"));
+    let plant = Plant::of("modbus-nearest", program, "", &points);
+    let client = Client::new(port);
+    wait_until("the registers are read", || {
+        client.ask(&[3, 0, 1, 0, 3]) == Some(vec![3, 6, 0, 9, 0, 0, 0x99, 0x99])
+    });
+    let log = plant.end();
+    let told: Vec<&str> = log.lines().filter(|line| line.contains("\"refused\"")).collect();
+    assert_eq!(told.len(), 2, "{log}");
+    assert!(told[0].contains("SPEED") && told[0].contains("-20000 does not fit"), "{log}");
+    assert!(told[1].contains("20000 does not fit its registers; clients read 9999"), "{log}");
+}
+
+#[test]
 fn clients_that_lie_or_flood_disturb_nobody() {
     let port = free_port();
     let plant = start("modbus-client-floods", port, "idle_ms = 2000\n");

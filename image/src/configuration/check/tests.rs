@@ -55,7 +55,8 @@ fn ranges_become_points_that_follow_each_other() {
          [[io]]\nname = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
     );
     assert_eq!(checked.mistakes, []);
-    assert_eq!(checked.warnings, ["no [[io]] takes the output LAMP to the outside"]);
+    let message = "no [[io]] takes the output LAMP to the outside".into();
+    assert_eq!(checked.warnings, [Warning { line: None, message }]);
     let numbers: Vec<_> = checked
         .points
         .iter()
@@ -81,6 +82,51 @@ fn ranges_become_points_that_follow_each_other() {
     assert_eq!(checked.points[4].outside(Number::Int(20)), 20.0);
     assert_eq!(checked.points[4].inside(1e9), None, "beyond an integer");
     assert_eq!(checked.points[4].inside(f64::NAN), None);
+}
+
+#[test]
+fn values_that_a_point_can_not_hold_are_a_warning() {
+    let io = |name: &str, rest: &str| {
+        format!(
+            "[[io]]\nname = \"{name}\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/holding/{rest}\n"
+        )
+    };
+    let text = [
+        io("SPEED", "0\""),
+        io("SPEED", "1:i16\""),
+        io("SPEED", "2:bcd16\"\nscale = 0.5"),
+        io("SPEED", "3:f32\"\nscale = 0.001"),
+        io("COUNT", "6\""),
+        io("COUNT", "7\"\noffset = 1"),
+        io("SPEED", "8\"\ndirection = \"in\""),
+        io("PUMP", "9:bit1\""),
+        io("LAMP", "9:bit2\""),
+        "[[io]]\nname = \"COUNT\"\ndriver = \"ethercat\"\naddress = \"e/1/out/0:u8\"\nscale = 0.01\n"
+            .into(),
+    ];
+    let checked = check(&text.concat());
+    assert_eq!(checked.mistakes, []);
+    let shown: Vec<_> =
+        checked.warnings.iter().map(|w| (w.line.unwrap_or(0), w.message.as_str())).collect();
+    let expected = [
+        (
+            1,
+            "`SPEED` can be -32768 to 32767, but u16 is 0 to 65535: what does not fit is not written; i16 holds all",
+        ),
+        (
+            9,
+            "`SPEED` can be -65536 to 65534, but bcd16 is 0 to 9999: what does not fit is not written; i32 holds all",
+        ),
+        (
+            22,
+            "`COUNT` can be -1 to 14, but u16 is 0 to 65535: what does not fit is not written; i16 holds all",
+        ),
+        (
+            39,
+            "`COUNT` can be 0 to 1500, but u8 is 0 to 255: what does not fit is not written; u16 holds all",
+        ),
+    ];
+    assert_eq!(shown, expected);
 }
 
 #[test]
