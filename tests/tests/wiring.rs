@@ -90,6 +90,16 @@ fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert_eq!(text, "warning: good.toml: no [[io]] takes the output PUMP to the outside\n");
+    // An INTEGER may be negative, and a register without a format has no sign.
+    let number =
+        "[[io]]\nname = \"N\"\ndriver = \"modbus-tcp\"\naddress = \"io.local/1/holding/0\"\n";
+    fs::write(folder.path("number.toml"), format!("{CONFIGURATION}{number}")).unwrap();
+    let output = folder.run(&["--check-config", "number.toml"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let warning = "warning: number.toml:20: `N` can be -32768 to 32767, but u16 is 0 to 65535: what does not fit is not \
+                   written; i16 holds all\n";
+    assert!(text.starts_with(warning), "{text}");
     let bad =
         format!("{CONFIGURATION}direction = \"in\"\n[[io]]\nname = \"DOR\"\ndriver = \"other\"\n");
     fs::write(folder.path("bad.toml"), bad).unwrap();

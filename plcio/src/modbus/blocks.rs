@@ -132,9 +132,10 @@ mod tests {
             let members = block.members.iter().filter(|member| member.index != without);
             block.pieces(members, single)
         };
-        assert_eq!(pieces(9, false), [0..4]);
+        let all = std::slice::from_ref(&(0..4)).to_vec();
+        assert_eq!(pieces(9, false), all);
         assert_eq!(pieces(1, false), [0..1, 3..4]);
-        assert_eq!(pieces(2, false), [0..4]);
+        assert_eq!(pieces(2, false), all);
         assert_eq!(pieces(9, true), [0..1, 1..3, 3..4]);
     }
 }

@@ -116,9 +116,7 @@ impl Device {
             let mut unreachable = None;
             for polled in &mut units {
                 let is_at_once = stage != before && polled.is_connected;
-                if polled.next > Instant::now() && !is_at_once
-                    || stage == Stage::Ends && !is_at_once
-                {
+                if !is_at_once && (polled.next > Instant::now() || stage == Stage::Ends) {
                     continue;
                 }
                 let number = Some(polled.unit.number);

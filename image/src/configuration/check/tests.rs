@@ -96,12 +96,12 @@ fn values_that_a_point_can_not_hold_are_a_warning() {
         io("SPEED", "1:i16\""),
         io("SPEED", "2:bcd16\"\nscale = 0.5"),
         io("SPEED", "3:f32\"\nscale = 0.001"),
-        io("COUNT", "6\""),
-        io("COUNT", "7\"\noffset = 1"),
+        io("COUNT", "6\"\ndirection = \"out\""),
+        io("COUNT", "7\"\noffset = 1\ndirection = \"out\""),
         io("SPEED", "8\"\ndirection = \"in\""),
         io("PUMP", "9:bit1\""),
         io("LAMP", "9:bit2\""),
-        "[[io]]\nname = \"COUNT\"\ndriver = \"ethercat\"\naddress = \"e/1/out/0:u8\"\nscale = 0.01\n"
+        "[[io]]\nname = \"COUNT\"\ndriver = \"ethercat\"\naddress = \"e/1/out/0:u8\"\nscale = 0.01\ndirection = \"out\"\n"
             .into(),
     ];
     let checked = check(&text.concat());
@@ -118,11 +118,11 @@ fn values_that_a_point_can_not_hold_are_a_warning() {
             "`SPEED` can be -65536 to 65534, but bcd16 is 0 to 9999: what does not fit is not written; i32 holds all",
         ),
         (
-            22,
+            24,
             "`COUNT` can be -1 to 14, but u16 is 0 to 65535: what does not fit is not written; i16 holds all",
         ),
         (
-            39,
+            43,
             "`COUNT` can be 0 to 1500, but u8 is 0 to 255: what does not fit is not written; u16 holds all",
         ),
     ];
