@@ -336,7 +336,7 @@ impl Settings {
                 "hal-python" => text().map(|path| settings.hal_python = path.into()),
                 #[cfg(feature = "ethercat")]
                 "ethercat-terminals" => {
-                    let one = |value: &toml::Spanned<DeValue<'_>>| {
+                    let one = |value: &toml::Spanned<toml::de::DeValue<'_>>| {
                         value.get_ref().as_str().and_then(crate::ethercat::Expected::parse)
                     };
                     let list = value.get_ref().as_array();

@@ -99,6 +99,18 @@ def main():
         plant.follows()
         plant.recovers_from("hangs", "does not answer")
         plant.recovers_from("gone", "No such device")
+        # The chip is gone when the control ends: the outputs become safe when it is there again, without a control.
+        lost = len(plant.events("lost"))
+        plant.conduct("gone")
+        wait_until("the chip is lost", lambda: len(plant.events("lost")) > lost)
+        left = len(plant.events("control_left"))
+        plant.stop(plant.control)
+        wait_until("the control has left", lambda: len(plant.events("control_left")) > left)
+        assert plant.outputs() == "10", "nobody could write them"
+        plant.conduct("")
+        wait_until("the pump stands", lambda: plant.outputs() == "01")
+        plant.start_control()
+        plant.follows()
         # A line that belongs to another program is not given; it is asked for again.
         plant.conduct("gone")
         count = len(plant.events("lost"))
