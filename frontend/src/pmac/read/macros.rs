@@ -43,8 +43,12 @@ impl Preprocessor<'_> {
         split.unwrap_or(word.len())
     }
 
-    /// Appends what replaces the name that stands at `used`.
+    /// Appends what replaces the name that stands at `used`. When the text may not grow any more,
+    /// the replacement is not even read: it may be one very long word.
     pub(super) fn expand_macro(&mut self, name: &str, used: Span) {
+        if self.budget == 0 {
+            return;
+        }
         let Some(entry) = self.macros.get(name) else { return };
         let (body, defined) = (entry.body.clone(), entry.defined);
         self.replace(&body, used, defined, name.to_owned());

@@ -103,12 +103,23 @@ struct TemplateDefinitions<'a> {
     /// Whether this line has had its error.
     is_reported: bool,
     templates: &'a HashMap<String, String>,
+    /// How many bytes replacements may still add to the text.
+    budget: usize,
+    /// The length of the values that were taken. Values name further templates, so that the line
+    /// itself may stay short.
+    taken: usize,
 }
 
 impl TemplateValues for TemplateDefinitions<'_> {
-    fn value(&self, name: &str) -> Option<String> {
+    fn value(&mut self, name: &str) -> Option<String> {
+        // The line is left out when this is reached, so that any value will do.
+        if self.taken >= self.budget {
+            return Some(String::new());
+        }
         let given = || self.options.defines.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v);
-        self.templates.get(name).or_else(given).cloned()
+        let value = self.templates.get(name).or_else(given)?;
+        self.taken += value.len().max(1);
+        Some(value.clone())
     }
 
     fn report_missing(&mut self, name: &str, at: Span) {
@@ -266,14 +277,17 @@ impl<'a> Preprocessor<'a> {
             diagnostics: &mut self.diagnostics,
             is_reported: false,
             templates: &self.templates,
+            budget: self.budget,
+            taken: 0,
         };
         // In a branch that is left out, a template needs no value.
         let line = match self.conditionals.last().is_none_or(|c| c.active) {
             true => ExpandedLine::expand(file, start, line, self.in_block_comment, &mut defines),
             false => ExpandedLine::plain(file, start, line),
         };
+        let taken = defines.taken;
         let text = &*line.text;
-        if !self.spend_on_templates(&line, text.len()) {
+        if !self.spend_on_templates(&line, taken.max(text.len())) {
             return;
         }
         let lead = text.len() - text.trim_start().len();
@@ -520,6 +534,26 @@ mod tests {
             text.push_str(&format!("#define A{i} A{} A{}\n", i - 1, i - 1));
         }
         text.push_str("A59\nA59\n");
+        assert_eq!(run(&text, &Options::default()).1, ["PMAC-X6"]);
+    }
+
+    /// Without a limit on what is read of the replacements, these take hours.
+    #[test]
+    fn a_long_replacement_is_not_read_again_when_the_text_may_not_grow() {
+        let long = "B".repeat(1 << 20);
+        for (definition, used) in [("A", "A\n"), ("$(A)", "$(A)\n"), ("$(A)", "$(A)")] {
+            let text = format!("#define {definition} {long}\n{}", used.repeat(1 << 16));
+            assert_eq!(run(&text, &Options::default()).1, ["PMAC-X6"], "{definition}");
+        }
+    }
+
+    #[test]
+    fn templates_that_name_each_other_many_times_over_are_one_error() {
+        let mut text = String::from("#define $(A0)\n");
+        for i in 1..15 {
+            text.push_str(&format!("#define $(A{i}) {}\n", format!("$(A{})", i - 1).repeat(20)));
+        }
+        text.push_str("P1=1 $(A14)\nP2=$(A14)\n");
         assert_eq!(run(&text, &Options::default()).1, ["PMAC-X6"]);
     }
 

@@ -49,7 +49,7 @@ struct Piece {
 /// Where the values of templates come from.
 pub(crate) trait TemplateValues {
     /// The value of a template's name, if it has one.
-    fn value(&self, name: &str) -> Option<String>;
+    fn value(&mut self, name: &str) -> Option<String>;
     /// Reports that a template at `at` has neither a value nor a default.
     fn report_missing(&mut self, name: &str, at: Span);
 }
