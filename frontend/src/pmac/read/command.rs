@@ -3,7 +3,7 @@
 use plcc_abi::pmac::{Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
 
-use super::cursor::{Cursor, ParseError, Parsed, syntax};
+use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
 use super::download::DownloadReader;
 use super::expr::Reader;
 use super::online::{OnlineEffect, control_character};
@@ -18,6 +18,24 @@ impl DownloadReader<'_> {
     pub(crate) fn command(&mut self, start: usize) -> Parsed<()> {
         // On Turbo PMAC a letter says to which port the answer goes. Commands have no answer here.
         let _ = words::port(&mut self.reader.cur);
+        if self.reader.cur.peek() == b'^' {
+            let text = self.quoted()?;
+            let mut actions = Vec::new();
+            control_character(text.as_bytes().get(1).copied().unwrap_or(0), &mut actions);
+            self.push_command(text, Ok(actions), start)?;
+        } else {
+            self.command_text(start)?;
+        }
+        // A comma may stand between two COMMAND statements.
+        let mut ahead = self.reader.cur;
+        if ahead.eat(b',') && is_command(ahead) {
+            let _ = self.reader.cur.eat(b',');
+        }
+        Ok(())
+    }
+
+    /// The text in quotes of a COMMAND that begins at the offset `start`.
+    fn command_text(&mut self, start: usize) -> Parsed<()> {
         let mut text = self.quoted()?;
         let at = self.reader.cur.since(start);
         let mut actions = self.actions(&text);
@@ -33,6 +51,18 @@ impl DownloadReader<'_> {
             self.diagnostics.push(diagnostic);
             (text, actions) = (replaced, Ok(found));
         }
+        self.push_command(text, actions, start)
+    }
+
+    /// Appends a COMMAND statement, which reaches from the offset `start` to the cursor. `actions`
+    /// is what its text asks for, or why the controller will refuse it.
+    fn push_command(
+        &mut self,
+        text: String,
+        actions: Parsed<Vec<Action>>,
+        start: usize,
+    ) -> Parsed<()> {
+        let at = self.reader.cur.since(start);
         let (error, task) = match actions {
             Ok(actions) => {
                 for action in &actions {
@@ -44,19 +74,19 @@ impl DownloadReader<'_> {
             Err(error) if error.code == "PMAC-X4" => return Err(ParseError { at, ..error }),
             Err(error) => {
                 let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-                    Diagnostic::warning("PMAC-W4", span, "this command will be refused (ERR003)")
-                        .note(error.message)
+                    let refused = "this command will be refused (ERR003)";
+                    let diagnostic = Diagnostic::warning("PMAC-W4", span, refused);
+                    let diagnostic = diagnostic.note(error.message);
+                    match error.help {
+                        Some(help) => diagnostic.help(help),
+                        None => diagnostic,
+                    }
                 });
                 self.diagnostics.push(diagnostic);
                 (Some("ERR003".to_owned()), None)
             }
         };
         self.text(Text::Command { text, error, task }, None, start);
-        // A comma may stand between two COMMAND statements.
-        let mut ahead = self.reader.cur;
-        if ahead.eat(b',') && is_command(ahead) {
-            let _ = self.reader.cur.eat(b',');
-        }
         Ok(())
     }
 
@@ -165,10 +195,6 @@ pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
 /// Reads a COMMAND's text.
 fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
     let mut actions = Vec::new();
-    if reader.cur.byte() == b'^' && reader.cur.rest().len() == 2 {
-        control_character(reader.cur.byte_at(1), &mut actions);
-        return Ok(actions);
-    }
     let mut table = false;
     loop {
         reader.cur.blanks();
@@ -176,6 +202,13 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
             return Ok(actions);
         }
         let start = reader.cur.pos;
+        if reader.cur.byte() == b'^' {
+            reader.cur.pos += 1;
+            let message =
+                "in quotes, `^` is the character itself: a text has no control characters";
+            let help = "write a control character without quotes, as in COMMAND^D";
+            return syntax_help(reader.cur.since(start), message, help);
+        }
         if let OnlineEffect::DefineL(..) = reader.online(&mut actions, &mut table)? {
             return syntax(
                 reader.cur.since(start),

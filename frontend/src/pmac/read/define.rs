@@ -114,10 +114,14 @@ impl Reader<'_> {
                 format = self.format()?;
             } else {
                 let given = self.small("the number of bits", 0, 24)?;
-                // A width of 0 means 1. After the offset 24, which means the whole word, it counts
-                // for nothing.
+                // A width of 0 means 1. After the offset 24, which means the whole word, there are
+                // no bits left.
                 if !whole {
                     width = given.max(1);
+                } else if given > 0 {
+                    let at = self.cur.since(start);
+                    let message = format!("a word has 24 bits: {given} from bit 24 on do not fit");
+                    return syntax_help(at, message, "24 without a width is the whole word");
                 }
                 if self.cur.eat(b',') {
                     format = self.format()?;

@@ -2,7 +2,14 @@
 
 use super::{codes, codes_for, plc};
 use crate::common::{Controller, MemoryLoader, Options};
-use crate::pmac::check;
+use crate::pmac::{Program, check};
+
+/// A program for a PMAC, and what is wrong with it.
+fn checked(text: &str) -> (Option<Program>, Vec<plcc_diag::Diagnostic>) {
+    let mut map = plcc_diag::SourceMap::new();
+    let file = map.add("m.pmc", text.as_bytes());
+    check(&mut map, &[file], &MemoryLoader::new(), &Options::default())
+}
 
 #[test]
 fn double_equals_behind_an_m_variable_is_taken_as_equals_in_a_plc() {
@@ -54,9 +61,7 @@ fn macro_names_in_a_command_are_replaced_if_it_is_no_command_without() {
     let text = "#define LAMP M5\n#define A P7=1\nI5=2\nOPEN PLC 1 CLEAR\nCMD\"LAMP=1\"\nCMD\"A\"\n\
                 CMD\"LAMPS=1\"\nCMD\"LAMP=+1\"\nCLOSE\n";
     assert_eq!(codes(text), [("PMAC-N2", 5), ("PMAC-W4", 7), ("PMAC-W4", 8)]);
-    let mut map = plcc_diag::SourceMap::new();
-    let file = map.add("m.pmc", text.as_bytes());
-    let (program, _) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+    let (program, _) = checked(text);
     let texts = program.unwrap().download.texts;
     let commands: Vec<_> = texts
         .iter()
@@ -101,12 +106,37 @@ fn motion_commands_in_a_command_text_get_no_warning() {
 }
 
 #[test]
+fn a_control_character_of_a_command_stands_without_quotes() {
+    assert_eq!(plc("CMD^D COMMAND ^a, CMD^K"), []);
+    for text in ["^D", " ^D", "P1=1 ^D", "^", "^DD"] {
+        assert_eq!(plc(&format!("CMD\"{text}\"")), [("PMAC-W4", 2)], "{text}");
+    }
+    let (program, _) = checked("I5=2\nOPEN PLC 1 CLEAR\nCMD^D\nCMD\"^D\"\nCLOSE\n");
+    let texts = program.unwrap().download.texts;
+    let acts = texts.iter().map(|text| match text {
+        plcc_abi::pmac::Text::Command { text, error, task } => {
+            (text.as_str(), error.as_deref(), task.is_some())
+        }
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(acts.collect::<Vec<_>>(), [("^D", None, true), ("^D", Some("ERR003"), false)]);
+}
+
+#[test]
+fn no_field_reaches_beyond_the_word() {
+    for field in ["24", "24,S", "24,0", "0,24", "20,4,S", "23,1", "23"] {
+        assert_eq!(codes(&format!("M4->Y:$FFC2,{field}\n")), [], "{field}");
+    }
+    for field in ["24,1", "24,24", "24,1,S", "23,2", "20,8", "25", "0,25"] {
+        assert_eq!(codes(&format!("M4->Y:$FFC2,{field}\n")), [("PMAC-3", 1)], "{field}");
+    }
+}
+
+#[test]
 fn a_constant_with_a_written_point_is_no_integer_constant() {
     let text =
         "I5=2 L1->Y:$FFC2,8,8\nOPEN PLCC 1 CLEAR\nL1=7/2.0\nL1=7/2\nIF (L1=1.)\nENDI\nL1=2\nCLOSE";
-    let mut map = plcc_diag::SourceMap::new();
-    let file = map.add("m.pmc", text.as_bytes());
-    let (program, found) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+    let (program, found) = checked(text);
     let download = program.unwrap_or_else(|| panic!("{found:?}")).download;
     let integer: Vec<bool> = download.plccs[1].code.iter().map(|stmt| stmt.integer).collect();
     assert_eq!(integer, [false, true, false, true]);
@@ -115,9 +145,7 @@ fn a_constant_with_a_written_point_is_no_integer_constant() {
 #[test]
 fn the_format_of_a_single_bit_is_ignored() {
     let text = "M1->Y:$FFC2,8,1,S\nM2->Y:$FFC2,8,1,C\nM3->X:$FFC2,8,2,S\nL1->Y:$FFC2,8,1,D\n";
-    let mut map = plcc_diag::SourceMap::new();
-    let file = map.add("m.pmc", text.as_bytes());
-    let (program, found) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+    let (program, found) = checked(text);
     let program = program.unwrap_or_else(|| panic!("{found:?}"));
     let formats = program.download.l_defs.values().chain(
         program.download.online.iter().filter_map(|online| match &online.action {
