@@ -87,11 +87,25 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
 }
 
 /// A session of the run that was recorded last, at first with the program of its last online change. It opens the programs
-/// before that when the user comes to their ticks.
-pub(crate) fn attach(command: &RunCommand, path: &Path) -> Result<Session<'static>, Failure> {
+/// before that when the user comes to their ticks. `is_live` says that the control is known to run: then it is the
+/// last run even if no tick of it is in the record yet.
+pub(crate) fn attach(
+    command: &RunCommand,
+    path: &Path,
+    is_live: bool,
+) -> Result<Session<'static>, Failure> {
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
-    let run = replay_input::chosen_run(&recording, None, path)?;
-    let generation = run.spans.last().map_or(0, |span| span.generation);
+    let live = recording.last_run().filter(|run| is_live && !run.spans.is_empty());
+    let run = match live {
+        Some(run) => run,
+        None => {
+            let run = replay_input::chosen_run(&recording, None, path, &report())?;
+            replay_input::tell_damage(&recording, run, &report());
+            run
+        }
+    };
+    let newest = run.generations().last().copied();
+    let generation = newest.or_else(|| run.spans.last().map(|span| span.generation)).unwrap_or(0);
     let files: Vec<PathBuf> =
         command.files.iter().filter(|path| path.as_os_str() != "-").cloned().collect();
     let record = Rc::new(AttachedRecord {

@@ -15,26 +15,46 @@ use crate::output;
 use crate::recorded::{Found, ReplayEngine};
 use crate::report::{Report, count_of};
 
-/// A run of a record, chosen by its number; the last one without a number.
+/// A run of a record, chosen by its number; without a number the last one of which a tick is kept. The report says so if
+/// that is not the last one.
 ///
 /// # Errors
-/// When there is no such run, or not a single checkpoint of it is whole.
+/// When there is no such run, or not a single tick of it is whole.
 pub(crate) fn chosen_run<'r>(
     recording: &'r Recording,
     number: Option<usize>,
     path: &Path,
+    report: &Report,
 ) -> Result<&'r RecordedRun, Failure> {
     let runs = recording.runs();
-    let index = number.unwrap_or(runs.len()).checked_sub(1);
+    // A control that is killed within a second of its start leaves a run without ticks.
+    let with_ticks = || runs.iter().rposition(RecordedRun::has_ticks).map(|index| index + 1);
+    let asked = number;
+    let number = asked.or_else(with_ticks).unwrap_or(runs.len());
+    let index = number.checked_sub(1);
     let run = index.and_then(|index| runs.get(index)).ok_or_else(|| {
         Failure::file(
             path,
             format!("it has {}; they are counted from 1", count_of(runs.len(), "run")),
         )
     })?;
-    if run.spans.is_empty() {
-        let what = "nothing of this run can be replayed: it has no whole checkpoint";
+    if !run.has_ticks() {
+        let what = match (with_ticks(), run.spans.is_empty()) {
+            (Some(other), _) => {
+                format!("run {number} has no whole tick; run {other} is the last one that has any")
+            }
+            (None, true) => {
+                "nothing of this run can be replayed: it has no whole checkpoint".to_owned()
+            }
+            (None, false) => "the record has no whole tick".to_owned(),
+        };
         return Err(Failure::file(path, what));
+    }
+    if asked.is_none() && number < runs.len() {
+        report.warn(&format!(
+            "this is run {number} of {}: no whole tick is kept of what came after it",
+            runs.len()
+        ));
     }
     Ok(run)
 }
@@ -48,6 +68,14 @@ pub(crate) fn tell_damage(recording: &Recording, run: &RecordedRun, report: &Rep
     for gap in &run.gaps {
         let why = if gap.lost { "were lost by the recorder" } else { "are damaged" };
         report.warn(&format!("ticks before {} {why}", gap.before));
+    }
+    if let Some(last) =
+        run.spans.last().filter(|last| !run.generations().contains(&last.generation))
+    {
+        report.warn(&format!(
+            "no tick after the last online change, before tick {}, is in the record",
+            last.first
+        ));
     }
 }
 

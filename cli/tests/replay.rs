@@ -297,3 +297,74 @@ fn damaged_ticks_before_the_end_are_told_and_are_no_difference() {
     folder.plcc("replay r.plcrec").exits(0).says(&[missing, "1500 ticks, 0 to 1"]);
     folder.plcc("convert r.plcrec --to csv").exits(0).says(&[missing]);
 }
+
+/// The places of a record's blocks of a kind.
+fn blocks(bytes: &[u8], kind: u8) -> Vec<usize> {
+    let marker = [0x89, b'R', b'B', kind];
+    (0..bytes.len()).filter(|&at| bytes[at..].starts_with(&marker)).collect()
+}
+
+/// A control that is killed within a second of its start leaves a run without a tick. The run before it is what
+/// somebody wants to see who asks for no run.
+#[test]
+fn a_run_without_ticks_hides_no_run_before_it() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 30 --record r.plcrec").exits(0);
+    let whole = fs::read(folder.path().join("r.plcrec")).unwrap();
+    folder.plcc("run a.pmi --ticks 30 --record r.plcrec").exits(0);
+    let short = fs::read(folder.path().join("r.plcrec")).unwrap();
+    let short = &short[..blocks(&short, 4)[0]];
+    folder.write("r.plcrec", [&whole, short, short].concat());
+    let told = "this is run 1 of 2: no whole tick is kept of what came after it";
+    folder.plcc("replay r.plcrec").exits(0).says(&[told, "30 ticks, 0 to 29"]);
+    folder.plcc("convert r.plcrec --to vcd").exits(0).says(&[told]);
+    folder.plcc("replay r.plcrec --run 1").exits(0).says(&["30 ticks, 0 to 29"]);
+    let told = "run 2 has no whole tick; run 1 is the last one that has any";
+    folder.plcc("replay r.plcrec --run 2").exits(2).says(&[told]);
+    folder.plcc("convert r.plcrec --to vcd --run 2").exits(2).says(&[told]);
+}
+
+/// What is damaged at the beginning costs the ticks up to the next checkpoint alone, whatever of it is damaged.
+#[test]
+fn a_record_with_a_damaged_beginning_is_read_from_its_next_checkpoint_on() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 2000 --record r.plcrec --trace t.csv --watch N").exits(0);
+    let expected = folder.read("t.csv");
+    let bytes = fs::read(folder.path().join("r.plcrec")).unwrap();
+    let next = *blocks(&bytes, 1).last().unwrap();
+    let (first_start, program) = (blocks(&bytes, 1)[0], blocks(&bytes, 2)[0]);
+    let (checkpoint, ticks) = (blocks(&bytes, 3)[0], blocks(&bytes, 4)[0]);
+    assert!(program < checkpoint && checkpoint < ticks && ticks < next);
+    let damaged = |range: std::ops::Range<usize>| {
+        let mut bytes = bytes.clone();
+        bytes[range].iter_mut().for_each(|byte| *byte ^= 0x55);
+        folder.write("r.plcrec", bytes);
+    };
+    for range in [ticks..ticks + 40, checkpoint..next, checkpoint..checkpoint + 40] {
+        damaged(range);
+        for options in ["", "--from 0", "--from 1500", "--engine interp"] {
+            let replay = format!("replay r.plcrec {options} --trace t.csv --watch N");
+            let replay = folder.plcc(&replay).exits(0);
+            replay.says(&["ticks before 1500 are damaged", "500 ticks, 1500 to 1999"]);
+            let rows = folder.read("t.csv");
+            // Of the tick before the first one nobody knows the value.
+            let rows: Vec<&str> = rows.lines().skip(2).collect();
+            assert!(!rows.is_empty() && expected.ends_with(&(rows.join("\n") + "\n")), "{options}");
+        }
+        let table = folder.plcc("convert r.plcrec --to csv --watch N -o -").exits(0);
+        let table = table.says(&["ticks before 1500 are damaged"]);
+        assert_eq!(
+            table.stdout.lines().nth(1).map(|row| row.split(',').next().unwrap()),
+            Some("1500")
+        );
+    }
+    // The program is damaged too: it can be named, and so it is said.
+    for range in [0..next, first_start..checkpoint] {
+        damaged(range);
+        folder.plcc("replay r.plcrec").exits(2).says(&["name it after the record"]);
+        folder.plcc("replay r.plcrec a.pmi").exits(0).says(&["500 ticks, 1500 to 1999"]);
+        folder.plcc("convert r.plcrec a.pmi --to vcd").exits(0);
+    }
+    damaged(0..blocks(&bytes, 3)[1]);
+    folder.plcc("replay r.plcrec").exits(2).says(&["what r.plcrec says of its runs is damaged"]);
+}

@@ -32,10 +32,12 @@ impl Launcher for Sources {
         let command = run_command(arguments)?;
         let folder = Path::new(arguments.cwd.as_deref().unwrap_or_default());
         let session = match (arguments.recording.as_deref(), arguments.socket.as_deref()) {
-            (Some(path), socket) => attach(&command, &folder.join(path)).map(|session| {
-                let control = socket.map(|socket| ControlSocket::new(folder.join(socket)));
-                Session { control, ..session }
-            }),
+            (Some(path), socket) => {
+                attach(&command, &folder.join(path), socket.is_some()).map(|session| {
+                    let control = socket.map(|socket| ControlSocket::new(folder.join(socket)));
+                    Session { control, ..session }
+                })
+            }
             (None, Some(_)) => Err(Failure::usage(
                 "`socket` needs `recording`: statements and values come from the control's record",
             )),

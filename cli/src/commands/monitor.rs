@@ -66,13 +66,13 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
         let run = match &args.record {
             Some(record) => {
                 rebuilder = Some(Box::new(RecordRebuilder::new(record)));
-                Some(attach(&command(args, true)?, record)?)
+                Some(attach(&command(args, true)?, record, true)?)
             }
             None => None,
         };
         (TargetKind::Control, run, Some(path.clone()))
     } else if is_recording(path)? {
-        (TargetKind::Recording, Some(attach(&command(args, true)?, path)?), None)
+        (TargetKind::Recording, Some(attach(&command(args, true)?, path, false)?), None)
     } else {
         (TargetKind::Program, Some(launch(&command(args, false)?)?), None)
     };

@@ -32,7 +32,7 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
     {
         return Err(Failure::usage(format!("--from {from} is after --to {to}")));
     }
-    let run = chosen_run(&recording, args.run, path)?;
+    let run = chosen_run(&recording, args.run, path, report)?;
     tell_damage(&recording, run, report);
     let mut status = DONE;
     let generations = run.generations();
@@ -191,14 +191,16 @@ impl Replay<'_> {
                 self.tell_cut(&replayed);
             }
         }
-        let last = self.generation == self.run.spans.last().map_or(0, |span| span.generation);
-        if complete && last && !self.end(&mut replayer, &mut end) {
+        // The end belongs to the last version of the program, even if no tick of that is kept.
+        let ends = self.run.spans.last().is_some_and(|span| span.generation == self.generation);
+        if complete && ends && !self.end(&mut replayer, &mut end) {
             return Ok(ERRORS);
         }
         for out in [&mut outputs.trace, &mut outputs.events].into_iter().flatten() {
             out.flush().map_err(written)?;
         }
-        if let Some(path) = args.dump.as_deref().filter(|_| last || !complete) {
+        let is_last = self.run.generations().last() == Some(&self.generation);
+        if let Some(path) = args.dump.as_deref().filter(|_| is_last || !complete) {
             let mut text = vec![];
             // Writing to memory does not fail.
             let dialect = self.found.program.dialect();

@@ -150,7 +150,9 @@ impl RecordFile {
                 self.flush()?;
                 if self.is_full(tick) || !has_name(&self.file, &self.path) {
                     self.rotate(tick)?;
-                } else if self.needs_start {
+                } else if self.needs_start || self.first.is_some() {
+                    // What the run is stands before each checkpoint, so that damage at the beginning of the file costs
+                    // no more than damage elsewhere.
                     self.begin_part(tick)?;
                 }
                 let content = parts.concat();
@@ -215,7 +217,7 @@ impl RecordFile {
         self.begin_part(tick)
     }
 
-    /// Writes the start block, with which each part begins.
+    /// Writes the start block, with which each part begins, and which says what run it is.
     fn begin_part(&mut self, tick: u64) -> io::Result<()> {
         self.needs_start = true;
         let header = encoded(&self.header)?;

@@ -23,6 +23,11 @@ pub enum RecordError {
     /// It holds no block of a record.
     #[error("{} is no record; plcrt --record and `plcc run --record` write records", .0.display())]
     NoRecord(PathBuf),
+    /// It holds blocks of a record, but none that says what run they belong to.
+    #[error(
+        "what {} says of its runs is damaged, so that nothing of it can be replayed", .0.display()
+    )]
+    NoRun(PathBuf),
     /// Another version of plcc has written it.
     #[error("the record was written by {age} plcc: it has version {0}, this plcc reads version {VERSION}; \
              use the plcc that wrote it", age = age(.0))]
@@ -103,6 +108,9 @@ pub struct Recording {
     runs: Vec<RecordedRun>,
     /// How many bytes of the files belong to no whole block.
     damaged: u64,
+    /// Whether blocks were found that belong to no run which is known, since its start block is damaged, and no start
+    /// block has followed them yet.
+    is_run_unknown: bool,
 }
 
 /// A run in a record, from its power-up to its end, or what is kept of that.
@@ -169,6 +177,13 @@ pub struct Span {
     ticks: Vec<Place>,
 }
 
+impl Span {
+    /// Whether any tick of it is kept.
+    pub fn has_ticks(&self) -> bool {
+        !self.ticks.is_empty()
+    }
+}
+
 /// A checkpoint in a record.
 pub(super) struct StoredCheckpoint {
     pub(super) image: Vec<u8>,
@@ -183,10 +198,13 @@ impl Recording {
     /// When the file can't be read, or is no record of this version.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let parts = open_parts(path).map_err(|error| RecordError::Read(path.to_owned(), error))?;
-        let mut recording = Self { parts, runs: vec![], damaged: 0 };
+        let mut recording = Self { parts, runs: vec![], damaged: 0, is_run_unknown: false };
         recording.refresh()?;
         if recording.runs.is_empty() {
-            return Err(RecordError::NoRecord(path.to_owned()));
+            return Err(match recording.is_run_unknown {
+                true => RecordError::NoRun(path.to_owned()),
+                false => RecordError::NoRecord(path.to_owned()),
+            });
         }
         Ok(recording)
     }
@@ -233,16 +251,19 @@ impl Recording {
                 return Err(RecordError::Version(version));
             }
             let header: RunHeader = self.decoded(place)?;
-            // A run that goes on in another part has a start block there too.
-            if self.runs.last().is_none_or(|run| run.header.run != header.run) {
-                self.runs.push(RecordedRun {
+            self.is_run_unknown = false;
+            // A run has a start block before each checkpoint.
+            match self.runs.last_mut().filter(|run| run.header.run == header.run) {
+                Some(run) if before > 0 => _ = run.open_gap.get_or_insert(false),
+                Some(_) => {}
+                None => self.runs.push(RecordedRun {
                     header,
                     programs: vec![],
                     spans: vec![],
                     gaps: vec![],
                     end: None,
-                    open_gap: None,
-                });
+                    open_gap: (before > 0).then_some(false),
+                }),
             }
             return Ok(());
         }
@@ -250,8 +271,14 @@ impl Recording {
             Kind::Ticks => vec![],
             _ => self.content(place)?,
         };
-        // Blocks before the first start block belong to no run that is known.
-        let Some(run) = self.runs.last_mut() else { return Ok(()) };
+        // Blocks before the first start block belong to no run that is known; neither do those of a run whose start
+        // block is damaged, which shows in that its ticks are counted from 0 again.
+        let is_earlier = |run: &RecordedRun| run.spans.last().is_some_and(|span| tick < span.first);
+        let run = self.runs.last_mut().filter(|_| !self.is_run_unknown);
+        let Some(run) = run.filter(|run| kind != Kind::Checkpoint || !is_earlier(run)) else {
+            self.is_run_unknown = true;
+            return Ok(());
+        };
         if before > 0 {
             run.open_gap.get_or_insert(false);
         }
@@ -397,19 +424,26 @@ fn checkpoint_head(content: &[u8]) -> Option<([u64; 4], &[u8])> {
 impl RecordedRun {
     /// The generations of which ticks are kept, in order. A generation is the number of online changes before it.
     pub fn generations(&self) -> Vec<u16> {
-        let mut all: Vec<u16> = self.spans.iter().map(|span| span.generation).collect();
+        let kept = self.spans.iter().filter(|span| span.has_ticks());
+        let mut all: Vec<u16> = kept.map(|span| span.generation).collect();
         all.dedup();
         all
     }
 
-    /// The program that ran after so many online changes; `None` if no tick of it is kept.
+    /// The program that ran after so many online changes; `None` if no checkpoint of it is kept.
     pub fn program_of(&self, generation: u16) -> Option<&RecordedProgram> {
+        static UNKNOWN: RecordedProgram = RecordedProgram::Unknown;
         let span = self.spans.iter().find(|span| span.generation == generation)?;
-        self.programs.get(usize::from(span.program))
+        Some(self.programs.get(usize::from(span.program)).unwrap_or(&UNKNOWN))
+    }
+
+    /// Whether any tick is kept. A control that was killed within a second of its start has left none.
+    pub fn has_ticks(&self) -> bool {
+        self.spans.iter().any(Span::has_ticks)
     }
 
     /// The number of the first tick that is kept.
     pub fn first_tick(&self) -> u64 {
-        self.spans.first().map_or(0, |span| span.first)
+        self.spans.iter().find(|span| span.has_ticks()).map_or(0, |span| span.first)
     }
 }

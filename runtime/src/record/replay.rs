@@ -197,16 +197,14 @@ impl RunTicks<'_> {
     /// # Errors
     /// When the record can't be read.
     pub fn kept(&self) -> Result<Range<u64>, ReplayError> {
-        let spans = || self.run.spans.iter().filter(|span| span.generation == self.generation);
-        let first = spans().next().map_or(0, |span| span.first);
-        let mut end = first;
-        for span in spans().rev() {
-            end = self.recording.end_of(span)?;
-            if end > span.first {
-                break;
-            }
-        }
-        Ok(first..end)
+        let mut spans = self.run.spans.iter().filter(|span| span.generation == self.generation);
+        let checkpoint = spans.clone().next().map_or(0, |span| span.first);
+        // Of a span in which the file is damaged, the checkpoint alone may be left.
+        let Some(first) = spans.find(|span| span.has_ticks()) else {
+            return Ok(checkpoint..checkpoint);
+        };
+        let last = spans.rfind(|span| span.has_ticks()).unwrap_or(first);
+        Ok(first.first..self.recording.end_of(last)?)
     }
 
     fn not_kept(&self, tick: u64) -> Result<ReplayError, ReplayError> {

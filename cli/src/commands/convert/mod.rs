@@ -10,7 +10,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use plcc_runtime::files::{open_output, why_not_written};
-use plcc_runtime::record::{RecordedRun, Recording, ReplayError};
+use plcc_runtime::record::{RecordedRun, Recording};
 use plcc_runtime::run::{TraceFormat, TraceText, Watch};
 use plcc_runtime::session::replay::recorded_executive;
 use plcc_runtime::{Event, Executive, NameError, Purpose, Variable};
@@ -40,26 +40,12 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         return Err(Failure::usage(what));
     }
     overwrites_nothing(&to, args)?;
-    let run = chosen_run(&recording, args.run, path)?;
+    let run = chosen_run(&recording, args.run, path, report)?;
     tell_damage(&recording, run, report);
     let failed = |error: &dyn std::fmt::Display| Failure::file(path, error);
-    let mut programs = programs_of(run, args, report)?;
-    let (mut first, mut last) = (u64::MAX, 0);
-    for program in &mut programs {
-        let replayer = replayer(path, &recording, run, program.generation, &program.found)?;
-        let range = match replayer.range() {
-            Ok(range) => range,
-            // Of this version not a whole tick is kept.
-            Err(ReplayError::NoTicks) => continue,
-            Err(error) => return Err(failed(&error)),
-        };
-        (first, last) = (first.min(range.0), last.max(range.1));
-        program.range = Some(range);
-    }
-    programs.retain(|program| program.range.is_some());
-    if programs.is_empty() {
-        return Err(failed(&ReplayError::NoTicks));
-    }
+    let mut programs = programs_of(&recording, run, args, report)?;
+    let first = programs.iter().map(|program| program.range.0).min().unwrap_or(0);
+    let last = programs.iter().map(|program| program.range.1).max().unwrap_or(0);
     let watches = watches(&mut programs, args, run)?;
     let from = args.from.unwrap_or(first).max(first);
     let until = args.until.unwrap_or(last);
@@ -68,9 +54,9 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let (mut next, mut status) = (from, DONE);
     let mut time_ns = None;
     let mut events = vec![];
-    let beyond = programs.iter().all(|program| program.range.is_none_or(|(_, end)| from > end));
+    let beyond = programs.iter().all(|program| from > program.range.1);
     for program in &programs {
-        let (begin, end) = program.range.unwrap_or((0, 0));
+        let (begin, end) = program.range;
         // A tick that is not there is refused by the first replay.
         if (end < next && !beyond) || begin > until {
             continue;
@@ -127,28 +113,28 @@ struct RanProgram {
     generation: u16,
     found: Found,
     /// The first and the last tick of it that are kept.
-    range: Option<(u64, u64)>,
+    range: (u64, u64),
 }
 
-/// The versions of the program, in the order in which they ran.
+/// The versions of the program of which ticks are kept, in the order in which they ran.
 fn programs_of(
+    recording: &Recording,
     run: &RecordedRun,
     args: &ConvertArgs,
     report: &Report,
 ) -> Result<Vec<RanProgram>, Failure> {
     let path = &args.record;
     let mut programs: Vec<RanProgram> = vec![];
-    for generation in run.spans.iter().map(|span| span.generation) {
-        if programs.iter().any(|program| program.generation == generation) {
-            continue;
-        }
+    for generation in run.generations() {
         let recorded = run
             .program_of(generation)
             .ok_or_else(|| Failure::file(path, "its program is missing"))?;
         // Files that are named are the first program; what an online change brought is in the record.
         let files: &[PathBuf] = if programs.is_empty() { &args.files } else { &[] };
         let found = program(path, recorded, files, &args.source, report)?;
-        programs.push(RanProgram { generation, found, range: None });
+        let range = replayer(path, recording, run, generation, &found)?.range();
+        let range = range.map_err(|error| Failure::file(path, error))?;
+        programs.push(RanProgram { generation, found, range });
     }
     Ok(programs)
 }
