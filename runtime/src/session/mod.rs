@@ -5,6 +5,7 @@
 mod executive;
 mod output;
 mod outside;
+mod predecessor;
 pub(crate) mod realtime_priority;
 mod record;
 pub mod replay;
@@ -44,6 +45,7 @@ pub(crate) use output::open as open_output_file;
 pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
 use output::{check_paths, check_retained, check_writable, open};
 use outside::{Outside, StatusSources};
+use predecessor::Predecessor;
 use record::Record;
 use reports::Reports;
 use retained_data::RetainedData;
@@ -165,7 +167,9 @@ impl Job<'_> {
             SessionError(errors.join("\nerror: "))
         })?;
         set_watchdog(executive, args)?;
-        let mut retained = RetainedData::start(args, program.dialect(), executive, journal)?;
+        let predecessor = Predecessor::new(args.realtime, journal);
+        let dialect = program.dialect();
+        let mut retained = RetainedData::start(args, dialect, executive, &predecessor, journal)?;
         let stimulus = match &args.stimulus {
             Some(path) => stimulus(path, executive)?,
             None => Stimulus::default(),
@@ -192,12 +196,13 @@ impl Job<'_> {
 
         let timing = Arc::new(Timing::new(program, args.started));
         let has_variables = !watch.is_empty() || args.stimulus.is_some();
-        let record = Record::start(args, machine, &mut replaceable, journal)?;
+        let record = Record::start(args, machine, &mut replaceable, &predecessor, journal)?;
         let executive: &mut dyn Executive = &mut replaceable;
         let recorded = record.programs();
         let sources = StatusSources { retained: &retained, timing: &timing, recorded };
+        let before = (&predecessor, journal);
         let mut outside =
-            Outside::start(program, args, machine, executive, has_variables, sources, journal)?;
+            Outside::start(program, args, machine, executive, has_variables, sources, before)?;
         let reports = Reports::open(args, &watch, executive, journal);
         if let (Err(_), Some(outside)) = (&reports, &mut outside) {
             // Nothing runs, and the image file is to say so.

@@ -11,17 +11,18 @@ use serde_json::json;
 
 use crate::args::RunArgs;
 use crate::artifact::signature::PublicKey;
-use crate::image_file::{Content, Publisher, SymbolTable};
+use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
 use crate::journal::Journal;
 use crate::record::{RecordedProgram, RecordedPrograms, RecorderProgram};
 use crate::run::Timing;
 use crate::socket::{
-    Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues,
+    Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, is_in_use, queues,
 };
 use crate::{Artifact, Executive, NativeEngine};
 
 use super::SessionError;
 use super::executive::executive;
+use super::predecessor::Predecessor;
 use super::retained_data::RetainedData;
 
 /// The image file and the socket of a run, as far as it has them.
@@ -125,7 +126,7 @@ impl Outside {
         executive: &dyn Executive,
         has_variables: bool,
         sources: StatusSources<'_>,
-        journal: &Journal,
+        (predecessor, journal): (&Predecessor<'_>, &Journal),
     ) -> Result<Option<Self>, SessionError> {
         if args.image.is_none() && args.socket.is_none() {
             return Ok(None);
@@ -148,7 +149,10 @@ impl Outside {
                     symbols: &SymbolTable::new(program, own.as_mut()),
                     rules: &args.input_rules,
                 };
-                let publisher = Publisher::create(path, &content).map_err(|e| error(&e))?;
+                let what = format!("the image file {}", path.display());
+                let create = || Publisher::create(path, &content);
+                let is_held = |error: &ImageFileError| matches!(error, ImageFileError::InUse(..));
+                let publisher = predecessor.wait(&what, create, is_held).map_err(|e| error(&e))?;
                 if args.realtime && !publisher.is_in_memory() {
                     let path = path.display();
                     journal.note(format!(
@@ -195,6 +199,10 @@ impl Outside {
                 retained: sources.retained.status(args),
                 journal: journal.clone(),
             };
+            let what = format!("the socket {}", path.display());
+            let is_free = || if is_in_use(path) { Err(()) } else { Ok(()) };
+            // If it is in use even then, the server says so.
+            let _ = predecessor.wait(&what, is_free, |()| true);
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
             let admitted = Admitted::new(&args.allow_user, &args.allow_group);
             server = Some(Server::start(path, admitted, requests).map_err(|e| error(&e))?);

@@ -1,11 +1,13 @@
 //! The record of a run (`--record`). In simulated time the thread that runs the ticks writes it, so that
 //! nothing is lost, and a failure is an error of the run. In real time another thread writes it.
 
+use std::io;
 use std::time::SystemTime;
 
 use plcc_abi::machine::Machine;
 
 use super::SessionError;
+use super::predecessor::Predecessor;
 use super::replay::RunSettings;
 use crate::Executive;
 use crate::args::RunArgs;
@@ -34,6 +36,7 @@ impl Record {
         args: &RunArgs,
         machine: Option<&Machine>,
         executive: &mut ReplaceableExecutive,
+        predecessor: &Predecessor<'_>,
         journal: &Journal,
     ) -> Result<Self, SessionError> {
         let Some(path) = args.record.as_deref().filter(|_| !args.no_record) else {
@@ -50,8 +53,10 @@ impl Record {
         let program = args.program.as_deref().cloned().unwrap_or(RecordedProgram::Unknown);
         // A file that is there may tell how the control ended that ran before this one.
         let appending = if args.realtime { Appending::Yes } else { Appending::No };
-        let file =
-            RecordFile::create(path, args.keep.unwrap_or_default(), appending, header, program);
+        let keep = args.keep.unwrap_or_default();
+        let create = || RecordFile::create(path, keep, appending, header.clone(), program.clone());
+        let is_held = |error: &io::Error| error.kind() == io::ErrorKind::ResourceBusy;
+        let file = predecessor.wait(&format!("the record {}", path.display()), create, is_held);
         let not_written = |error| {
             format!("the record {} can't be written: {}", path.display(), why_not_written(&error))
         };

@@ -12,6 +12,7 @@ use crate::retain::{RetainError, RetainedFile};
 use crate::socket::RetainedStatus;
 
 use super::SessionError;
+use super::predecessor::Predecessor;
 use super::retained_writer::{BufferSize, RetainedTrouble, RetainedWriter};
 
 impl From<RetainError> for SessionError {
@@ -40,10 +41,14 @@ impl RetainedData {
         args: &RunArgs,
         dialect: Dialect,
         executive: &mut dyn Executive,
+        predecessor: &Predecessor<'_>,
         journal: &Journal,
     ) -> Result<Self, SessionError> {
         let Some(path) = &args.retain else { return Ok(Self::None) };
-        let mut file = RetainedFile::open(path, dialect)?;
+        let what = format!("the retained file {}", path.display());
+        let open = || RetainedFile::open(path, dialect);
+        let is_held = |error: &RetainError| matches!(error, RetainError::Locked { .. });
+        let mut file = predecessor.wait(&what, open, is_held)?;
         restore(path, &mut file, args.retain_must_exist, executive, journal)?;
         if !args.realtime {
             return Ok(Self::AtEnd(file));

@@ -40,5 +40,5 @@ pub use peer::{AllowedGroup, AllowedUser};
 pub use protocol::{MAX_REQUEST, Permission, VERSION};
 pub(crate) use requests::Requests;
 pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, Surroundings, Timing};
-pub(crate) use server::Server;
 pub use server::SocketError;
+pub(crate) use server::{Server, is_in_use};

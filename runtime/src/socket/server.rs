@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::fs;
 use std::io;
 use std::os::fd::AsFd;
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -69,7 +69,6 @@ fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(failed(error)),
         Ok(about) => {
-            use std::os::unix::fs::FileTypeExt;
             if !about.file_type().is_socket() {
                 return Err(SocketError::Other(path.to_owned()));
             }
@@ -96,6 +95,12 @@ fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
         failed(error)
     })?;
     Ok(listener)
+}
+
+/// Whether there is a socket at a path and a process listens at it.
+pub(crate) fn is_in_use(path: &Path) -> bool {
+    let about = fs::symlink_metadata(path);
+    about.is_ok_and(|about| about.file_type().is_socket()) && is_listened_to(path)
 }
 
 /// Whether a process listens at a socket: only then is a connection not refused. One that accepts none, since

@@ -175,6 +175,43 @@ fn a_control_whose_supervisor_dies_ends_and_saves() {
     assert!(shop.read("log.jsonl").contains("the supervisor has died"));
 }
 
+/// A control whose supervisor was killed holds its files for some ten milliseconds more. The next one, which systemd
+/// starts at once, waits for them and says so.
+#[test]
+fn a_control_waits_for_what_the_one_before_it_still_holds() {
+    let shop = shop("predecessor");
+    let args = "--realtime --watchdog 1h --no-supervisor --ticks 5 --retain kept --record r --image image \
+                --log log.jsonl";
+    let told = |what: &str| {
+        let log = fs::read_to_string(shop.path("log.jsonl")).unwrap_or_default();
+        log.lines().any(|line| line.contains(what) && line.contains("is waited for"))
+    };
+    for held in ["kept.lock", "r", "image"] {
+        // The image file is one by its first bytes.
+        assert_eq!(wait(&mut shop.command(args).spawn().unwrap()).code(), Some(0), "{held}");
+        // On a computer that stands still for longer than the control waits, it may come too late.
+        let waited = (0..20).any(|_| {
+            let _ = fs::remove_file(shop.path("log.jsonl"));
+            let mut options = fs::OpenOptions::new();
+            let options = options.write(true).create(true).truncate(false);
+            let lock = options.open(shop.path(held)).unwrap();
+            lock.lock().unwrap();
+            let mut next = shop.command(args).spawn().unwrap();
+            until("it is not said that something is waited for", || {
+                told(held.trim_end_matches(".lock")) || next.try_wait().unwrap().is_some()
+            });
+            drop(lock);
+            wait(&mut next).code() == Some(0) && told(held.trim_end_matches(".lock"))
+        });
+        assert!(waited, "{held}");
+    }
+    let lock = fs::File::create(shop.path("kept.lock")).unwrap();
+    lock.lock().unwrap();
+    assert_eq!(wait(&mut shop.command(args).spawn().unwrap()).code(), Some(2));
+    let log = shop.read("log.jsonl");
+    assert!(log.lines().last().unwrap().contains("is in use by"), "{log}");
+}
+
 /// Whether a process has ended, also one for whose status nobody has asked yet.
 fn is_gone(process: u32) -> bool {
     match fs::read_to_string(format!("/proc/{process}/status")) {
