@@ -73,7 +73,7 @@ struct Cli {
 
     /// Takes the artifact and the options of a controller from a file, and runs in real time; an option
     /// on the command line takes precedence
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", groups = ["paced", "served", "retained"])]
     config: Option<PathBuf>,
 
     /// Finds every mistake in such a file, and runs nothing
@@ -127,7 +127,7 @@ fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
         return check_config(path);
     }
     let cli = match &cli.config {
-        Some(path) => configured(path, cli.artifact.as_deref(), words)?,
+        Some(path) => configured(path, &cli, words)?,
         None => cli,
     };
     if !cli.run.realtime || cli.no_supervisor || cli.run.gdb || cli.supervised || cli.info {
@@ -145,28 +145,52 @@ fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
     })
 }
 
-/// The command line with the words of a configuration before the user's own.
+/// The options with lists, whose keys a list on the command line replaces as a whole.
+const LISTS: [&str; 3] = ["--allow=", "--allow-user=", "--allow-group="];
+
+/// The command line with the words of a configuration before the user's own. `given` is what the user's own say.
 ///
 /// # Errors
-/// When the file can't be read or has mistakes.
-fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Result<Cli, String> {
+/// When the file can't be read or has mistakes, or an option needs another one that neither has.
+fn configured(path: &Path, given: &Cli, words: &[OsString]) -> Result<Cli, String> {
     let (configuration, mistakes) = configuration::open(path, &Cli::command())?;
     if !mistakes.is_empty() {
         return Err(Mistakes(path, &mistakes).to_string());
     }
     let mut all: Vec<OsString> = vec!["plcrt".into(), "--realtime".into()];
-    if artifact.is_none() {
+    if given.artifact.is_none() {
         all.extend(configuration.artifact.map(|(_, path)| path.into_os_string()));
     }
     if !configuration.options.iter().any(|word| word.text.starts_with("--record=")) {
         all.push(default_record(path, &configuration.options));
     }
-    all.extend(configuration.options.into_iter().map(|word| word.text.into()));
+    let run = &given.run;
+    let replaced = [!run.allow.is_empty(), !run.allow_user.is_empty(), !run.allow_group.is_empty()];
+    let is_replaced = |word: &configuration::Word| {
+        LISTS.iter().zip(replaced).any(|(list, replaced)| replaced && word.text.starts_with(list))
+    };
+    let options = configuration.options.into_iter().filter(|word| !is_replaced(word));
+    all.extend(options.map(|word| word.text.into()));
     all.extend(words.iter().skip(1).cloned());
     let cli = Cli::try_parse_from(all).map_err(|error| {
         let text = error.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
     })?;
+    // Any of these is taken beside --config, as long as the file is not read.
+    let missing = |option: &str, key: &str| {
+        let file = path.display();
+        Err(format!("{option} needs --{key}, or the key `{key}` in {file}"))
+    };
+    let run = &cli.run;
+    let lists = [!run.allow.is_empty(), !run.allow_user.is_empty(), !run.allow_group.is_empty()];
+    if let Some((list, _)) = LISTS.iter().zip(lists).find(|(_, given)| *given)
+        && run.socket.is_none()
+    {
+        return missing(list.trim_end_matches('='), "socket");
+    }
+    if run.retain_must_exist && run.retain.is_none() {
+        return missing("--retain-must-exist", "retain");
+    }
     Ok(Cli { wiring: configuration.wiring, ..cli })
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use plcc_image::latch::Rule;
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +41,15 @@ pub struct ControlArgs {
 
 /// What a run does. `--machine` is not among the options here, since `plcc run` uses the machine file
 /// when it compiles, too, and `plcrt` takes only a part of it.
+///
+/// An option that needs another one names a group of it. The option `--config` of `plcrt` is in each of these
+/// groups, since a configuration may have what an option on the command line needs.
 #[derive(Args, Clone, Debug, Default)]
+#[command(
+    group(ArgGroup::new("paced").multiple(true)),
+    group(ArgGroup::new("served").multiple(true)),
+    group(ArgGroup::new("retained").multiple(true))
+)]
 pub struct RunArgs {
     /// Runs exactly N base ticks: PMI scans, NCT slices of 20 ms, PMAC servo cycles
     #[arg(
@@ -58,7 +66,7 @@ pub struct RunArgs {
     pub duration: Option<Duration>,
 
     /// Begins each tick when the clock says so; without --ticks or --for until Ctrl-C (exit 130)
-    #[arg(long)]
+    #[arg(long, group = "paced")]
     pub realtime: bool,
 
     /// What is done when a tick begins only when a later one is already due, with --realtime: skip leaves
@@ -111,11 +119,11 @@ pub struct RunArgs {
 
     /// The file that holds what survives power-off: it is read at the start, if it exists, and
     /// written at the end, with --realtime also after changes
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "retained")]
     pub retain: Option<PathBuf>,
 
     /// Runs nothing (exit 2) if neither the retained file nor its copy exists
-    #[arg(long, requires = "retain")]
+    #[arg(long, requires = "retained")]
     pub retain_must_exist: bool,
 
     /// Records the run, so that `plcc replay` can run every tick again: all that acts on the control, what
@@ -139,20 +147,20 @@ pub struct RunArgs {
 
     /// A Unix socket for plcctl, by which the same user and root can look at the running control;
     /// --allow says what else they may do. Needs --realtime
-    #[arg(long, value_name = "PATH", requires = "realtime")]
+    #[arg(long, value_name = "PATH", group = "served", requires = "paced")]
     pub socket: Option<PathBuf>,
 
     /// What may be done by the socket besides reading: write (variables), force (inputs and outputs),
     /// swap (the program), stop (it, and start it again)
-    #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "socket")]
+    #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "served")]
     pub allow: Vec<Permission>,
 
     /// A user who may use the socket besides the one who runs the control and root, by name or number
-    #[arg(long, value_name = "USER,USER…", value_delimiter = ',', requires = "socket")]
+    #[arg(long, value_name = "USER,USER…", value_delimiter = ',', requires = "served")]
     pub allow_user: Vec<AllowedUser>,
 
     /// A group whose members may use the socket, by name or number
-    #[arg(long, value_name = "GROUP,GROUP…", value_delimiter = ',', requires = "socket")]
+    #[arg(long, value_name = "GROUP,GROUP…", value_delimiter = ',', requires = "served")]
     pub allow_group: Vec<AllowedGroup>,
 
     /// How long a scan of any task may take on the clock before the program is stopped: 50ms, 500us, 1s.

@@ -315,12 +315,19 @@ fn refusal(command: &Command, word: &Word, all: &[Word]) -> Option<String> {
     if error.kind() == ErrorKind::MissingRequiredArgument
         && let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg)
     {
-        // They stand there as in a help text: `--socket <PATH>`.
-        let names = missing.iter().filter_map(|usage| usage.split_whitespace().next());
-        let absent = |name: &&str| {
-            !all.iter().any(|word| word.text.split_once('=').is_some_and(|(of, _)| of == *name))
+        // They stand there as in a help text: `--socket <PATH>`, or `<--config <FILE>|--socket <PATH>>` where one of
+        // several is enough.
+        let is_there = |name: &&str| {
+            all.iter().any(|word| word.text.split_once('=').is_some_and(|(of, _)| of == *name))
         };
-        let absent = names.map(|name| name.trim_end_matches("...")).find(absent)?;
+        let absent = missing.iter().find_map(|usage| {
+            let names = usage.trim_start_matches('<').split('|');
+            let names = names.filter_map(|usage| usage.split_whitespace().next());
+            let names: Vec<&str> = names.map(|name| name.trim_end_matches("...")).collect();
+            // This is a key's: a configuration names no other one.
+            let key = names.iter().copied().find(|name| *name != "--config");
+            key.filter(|_| !names.iter().any(is_there))
+        })?;
         let (name, _) = word.text.split_once('=').unwrap_or((&word.text, ""));
         let key = |name: &str| name.trim_start_matches('-').to_owned();
         return Some(format!("`{}` needs the key `{}`", key(name), key(absent)));

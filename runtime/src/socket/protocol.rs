@@ -30,14 +30,15 @@ impl Assignment {
     }
 }
 
-/// What a client asks for.
+/// What a client asks for. A request without parameters has braces too, since serde does not refuse
+/// unknown keys of a variant without them.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "request", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Request {
     /// What the control is doing.
-    Status,
+    Status {},
     /// How long ticks take.
-    Stat,
+    Stat {},
     /// The program's variables.
     List {
         /// Which; all without it.
@@ -76,11 +77,11 @@ pub(crate) enum Request {
         dry_run: bool,
     },
     /// Run the program again that the last swap replaced.
-    Rollback,
+    Rollback {},
     /// Go on with ticks.
-    Start,
+    Start {},
     /// Do no more ticks, with outputs at their safe values.
-    Stop,
+    Stop {},
 }
 
 /// What a request needs beyond reading, as `--allow` says it.
@@ -127,12 +128,12 @@ impl Request {
     /// What a client must be allowed for this.
     pub(crate) fn needs(&self) -> Option<Permission> {
         match self {
-            Self::Status | Self::Stat | Self::List { .. } | Self::Get { .. } => None,
+            Self::Status {} | Self::Stat {} | Self::List { .. } | Self::Get { .. } => None,
             Self::Swap { dry_run: true, .. } => None,
             Self::Set { .. } => Some(Permission::Write),
             Self::Force { .. } | Self::Unforce { .. } => Some(Permission::Force),
-            Self::Swap { .. } | Self::Rollback => Some(Permission::Swap),
-            Self::Start | Self::Stop => Some(Permission::Stop),
+            Self::Swap { .. } | Self::Rollback {} => Some(Permission::Swap),
+            Self::Start {} | Self::Stop {} => Some(Permission::Stop),
         }
     }
 }
@@ -226,7 +227,7 @@ mod tests {
 
     #[test]
     fn requests_are_read() {
-        assert_eq!(parsed(r#"{"version":1,"request":"status"}"#), Ok(Request::Status));
+        assert_eq!(parsed(r#"{"version":1,"request":"status"}"#), Ok(Request::Status {}));
         let set = parsed(r#"{"version":1,"request":"set","values":[{"name":"A","value":1}]}"#);
         let assignment = Assignment { name: "A".into(), value: 1.into() };
         assert_eq!(assignment.text(), "1");
@@ -234,7 +235,7 @@ mod tests {
         let all = Request::Unforce { names: vec![], all: true };
         assert_eq!(parsed(r#"{"version":1,"request":"unforce","all":true}"#), Ok(all));
         let envelope = Envelope::parse(br#"{"id":"x","version":1,"request":"stop"}"#);
-        assert_eq!((envelope.id, envelope.request), ("x".into(), Ok(Request::Stop)));
+        assert_eq!((envelope.id, envelope.request), ("x".into(), Ok(Request::Stop {})));
     }
 
     /// Requests whose bytes are changed, cut and put together at random are read or refused, and the
@@ -286,6 +287,11 @@ mod tests {
             "[]",
             "{",
             "\u{0}",
+            r#"{"version":1,"request":"status","extra":1}"#,
+            r#"{"version":1,"request":"stat","names":["A"]}"#,
+            r#"{"version":1,"request":"rollback","dry_run":true}"#,
+            r#"{"version":1,"request":"start","extra":null}"#,
+            r#"{"version":1,"request":"stop","extra":{}}"#,
             r#"{"request":"status"}"#,
             r#"{"version":1}"#,
             r#"{"version":1,"request":"fly"}"#,

@@ -37,7 +37,7 @@ fn program() -> Program {
 
 fn status(requests: &mut Requests) -> Json {
     let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
-    match requests.handle(Request::Status, &by) {
+    match requests.handle(Request::Status {}, &by) {
         Handled::Done(Ok(status)) => status,
         _ => panic!("the status is always told"),
     }
@@ -79,7 +79,7 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     let command = scan_end.commands.pop().unwrap();
     scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
     assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
-    while matches!(requests.handle(Request::Stop, &by), Handled::Waits) {}
+    while matches!(requests.handle(Request::Stop {}, &by), Handled::Waits) {}
     for request in [Request::Unforce { names: vec![], all: true }, force()] {
         let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
         assert_eq!(failure.code, "busy");

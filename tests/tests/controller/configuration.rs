@@ -1,6 +1,8 @@
 //! The configuration file of a controller: `plcrt --config` and `plcrt --check-config`.
 
 use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
 use std::process::{Command, Output};
 
 use plcc_abi::Dialect;
@@ -34,6 +36,68 @@ fn a_configuration_says_what_runs_and_the_command_line_counts_more() {
     assert!(shop.read("etc/device").ends_with('V'), "the hardware watchdog is told the end");
     run("--log other.jsonl --period 2");
     assert!(shop.read("other.jsonl").contains("\"kind\":\"timing\""));
+}
+
+/// An option may need another one that is in the file, and a list on the command line replaces that of the file.
+#[test]
+fn options_of_the_socket_override_the_file() {
+    let shop = Shop::new("override", Dialect::Pmi, PMI);
+    let configurations = [
+        ("plain.toml", "artifact = \"p.plcx\"\n"),
+        (
+            "served.toml",
+            "artifact = \"p.plcx\"\nsocket = \"a.sock\"\nallow = [\"write\", \"swap\"]\n",
+        ),
+        ("kept.toml", "artifact = \"p.plcx\"\nretain = \"kept\"\n"),
+    ];
+    for (name, text) in configurations {
+        fs::write(shop.path(name), text).unwrap();
+    }
+    let run = |args: &str| plcrt(&shop, &format!("--no-record --ticks 5 {args}"));
+    for args in [
+        "--config plain.toml --socket b.sock",
+        "--config plain.toml --socket b.sock --allow stop --allow-user root --allow-group root",
+        "--config served.toml --allow force",
+        "--config served.toml --allow-user root",
+        "--config served.toml --socket b.sock",
+    ] {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(0), "{args}: {output:?}");
+    }
+    for (args, why) in [
+        (
+            "--config plain.toml --allow force",
+            "--allow needs --socket, or the key `socket` in plain.toml",
+        ),
+        ("--config plain.toml --allow-group root", "--allow-group needs --socket"),
+        ("--config plain.toml --retain-must-exist", "--retain-must-exist needs --retain"),
+        ("--config kept.toml --retain-must-exist", "kept"),
+        ("p.plcx --realtime --allow force", "--socket <PATH>"),
+        ("p.plcx --socket a.sock", "--realtime"),
+    ] {
+        let output = run(args);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args}: {text}");
+        assert!(text.contains(why), "{args}: {text}");
+    }
+    // The permissions of the command line alone are those of the control.
+    let args = "--config served.toml --no-record --allow force";
+    let mut control = Command::new(loader());
+    control.args(args.split_whitespace()).current_dir(shop.path(""));
+    let mut control = control.spawn().unwrap();
+    let status = loop {
+        assert_eq!(control.try_wait().unwrap(), None);
+        if let Ok(mut client) = UnixStream::connect(shop.path("a.sock")) {
+            client.write_all(b"{\"version\":1,\"request\":\"status\"}\n").unwrap();
+            let mut reply = String::new();
+            BufReader::new(client).read_line(&mut reply).unwrap();
+            break reply;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    };
+    control.kill().unwrap();
+    wait(&mut control);
+    assert!(status.contains("\"allow\":[\"force\"]"), "{status}");
 }
 
 #[test]

@@ -162,8 +162,8 @@ impl Requests {
 
     fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Handled, Failure> {
         match request {
-            Request::Status => Ok(Handled::Done(Ok(self.status()))),
-            Request::Stat => Ok(Handled::Done(Ok(self.stat()))),
+            Request::Status {} => Ok(Handled::Done(Ok(self.status()))),
+            Request::Stat {} => Ok(Handled::Done(Ok(self.stat()))),
             Request::List { pattern, after } => {
                 let (pattern, after) = (pattern.as_deref(), after.as_deref());
                 let (variables, more) = self.served.list(pattern, after, MAX_NAMES);
@@ -197,16 +197,16 @@ impl Requests {
                     entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
                 self.ask_to_force(change, entries.collect())
             }
-            Request::Stop => {
+            Request::Stop {} => {
                 let entry = EntryKind::Control { request: "stop", by: by.clone() };
                 self.ask(Command::Stop, OnAnswer::Tell(vec![entry]))
             }
-            Request::Start => {
+            Request::Start {} => {
                 let entry = EntryKind::Control { request: "start", by: by.clone() };
                 self.ask(Command::Start, OnAnswer::Tell(vec![entry]))
             }
             Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
-            Request::Rollback => self.rollback(by),
+            Request::Rollback {} => self.rollback(by),
         }
     }
 
