@@ -419,6 +419,57 @@ fn ticks_that_are_damaged_are_passed_over() {
     client.leave();
 }
 
+/// The damage may be at the beginning, and the last run may have no tick: a control that was killed within a second of
+/// its start leaves one like that. What there is is shown.
+#[test]
+fn what_there_is_of_a_record_is_shown() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    folder.plcc("run count.pmi --ticks 2000 --record r.plcrec").exits(0);
+    let record = folder.path().join("r.plcrec");
+    let mut bytes = std::fs::read(&record).unwrap();
+    let ticks = bytes.windows(4).position(|bytes| bytes == b"\x89RB\x04").unwrap();
+    let short = bytes[..ticks].to_vec();
+    bytes[ticks + 24] ^= 1;
+    folder.plcc("run count.pmi --ticks 7 --record r.plcrec").exits(0);
+    let whole = std::fs::read(&record).unwrap();
+    for (bytes, first, last) in [(bytes, 1500, 1999), ([whole, short].concat(), 0, 6)] {
+        std::fs::write(&record, bytes).unwrap();
+        let mut client = Client::new();
+        client.ask("attach", json!({"recording": record}));
+        client.ask("configurationDone", json!({}));
+        assert_eq!(client.stopped().1, last);
+        assert_eq!(client.go("reverseContinue", json!({})).1, first);
+        assert_eq!(client.value("N"), first.to_string());
+        client.leave();
+    }
+}
+
+/// If each variable took as long as all of them together, this would take a quarter of an hour.
+#[test]
+fn very_many_variables_are_shown() {
+    const COUNT: usize = 60_000;
+    let names: Vec<String> = (0..COUNT).map(|number| format!("V{number}")).collect();
+    let source = format!("$LOGICAL\n{}\n$END\nV7=T\n", names.join(", #\n"));
+    let folder = Folder::with(&[("many.pmi", &source)]);
+    let path = folder.path().join("many.pmi");
+    let mut client =
+        Client::launch(json!({"program": path, "ticks": 3}), json!([{"line": COUNT + 3}]));
+    assert_eq!(client.stopped().1, 0);
+    assert_eq!(client.go("continue", json!({})).1, 1);
+    let scopes = client.ask("scopes", json!({"frameId": 1}));
+    let scopes = scopes["scopes"].as_array().unwrap();
+    let scope = scopes.iter().find(|scope| scope["name"] == "Logical variables").unwrap();
+    assert_eq!(scope["namedVariables"], COUNT);
+    let all = client.unfold(&scope["variablesReference"]);
+    assert_eq!((all.len(), all[7].as_str(), all[8].as_str()), (COUNT, "V7=1", "V8=0"));
+    let part = json!({"variablesReference": scope["variablesReference"], "start": 6, "count": 2});
+    let part = client.ask("variables", part);
+    let part: Vec<_> =
+        part["variables"].as_array().unwrap().iter().map(|one| &one["name"]).collect();
+    assert_eq!(part, ["V6", "V7"]);
+    client.leave();
+}
+
 /// A record with an online change and its rollback: the last program is the first one again, and the ticks of
 /// each are shown.
 #[cfg(unix)]

@@ -1,9 +1,9 @@
 //! The variables of a program by class, as the manuals group them, and their values as people read
 //! them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
-use plcc_abi::pmi::{PmiTables, Role};
+use plcc_abi::pmi::{PmiTables, Role, Symbol};
 use plcc_abi::{Tables, nct::NctName};
 use plcc_frontend::common::Value as ExpressionValue;
 use plcc_runtime::{Executive, Purpose, Value};
@@ -42,8 +42,9 @@ pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Ve
         names.extend((0..3).map(|module| format!("OP{module}")));
     }
     let mut classes: Vec<Class> = vec![];
+    let titles = Titles::new(&program.tables().tables);
     for name in names {
-        let title = class_of(&program.tables().tables, &name);
+        let title = titles.of(&name);
         match classes.iter_mut().find(|class| class.title == title) {
             Some(class) => class.names.push(name),
             None => classes.push(Class { title: title.into(), names: vec![name] }),
@@ -53,12 +54,42 @@ pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Ve
     classes
 }
 
-/// The title of the class that a variable belongs to, as the manuals group them.
-pub fn class_of(tables: &Tables, name: &str) -> &'static str {
-    match tables {
-        Tables::Pmi(tables) => pmi_class(tables, name),
-        Tables::Nct(_) => nct_class(name),
-        Tables::Pmac(_) => pmac_class(name),
+/// The titles of the classes that a program's variables belong to, as the manuals group them.
+#[derive(Debug)]
+pub enum Titles<'t> {
+    /// PMI's.
+    Pmi(PmiTitles<'t>),
+    /// NCT's.
+    Nct,
+    /// PMAC's.
+    Pmac,
+}
+
+/// The tables of a PMI program, arranged so that the class of a variable is found at once.
+#[derive(Debug)]
+pub struct PmiTitles<'t> {
+    symbols: HashMap<&'t str, &'t Symbol>,
+    /// What a variable is by its offset, where another one makes it more than a variable.
+    by_offset: HashMap<u32, &'static str>,
+}
+
+impl<'t> Titles<'t> {
+    /// Those of a program with these tables.
+    pub fn new(tables: &'t Tables) -> Self {
+        match tables {
+            Tables::Pmi(tables) => Self::Pmi(PmiTitles::new(tables)),
+            Tables::Nct(_) => Self::Nct,
+            Tables::Pmac(_) => Self::Pmac,
+        }
+    }
+
+    /// The title of a variable's class.
+    pub fn of(&self, name: &str) -> &'static str {
+        match self {
+            Self::Pmi(titles) => titles.of(name),
+            Self::Nct => nct_class(name),
+            Self::Pmac => pmac_class(name),
+        }
     }
 }
 
@@ -92,28 +123,33 @@ const ORDER: &[&str] = &[
     "Memory",
 ];
 
-fn pmi_class(tables: &PmiTables, name: &str) -> &'static str {
-    let Some(symbol) = tables.symbols.iter().find(|symbol| symbol.name == name) else {
-        return "Logical variables";
-    };
-    let is = |offset: u32| symbol.offset == offset;
-    let pins = |pins: &plcc_abi::pmi::FlipFlop| is(pins.q) || pins.d.is_some_and(is);
-    match symbol.role {
-        Role::Input(_) => "Inputs",
-        Role::Output(_) => "Outputs",
-        Role::Constant => "Constants",
-        Role::TimerControl(_) => "Timers",
-        Role::FlipFlopPin(_) => "Flip-flops",
-        Role::Variable if tables.timers.iter().any(|timer| is(timer.delayed)) => "Timers",
-        Role::Variable if tables.flipflops.iter().any(pins) => "Flip-flops",
-        Role::Variable
-            if tables.faults.iter().chain(&tables.messages).any(|one| is(one.offset)) =>
-        {
-            "Faults and messages"
+impl<'t> PmiTitles<'t> {
+    fn new(tables: &'t PmiTables) -> Self {
+        let mut by_offset = HashMap::new();
+        let told = tables.faults.iter().chain(&tables.messages);
+        by_offset.extend(told.map(|one| (one.offset, "Faults and messages")));
+        let pins = tables.flipflops.iter().flat_map(|one| [Some(one.q), one.d]).flatten();
+        by_offset.extend(pins.map(|offset| (offset, "Flip-flops")));
+        by_offset.extend(tables.timers.iter().map(|timer| (timer.delayed, "Timers")));
+        let symbols = tables.symbols.iter().rev().map(|symbol| (symbol.name.as_str(), symbol));
+        Self { symbols: symbols.collect(), by_offset }
+    }
+
+    fn of(&self, name: &str) -> &'static str {
+        let Some(symbol) = self.symbols.get(name) else { return "Logical variables" };
+        match symbol.role {
+            Role::Input(_) => "Inputs",
+            Role::Output(_) => "Outputs",
+            Role::Constant => "Constants",
+            Role::TimerControl(_) => "Timers",
+            Role::FlipFlopPin(_) => "Flip-flops",
+            Role::Variable => match self.by_offset.get(&symbol.offset) {
+                Some(title) => title,
+                None if name.starts_with('@') => "Executive variables",
+                None if symbol.ty == plcc_abi::pmi::Type::Logical => "Logical variables",
+                None => "Integer variables",
+            },
         }
-        Role::Variable if name.starts_with('@') => "Executive variables",
-        Role::Variable if symbol.ty == plcc_abi::pmi::Type::Logical => "Logical variables",
-        Role::Variable => "Integer variables",
     }
 }
 

@@ -1,5 +1,6 @@
 //! The answers to requests that look at the program or move in its run.
 
+use std::collections::HashMap;
 use std::io::Write;
 
 use plcc_diag::FileId;
@@ -325,14 +326,21 @@ impl<W: Write> Server<'_, W> {
         let what = at.and_then(|at| self.unfolded.get(at)).cloned();
         let what = what.ok_or_else(|| DebugError::new("these variables are from another stop"))?;
         let debugger = self.debugger()?;
-        let shown = match what {
-            Unfolded::Accesses => accesses(debugger)?,
-            Unfolded::Variables(names) => debugger.values(&names)?,
-            Unfolded::Parts(name) => debugger.parts(&name)?,
-        };
         let count = if arguments.count == 0 { usize::MAX } else { arguments.count };
+        let wanted = arguments.start..arguments.start.saturating_add(count);
+        let part =
+            |all: Vec<Shown>| all.into_iter().skip(wanted.start).take(count).collect::<Vec<_>>();
+        let shown = match what {
+            Unfolded::Accesses => part(accesses(debugger)?),
+            // Values are only read of those that are asked for: a client may ask for a few at a time.
+            Unfolded::Variables(names) => {
+                let end = wanted.end.min(names.len());
+                debugger.values(names.get(wanted.start.min(end)..end).unwrap_or_default())?
+            }
+            Unfolded::Parts(name) => part(debugger.parts(&name)?),
+        };
         let mut variables = vec![];
-        for shown in shown.into_iter().skip(arguments.start).take(count) {
+        for shown in shown {
             let Shown { name, mut value, full_name, has_parts } = shown;
             if arguments.format.hex
                 && let Some(hex) = self.debugger()?.hexadecimal(&value)
@@ -417,6 +425,7 @@ impl<W: Write> Server<'_, W> {
 /// What the statement reads and writes; each name once for reading and once for writing.
 fn accesses(debugger: &mut crate::debugger::Debugger<'_>) -> Result<Vec<Shown>, DebugError> {
     let mut all: Vec<Shown> = vec![];
+    let mut places: HashMap<String, usize> = HashMap::new();
     for access in debugger.accesses()? {
         let Some(full) = debugger.program().name(access.variable) else { continue };
         let now = show_value(access.value);
@@ -431,7 +440,8 @@ fn accesses(debugger: &mut crate::debugger::Debugger<'_>) -> Result<Vec<Shown>, 
             (format!("{full} (read)"), now)
         };
         let shown = Shown { name, value, full_name: Some(full), has_parts: false };
-        match all.iter_mut().find(|known| known.name == shown.name) {
+        let place = *places.entry(shown.name.clone()).or_insert(all.len());
+        match all.get_mut(place) {
             Some(known) => *known = shown,
             None => all.push(shown),
         }

@@ -46,7 +46,10 @@ pub struct Context<'a> {
 pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
     let Context { program, sources, system, compiled } = context;
     let file = sources.add("expression", text.as_bytes());
-    let (preprocessed, diagnostics) = preprocess::replace_names(sources, file, &program.names);
+    // A debugger reads an expression for each of very many variables, and most have no name in them.
+    let names =
+        if preprocess::may_have_name(text, &program.names) { &program.names[..] } else { &[] };
+    let (preprocessed, diagnostics) = preprocess::replace_names(sources, file, names);
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
@@ -290,5 +293,32 @@ mod tests {
         let (expected, given) = (image.len(), 0);
         let wrong = EvaluationError::WrongImage { expected, given };
         assert_eq!(parse("M2").evaluate(&[]), Err(wrong));
+    }
+
+    /// A debugger reads an expression for each variable. If each took as long as the list of all names, this would take
+    /// many minutes.
+    #[test]
+    fn an_expression_costs_no_more_where_many_names_are_defined() {
+        let mut text =
+            String::from("#define 20MS 5\n#define MS *4\n#define PAGE FFC2\n#define X_1 M1\n");
+        for number in 0..50_000 {
+            text.push_str(&format!("#define NAME{number} {number}\n"));
+        }
+        let (program, mut sources) = program(Controller::Pmac, &text);
+        let mut value = |text: &str| {
+            let (program, sources) = (&program, &mut sources);
+            let context = Context { program, sources, system: 1, compiled: false };
+            parse_expression(text, context).unwrap().evaluate(&program.loaded.image).unwrap()
+        };
+        for round in 0..50 {
+            for number in 0..1000 {
+                assert_eq!(value(&format!("P{number}")), Value::Real(0.0), "{round}");
+            }
+        }
+        for (text, expected) in
+            [("NAME7", 7.0), ("3MS", 12.0), ("20MS", 5.0), ("$PAGE00", 16_761_344.0)]
+        {
+            assert_eq!(value(text), Value::Real(expected), "{text}");
+        }
     }
 }

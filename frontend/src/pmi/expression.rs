@@ -28,6 +28,8 @@
 //! # Ok::<(), String>(())
 //! ```
 
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
 use plcc_abi::{
     image::{read_i16, read_i32, read_u8},
     pmi::{Type, arithmetic},
@@ -45,6 +47,11 @@ use crate::pmi::{
     read::{cursor::Cursor, diagnostic, lexer::lex, statements::Statement},
 };
 
+/// The table of a program's names, which is made for the first expression. A debugger reads one for each of very many
+/// variables, so that none of them may cost what the whole table costs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NameTable(Arc<OnceLock<Mutex<Names>>>);
+
 impl Program {
     /// The expression `text` over the program's variables.
     ///
@@ -57,7 +64,9 @@ impl Program {
         lex(text, 0, end, self.limits, &mut tokens);
         let statement = Statement { file: FileId(0), start: 0, end, open: false };
         let mut cursor = Cursor::new(text, &tokens, statement);
-        let mut names = Names::of(&self.checked.symbols);
+        let table = self.names.0.get_or_init(|| Mutex::new(Names::of(&self.checked.symbols)));
+        let mut names = table.lock().unwrap_or_else(PoisonError::into_inner);
+        names.renew_suggestions();
         let mut ops = vec![];
         let parsed = Parser::new(&mut cursor, &mut names, &mut ops, self.limits).parse(Until::End);
         let parsed = parsed.map_err(|mut problem| {
@@ -282,6 +291,19 @@ mod tests {
             let found: Vec<_> = all.iter().map(|d| (d.code, d.span.start)).collect();
             assert_eq!(found, [(code, start)], "{text}");
             assert!(all.iter().all(|d| d.help.is_some()), "{text}");
+        }
+    }
+
+    /// A debugger reads an expression for each variable. If each took as long as the table of all names, this would take
+    /// many minutes.
+    #[test]
+    fn an_expression_costs_no_more_in_a_long_program() {
+        let names: Vec<String> = (0..50_000).map(|number| format!("V{number}")).collect();
+        let program = program(&format!("$INTEGER\n{}\n$END\n", names.join(", #\n")));
+        let image = vec![0; program.layout.size as usize];
+        for name in &names {
+            let value = program.expression(name).unwrap().evaluate(&image);
+            assert_eq!(value, Ok(Value::Integer(0)), "{name}");
         }
     }
 }

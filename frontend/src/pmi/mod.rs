@@ -40,6 +40,8 @@ pub struct Program {
     /// The limits that the program was checked with; they hold for [`expression`](Self::expression)
     /// too.
     limits: Limits,
+    /// The table of names for expressions.
+    names: expression::NameTable,
 }
 
 /// Reads and checks the program in `file`; included files are asked of `loader` and added to
@@ -60,7 +62,8 @@ pub fn check(
         return (None, diagnostics);
     }
     let layout = layout::Layout::new(&checked);
-    let program = Program { checked, layout, sources: sources.clone(), limits: options.limits };
+    let (sources, names) = (sources.clone(), expression::NameTable::default());
+    let program = Program { checked, layout, sources, limits: options.limits, names };
     (Some(program), diagnostics)
 }
 

@@ -13,7 +13,7 @@
 //! field (`/inputs.CHUCK`); the channel's schema has the variable's own name as the field's title. The channel `/events` has
 //! faults, messages and texts in the form of `foxglove.Log`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -21,7 +21,7 @@ use std::path::Path;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use plcc_debugger::variables::class_of;
+use plcc_debugger::variables::Titles;
 use plcc_runtime::files::open_output;
 use plcc_runtime::record::RecordedRun;
 use plcc_runtime::run::TraceText;
@@ -92,11 +92,16 @@ impl Mcap {
         let mut mcap = Self { out, groups: vec![], events: (0, 0), began_ns, last: None };
         let mut classes: Vec<Class<'_>> = vec![];
         let mut used = BTreeSet::from(["tick".to_owned()]);
+        let known = watches.iter().zip(programs).map(|((watch, executive), program)| {
+            let names = watch.names().iter().map(|(name, variable)| (name.as_str(), *variable));
+            let names: HashMap<&str, Variable> = names.collect();
+            (names, executive, Titles::new(&program.found.program.tables))
+        });
+        let known: Vec<_> = known.collect();
         for (index, name) in text.names().enumerate() {
             // The first program that has it says what it is.
-            let found = watches.iter().zip(programs).find_map(|((watch, executive), program)| {
-                let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
-                Some((class_of(&program.found.program.tables, name), executive.get(*variable)))
+            let found = known.iter().find_map(|(names, executive, titles)| {
+                Some((titles.of(name), executive.get(*names.get(name)?)))
             });
             let Some((class, value)) = found else { continue };
             let at = classes.iter().position(|one| one.title == class);

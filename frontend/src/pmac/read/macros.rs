@@ -2,7 +2,7 @@
 
 use plcc_diag::Span;
 
-use super::preprocess::{MAX_NESTING, Preprocessor, is_word, word_at};
+use super::preprocess::{MAX_DIGITS, MAX_NESTING, Preprocessor, is_word, word_at};
 use crate::pmac::origin::TextRange;
 
 /// What `#define` gave a name.
@@ -32,7 +32,7 @@ impl Preprocessor<'_> {
             '$' if hex(word) => None,
             '$' => (1..word.len())
                 .rev()
-                .take(6)
+                .take(MAX_DIGITS)
                 .take_while(|&at| word.get(at..).is_none_or(hex))
                 .find(|&at| is_name(word.get(..at))),
             c if is_word(c) => None,

@@ -20,6 +20,9 @@ use crate::pmac::origin::{Origins, TextRange};
 /// Deepest nesting of includes, conditionals and replacements.
 pub(super) const MAX_NESTING: usize = 256;
 
+/// How many digits of an address may stand after a name.
+pub(super) const MAX_DIGITS: usize = 6;
+
 /// Bytes that the replacements of names and templates may produce.
 const MAX_PRODUCED: usize = 2 << 20;
 
@@ -156,6 +159,19 @@ pub(crate) fn preprocess(
     this.preprocessed.names = names.collect();
     this.preprocessed.names.sort_unstable_by(|a, b| a.name.cmp(&b.name));
     (this.preprocessed, this.diagnostics)
+}
+
+/// Whether one of a program's names, which are in alphabetical order, may stand in a text. Names may stand after a number
+/// and in front of the last digits of an address too, see [`Preprocessor::name_length`]; so this may be true of a text
+/// without names, but is not false of one that has some.
+pub(crate) fn may_have_name(text: &str, names: &[DefinedName]) -> bool {
+    let is_name =
+        |part: &str| names.binary_search_by(|known| known.name.as_str().cmp(part)).is_ok();
+    text.split(|c| !is_word(c)).any(|word| {
+        let digits = word.len() - word.trim_end_matches(|c: char| c.is_ascii_hexdigit()).len();
+        let mut shorter = (0..=digits.min(MAX_DIGITS)).filter_map(|n| word.get(..word.len() - n));
+        shorter.any(is_name) || is_name(word.trim_start_matches(|c: char| c.is_ascii_digit()))
+    })
 }
 
 /// Replaces a program's names in a text that is not part of the program, such as the condition of a

@@ -20,6 +20,7 @@ const COMPARISONS: usize = 500_000;
 
 /// All names and what they stand for: the executive's from the start, the program's once they are
 /// declared.
+#[derive(Debug)]
 pub(crate) struct Names {
     symbols: Vec<Symbol>,
     index: HashMap<String, SymbolId>,
@@ -137,6 +138,11 @@ impl Names {
             symbol.executive == executive && matches!(symbol.meaning, Meaning::Label(_)) == labels
         });
         closest(name, fitting.map(|symbol| symbol.name.as_str())).map(str::to_owned)
+    }
+
+    /// Lets suggestions take as many comparisons again as those of a whole program.
+    pub(crate) fn renew_suggestions(&mut self) {
+        self.comparisons = COMPARISONS;
     }
 
     /// All symbols.
