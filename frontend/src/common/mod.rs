@@ -29,4 +29,4 @@ pub use observer::{Accessed, NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
-pub(crate) use surroundings::{EXPLAINED_ERRORS, Surroundings};
+pub(crate) use surroundings::{EXPLAINED_ERRORS, Surroundings, whole_program_is_small};

@@ -4,7 +4,7 @@
 
 use plcc_diag::Diagnostic;
 
-use crate::common::{EXPLAINED_ERRORS, Surroundings};
+use crate::common::{EXPLAINED_ERRORS, Surroundings, whole_program_is_small};
 use crate::nct::analyse::words_of_other_languages::word_of_other_language;
 
 /// The help for all that was meant as a comment.
@@ -31,33 +31,57 @@ fn help(help: impl Into<String>) -> Option<Explanation> {
 }
 
 /// Says of each error in `text` what was probably meant, if it looks like a habit from another
-/// language. The errors stand in the order of the text.
-pub(crate) fn explain(text: &str, found: &mut [Diagnostic]) {
-    let errors = found.iter_mut().filter(|diagnostic| diagnostic.is_error());
-    for diagnostic in errors.take(EXPLAINED_ERRORS) {
+/// language. The errors stand in the order of the text. What was meant as one thing, such as a comment or an
+/// assignment, is read as several statements; it keeps its first error alone.
+pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
+    let mut left = EXPLAINED_ERRORS;
+    // Where the comment or the assignment ends that the last error was about.
+    let (mut comment_end, mut assignment_end) = (0, None);
+    found.retain_mut(|diagnostic| {
         let range = diagnostic.span.range();
+        if range.start < comment_end {
+            return false;
+        }
+        if !diagnostic.is_error() || left == 0 {
+            return true;
+        }
+        left -= 1;
         let place = Place {
             around: Surroundings::new(text, range.start, range.end),
             code: diagnostic.code,
         };
         if !place.is(OF_STATEMENTS) {
-            continue;
+            return true;
         }
+        let (mut is_comment, mut is_assignment) = (false, false);
         let meaning = comment(&place)
-            .or_else(|| assignment(&place))
+            .inspect(|(message, _)| is_comment = message.is_some())
+            .or_else(|| assignment(&place).inspect(|_| is_assignment = true))
             .or_else(|| word(&place))
             .or_else(|| switch_of_input(&place))
             .or_else(|| digits(&place))
             .or_else(|| symbol(&place))
             .or_else(|| constant(&place));
+        if is_comment {
+            let rest = text.get(range.start..).unwrap_or("");
+            comment_end = range.start + rest.find(['\r', '\n']).unwrap_or(rest.len());
+        }
+        if is_assignment {
+            let end = assignment_end.replace(range.end);
+            let between = end.and_then(|end| text.get(end..range.start));
+            if between.is_some_and(|between| between.bytes().all(|b| matches!(b, b' ' | b'\t'))) {
+                return false;
+            }
+        }
         if let Some((message, help)) = meaning {
             if let Some(message) = message {
                 diagnostic.message = message.into();
             }
             diagnostic.help = Some(help.into());
         }
-    }
-    note_small_letters(text, found);
+        true
+    });
+    tell_small_letters_once(text, found);
 }
 
 /// The line around an error, and the error's code.
@@ -393,8 +417,9 @@ fn hexadecimal(text: &str) -> Option<Explanation> {
     help(format!("a hexadecimal constant is a point and four digits: .{value:04X}"))
 }
 
-/// Adds a note to the first error of a program that is written in small letters throughout.
-fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
+/// Of a program that is written in small letters throughout, keeps the first error about them alone, with a note, and
+/// leaves out what follows from them: the labels and the ends of modules that are not read.
+fn tell_small_letters_once(text: &str, found: &mut Vec<Diagnostic>) {
     if found.is_empty() {
         return;
     }
@@ -404,19 +429,25 @@ fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
         small += usize::from(letter.is_ascii_lowercase());
         capital += usize::from(letter.is_ascii_uppercase());
     }
-    let is_small = |diagnostic: &&mut Diagnostic| {
+    let is_small = |diagnostic: &Diagnostic| {
         let at = text.get(diagnostic.span.range()).unwrap_or("");
         diagnostic.code == "NCT-44" && at.starts_with(|c: char| c.is_ascii_lowercase())
     };
     // Comments after other signs than `;` have small letters too.
     let comments = found.iter().any(|diagnostic| diagnostic.help.as_deref() == Some(COMMENT));
-    if small > 9 * capital
-        && !comments
-        && let Some(first) = found.iter_mut().find(is_small)
-    {
-        first.add_note(
-            "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
-                .to_owned(),
-        );
-    }
+    let others = found.iter().filter(|diagnostic| is_small(diagnostic)).count();
+    let Some(others) = others.checked_sub(1).filter(|_| small > 9 * capital && !comments) else {
+        return;
+    };
+    let mut is_told = false;
+    found.retain_mut(|diagnostic| {
+        if !is_small(diagnostic) {
+            return diagnostic.code != "NCT-61";
+        }
+        if !std::mem::replace(&mut is_told, true) {
+            diagnostic.add_note(whole_program_is_small(others));
+            return true;
+        }
+        false
+    });
 }

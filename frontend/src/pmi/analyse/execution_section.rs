@@ -217,6 +217,17 @@ impl<'a> ExecutionSection<'a> {
 
     /// The error of a name after which neither `=` nor `[` stands.
     fn no_assignment(&mut self, cursor: &mut Cursor<'_>, name: &str) -> Result {
+        let written = cursor
+            .token()
+            .and_then(|first| cursor.text.get(first.start as usize..cursor.statement.end as usize));
+        let mut words = written.unwrap_or("").trim_end_matches(';').split_whitespace();
+        if matches!(
+            [words.next(), words.next(), words.next()],
+            [Some("END_IF"), None, None] | [Some("END"), Some("IF"), None]
+        ) {
+            // It was meant to end its IF, of which nobody needs to be told that it has no ENDIF.
+            self.open_ifs.pop();
+        }
         cursor.at += 1;
         let help = match (name, keyword(cursor)) {
             ("END", Some("IF")) => "write ENDIF as one word",
@@ -363,10 +374,11 @@ impl<'a> ExecutionSection<'a> {
             return self.misplaced(word, "ELSE");
         }
         self.end_body(cursor.statement_span());
-        if let Some(open_if) = self.open_ifs.last_mut() {
-            open_if.has_else = true;
-        }
         let split = keyword(cursor) == Some("IF");
+        // ELSE IF was meant as an ELSEIF, after which ELSE may stand.
+        if let Some(open_if) = self.open_ifs.last_mut() {
+            open_if.has_else = !split;
+        }
         self.expect_end_behind(cursor, "ELSE", if split { "write ELSEIF as one word" } else { "" })
     }
 

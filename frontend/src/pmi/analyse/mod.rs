@@ -111,7 +111,7 @@ pub(crate) fn check(
         diagnostic.help = diagnostic::default_help(diagnostic.code).map(MessageText::from);
     }
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
-    small_letters::note_small_letters(file, sources.text(file), &mut diagnostics);
+    small_letters::tell_small_letters_once(file, sources.text(file), &mut diagnostics);
     (checked, diagnostics)
 }
 

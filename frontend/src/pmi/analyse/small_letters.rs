@@ -2,9 +2,11 @@
 
 use plcc_diag::{Diagnostic, FileId};
 
-/// Adds a note to the first error of a file whose program is written in small letters throughout. `text` is the
-/// file's text.
-pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Diagnostic]) {
+use crate::common::whole_program_is_small;
+
+/// Of a file whose program is written in small letters throughout, keeps the first error about them alone, with a note.
+/// `text` is the file's text.
+pub(crate) fn tell_small_letters_once(file: FileId, text: &str, diagnostics: &mut Vec<Diagnostic>) {
     if diagnostics.is_empty() {
         return;
     }
@@ -15,18 +17,23 @@ pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Di
         small += usize::from(letter.is_ascii_lowercase());
         capital += usize::from(letter.is_ascii_uppercase());
     }
-    let is_small = |diagnostic: &&mut Diagnostic| {
+    let is_small = |diagnostic: &Diagnostic| {
         let at = text.get(diagnostic.span.range()).unwrap_or("");
         diagnostic.code == "PMI-5"
             && diagnostic.span.file == file
             && at.starts_with(|c: char| c.is_ascii_lowercase())
     };
-    if small > 9 * capital
-        && let Some(first) = diagnostics.iter_mut().find(is_small)
-    {
-        first.add_note(
-            "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
-                .to_owned(),
-        );
-    }
+    let others = diagnostics.iter().filter(|diagnostic| is_small(diagnostic)).count();
+    let Some(others) = others.checked_sub(1).filter(|_| small > 9 * capital) else { return };
+    let mut is_told = false;
+    diagnostics.retain_mut(|diagnostic| {
+        if !is_small(diagnostic) {
+            return true;
+        }
+        if !std::mem::replace(&mut is_told, true) {
+            diagnostic.add_note(whole_program_is_small(others));
+            return true;
+        }
+        false
+    });
 }
