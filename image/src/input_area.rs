@@ -14,7 +14,7 @@
 //! | `0x00` | number of slots |
 //! | `0x08` | number of mailboxes |
 //! | `0x10` | offset in the file of the owners, 64 bits for each slot |
-//! | `0x18` | offset in the file of the states, 64 bits for each slot: 0 nobody has given it, 1 it is current, 2 it has its safe value |
+//! | `0x18` | offset in the file of the states, 64 bits for each slot: 0 nobody has given it, 1 it is current, 2 it has its safe value, 3 it was given what it can't have, and has its last good value |
 //! | `0x20` | offset in the file of the first mailbox |
 //! | `0x28` | bytes of a mailbox |
 //! | `0x30` | number of claims: changes with each change of an owner |

@@ -12,7 +12,7 @@ use crate::sequence::{read_word, write_word};
 use crate::symbol::{Direction, Number, Symbol};
 use crate::triple_buffer::{self, Taken};
 
-/// What an input becomes when it is not given in time.
+/// What a variable that is given from outside becomes when it is not given in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Safe {
     /// 0.
@@ -24,7 +24,7 @@ pub enum Safe {
     Value(Number),
 }
 
-/// What the configuration says of one input.
+/// What the configuration says of one variable that is given from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
     /// What it becomes when it is not given in time.
@@ -88,6 +88,9 @@ enum SlotState {
     Safe = 2,
 }
 
+/// What the file shows of a slot that is current, but whose newest value was one that it can't have.
+const SHOWN_REFUSED: u64 = 3;
+
 #[derive(Clone, Debug)]
 struct Slot {
     symbol: Symbol,
@@ -99,6 +102,8 @@ struct Slot {
     state: SlotState,
     /// Whether the newest value that was given is one that the variable can't have.
     refused: bool,
+    /// The state as the file shows it.
+    shown: u64,
     /// The serial number of the newest value that was given.
     serial: u64,
     /// The value that the variable was set to last. It is set again if the stimulus or the socket may have
@@ -125,7 +130,7 @@ pub struct InputLatch {
     active: Vec<u32>,
     /// The number of claims in the area when the owners were looked up last; `None` before the first tick.
     claims: Option<u64>,
-    /// Whether inputs with a rule have their safe values from the first tick on.
+    /// Whether variables with a rule have their safe values from the first tick on.
     begins_safe: bool,
     /// Before this time, in nanoseconds of `CLOCK_MONOTONIC`, no input can become late.
     deadline: u64,
@@ -135,7 +140,7 @@ pub struct InputLatch {
 
 impl InputLatch {
     /// Makes the latch of an area with a slot for each of `symbols`, whose variables can be given; `rules` are
-    /// those of the configuration, in the same order. With `begins_safe` inputs with a rule have their safe
+    /// those of the configuration, in the same order. With `begins_safe` variables with a rule have their safe
     /// values from the first tick on; else, after an online change, they stay what they were, for at
     /// most their timeout.
     pub fn new(
@@ -152,6 +157,7 @@ impl InputLatch {
             last_owner: 0,
             state: SlotState::Vacant,
             refused: false,
+            shown: SlotState::Vacant as u64,
             serial: 0,
             value: None,
             since: 0,
@@ -220,9 +226,12 @@ impl InputLatch {
                     count.count += 1;
                     reported = true;
                 }
-                if let Some(word) = self.area.state(words, number as usize) {
-                    write_word(word, (slot.state as u64).to_le());
-                }
+            }
+            let shown = slot.shown_state();
+            if std::mem::replace(&mut slot.shown, shown) != shown
+                && let Some(word) = self.area.state(words, number as usize)
+            {
+                write_word(word, shown.to_le());
             }
             if let Some(deadline) = slot.deadline(words, self.area) {
                 self.deadline = self.deadline.min(deadline);
@@ -242,6 +251,14 @@ impl InputLatch {
                 }
             }
         }
+    }
+
+    /// Whether the input of a slot is set again whenever somebody else has set it, so that nothing comes of that: its
+    /// writer gives it, or it has its safe value since its writer is late or gone.
+    pub fn holds(&self, slot: u32) -> bool {
+        self.slots
+            .get(slot as usize)
+            .is_some_and(|slot| slot.symbol.direction == Direction::Input && slot.value.is_some())
     }
 
     /// Looks up who owns which slot.
@@ -271,7 +288,7 @@ impl InputLatch {
 impl Slot {
     /// Brings the slot up to date before a tick. Gives how it has changed, and the value that its variable is to be
     /// set to. `given` is the value and serial number that its writer has published last. `begins_safe` says
-    /// that this is the first tick, in which inputs with a rule get their safe values.
+    /// that this is the first tick, in which variables with a rule get their safe values.
     fn step(
         &mut self,
         words: &[AtomicU64],
@@ -282,7 +299,7 @@ impl Slot {
         set_all: bool,
     ) -> (Option<Change>, Option<Number>) {
         let is_input = self.symbol.direction == Direction::Input;
-        if begins_safe && is_input && self.rule.is_some() {
+        if begins_safe && self.rule.is_some() {
             return (None, self.safe_value(words, area));
         }
         if let Some((value, serial)) = given
@@ -328,13 +345,21 @@ impl Slot {
         (None, self.value.filter(|_| set_all && is_input))
     }
 
-    /// Puts the slot into the state [`SlotState::Safe`]. Gives the value that an input is to be set to; `None` if it
-    /// stays what it is, as variables that are no inputs do.
+    /// Puts the slot into the state [`SlotState::Safe`]. Returns the value that its variable is to be set to; `None` if
+    /// it stays what it is, as a variable does that is neither an input nor named by the configuration.
     fn become_safe(&mut self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
         self.state = SlotState::Safe;
-        let is_input = self.symbol.direction == Direction::Input;
-        self.value = self.safe_value(words, area).filter(|_| is_input);
+        let has_safe_value = self.symbol.direction == Direction::Input || self.rule.is_some();
+        self.value = self.safe_value(words, area).filter(|_| has_safe_value);
         self.value
+    }
+
+    /// The state as the file shows it.
+    fn shown_state(&self) -> u64 {
+        match self.state {
+            SlotState::Current if self.refused => SHOWN_REFUSED,
+            state => state as u64,
+        }
     }
 
     /// The time from which on the value is late, in nanoseconds of `CLOCK_MONOTONIC`; `None` if it never is.
@@ -349,7 +374,7 @@ impl Slot {
         (waits && timeout != 0).then(|| self.since.saturating_add(timeout))
     }
 
-    /// What the input is set to when it is late; `None` if it stays what it is.
+    /// What the variable is set to when it is late; `None` if it stays what it is.
     fn safe_value(&self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
         let held = || {
             let hold = self.owner.checked_sub(1).and_then(|owner| area.hold(words, owner));

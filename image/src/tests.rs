@@ -152,6 +152,77 @@ fn values_that_a_variable_cannot_have_are_refused_on_both_sides() {
 }
 
 #[test]
+fn a_bad_value_is_an_event_and_the_last_good_one_is_late_after_its_timeout() {
+    let rule = |value| Some(Rule { safe: Safe::Value(value), timeout_ns: 50_000_000 });
+    let rules = [None, rule(Number::Int(3)), None, rule(Number::Float(0.5))];
+    let mut control = Control::new("bad", &rules);
+    control.take(0, false);
+    let mut writer = control.writer();
+    let (b, d) = (writer.claim("B").unwrap(), writer.claim("D").unwrap());
+    let shown = |control: &Control, slot| {
+        let area = InputArea::of(control.memory.words()).unwrap();
+        area.state(control.memory.words(), slot).unwrap().load(std::sync::atomic::Ordering::Relaxed)
+    };
+    writer.set(b, Number::Int(5)).unwrap();
+    writer.set(d, Number::Float(2.5)).unwrap();
+    writer.publish().unwrap();
+    control.take(1, false);
+    assert_eq!((shown(&control, 1), shown(&control, 3)), (1, 1), "current");
+    for now in [2, 3] {
+        writer.refuse(b).unwrap();
+        writer.refuse(d).unwrap();
+        writer.publish().unwrap();
+        let events = if now == 2 { vec![(Change::Refused, 1, 2)] } else { vec![] };
+        assert_eq!(control.take(now, false), (vec![], events), "the last good value is kept");
+        assert_eq!((shown(&control, 1), shown(&control, 3)), (3, 3), "but it is not current");
+    }
+    let safe = vec![(1, Number::Int(3)), (3, Number::Float(0.5))];
+    assert_eq!(control.take(51, false), (safe, vec![(Change::Late, 1, 2)]));
+    assert_eq!((shown(&control, 1), shown(&control, 3)), (2, 2), "safe");
+    writer.set(d, Number::Float(1.0)).unwrap();
+    writer.publish().unwrap();
+    let recovered = (vec![(3, Number::Float(1.0))], vec![(Change::Recovered, 3, 1)]);
+    assert_eq!(control.take(52, false), recovered);
+    assert_eq!((shown(&control, 1), shown(&control, 3)), (2, 1));
+}
+
+#[test]
+fn variables_that_are_not_inputs_become_safe_where_the_configuration_names_them() {
+    let rule = |safe| Some(Rule { safe, timeout_ns: 50_000_000 });
+    for (name, rules, safe) in [
+        ("named", [None, None, rule(Safe::Value(Number::Int(7))), rule(Safe::Off)], true),
+        ("held", [None, None, rule(Safe::Hold), rule(Safe::Hold)], false),
+        ("unnamed", [None; 4], false),
+    ] {
+        let mut control = Control::new(name, &rules);
+        let values = match safe {
+            true => vec![(2, Number::Int(7)), (3, Number::Float(0.0))],
+            false => vec![],
+        };
+        assert_eq!(control.take(0, false), (values.clone(), vec![]), "from the first tick on");
+        let mut writer = control.writer();
+        let (c, d) = (writer.claim("C").unwrap(), writer.claim("D").unwrap());
+        let given = vec![(2, Number::Int(5)), (3, Number::Float(2.5))];
+        let mut give = |control: &mut Control, now| {
+            writer.set(c, Number::Int(5)).unwrap();
+            writer.set(d, Number::Float(2.5)).unwrap();
+            writer.publish().unwrap();
+            assert_eq!(control.take(now, false).0, given, "{name}");
+        };
+        give(&mut control, 1);
+        if name != "unnamed" {
+            let late = (values.clone(), vec![(Change::Late, 2, 2)]);
+            assert_eq!(control.take(51, false), late, "{name}");
+            assert_eq!(control.take(52, true), NOTHING, "the program may change it meanwhile");
+            give(&mut control, 60);
+        }
+        drop(writer);
+        let released = (values, vec![(Change::Released, 2, 2)]);
+        assert_eq!(control.take(61, false), released, "{name}");
+    }
+}
+
+#[test]
 fn late_and_released_inputs_take_their_safe_values_and_recover() {
     let rule = |safe, ms: u64| Some(Rule { safe, timeout_ns: ms * 1_000_000 });
     let rules = [rule(Safe::Value(Number::Int(1)), 50), rule(Safe::Hold, 20)];

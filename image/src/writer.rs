@@ -198,6 +198,23 @@ impl InputWriter {
         Ok(())
     }
 
+    /// Says that the source of a variable gives a value that the variable can't have, or none that is a number.
+    /// The control writes an event; the variable keeps its last good value until its timeout.
+    ///
+    /// # Errors
+    /// When this writer has released the variable.
+    pub fn refuse(&mut self, input: Input) -> Result<(), ClaimError> {
+        let claimed = self.claimed.get_mut(input.0).ok_or(ClaimError::Released)?;
+        // No integer variable has 64 bits, and no variable can be NaN.
+        claimed.value = match claimed.symbol.outside().range() {
+            Some(_) => i64::MIN as u64,
+            None => f64::NAN.to_bits(),
+        };
+        self.serial = self.serial.wrapping_add(1).max(1);
+        claimed.serial = self.serial;
+        Ok(())
+    }
+
     /// Hands all values over to the control, which takes them as a whole before its next tick.
     ///
     /// # Errors

@@ -105,13 +105,10 @@ pub fn check_wiring(
     wiring::points(entries, &symbols, program.dialect() == Dialect::Nct, &outputs)
 }
 
-/// What entries without mistakes say of the inputs of a program, by the inputs' names.
+/// What entries without mistakes say of the variables that are given from outside, by the variables' names.
 pub fn input_rules(checked: &Checked) -> Vec<(String, Rule)> {
-    let inputs = checked
-        .points
-        .iter()
-        .filter(|point| point.is_input && point.symbol.direction == Direction::Input);
-    inputs.map(|point| (point.symbol.name.clone(), point.rule())).collect()
+    let given = checked.points.iter().filter(|point| point.is_input);
+    given.map(|point| (point.symbol.name.clone(), point.rule())).collect()
 }
 
 /// A word of a command line that a configuration stands for.

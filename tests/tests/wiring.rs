@@ -80,6 +80,58 @@ fn inputs_come_by_the_image_file_become_safe_and_recover() {
     assert!(ticks > 100, "{ticks}");
 }
 
+/// Parameters, variables of the executive and P-variables become safe when their writer is late, and that is logged.
+#[test]
+fn variables_that_are_not_inputs_have_safe_values_too() {
+    let pmi = "$INTEGER\nW\n$END\nW = W\n@FRO = @FRO\n";
+    let pmac = "CLOSE\nI5=2\nOPEN PLC 1 CLEAR\nP3=P1+P2\nCLOSE\nENABLE PLC 1\n";
+    for (name, dialect, source, given) in [
+        ("pmi", Dialect::Pmi, pmi, [("W", "7", 7.0), ("@FRO", "\"off\"", 0.0)]),
+        ("pmac", Dialect::Pmac, pmac, [("P1", "0.5", 0.5), ("P2", "\"hold\"", 5.0)]),
+    ] {
+        let folder = Folder::new(&format!("wiring-internal-{name}"));
+        folder.artifact("p.plcx", dialect, source);
+        let entry = |(name, safe, _): &(&str, &str, f64)| {
+            format!(
+                "[[io]]\nname = \"{name}\"\ndriver = \"other\"\ndirection = \"in\"\nsafe = {safe}\n\
+                 timeout_ms = 300\n"
+            )
+        };
+        let entries = given.iter().map(entry).collect::<String>();
+        let head = "artifact = \"p.plcx\"\nimage = \"image\"\nlog = \"log.jsonl\"\n";
+        fs::write(folder.path("c.toml"), format!("{head}{entries}")).unwrap();
+        let mut control = folder.start(&["--config", "c.toml"]);
+        let path = folder.path("image");
+        wait_until("the control goes on", || {
+            ImageReader::open(&path).is_ok_and(|image| image.last_tick() != 0)
+        });
+        let mut writer = InputWriter::open(&path, "a driver").unwrap();
+        let inputs = given.map(|(name, ..)| writer.claim(name).unwrap());
+        let logged = |change: &str| {
+            let log = fs::read_to_string(folder.path("log.jsonl")).unwrap_or_default();
+            log.contains(&format!("\"change\":\"{change}\",\"writer\":\"a driver\""))
+        };
+        wait_until("the values come", || {
+            for input in inputs {
+                let has_fraction = writer.symbol(input).unwrap().outside().range().is_none();
+                let five = if has_fraction { Number::Float(5.0) } else { Number::Int(5) };
+                writer.set(input, five).unwrap();
+            }
+            writer.publish().unwrap();
+            logged("begun") || logged("recovered")
+        });
+        wait_until("the writer is late", || logged("late"));
+        control.signal("TERM", 1);
+        control.end();
+        let image = ImageReader::open(&path).unwrap();
+        let (symbols, tick) = (image.symbols(), image.read().unwrap());
+        for (name, _, safe) in given {
+            let symbol = symbols.iter().find(|symbol| symbol.name == name).unwrap();
+            assert_eq!(tick.value(symbol).unwrap().float(), safe, "{name}");
+        }
+    }
+}
+
 #[test]
 fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
     let folder = Folder::new("wiring-check");

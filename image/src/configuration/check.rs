@@ -74,8 +74,11 @@ impl Point {
     }
 
     /// The value of the variable for a value of the point outside: inverted, or scaled and rounded, as the entry
-    /// says. `None` if the variable can't have it.
+    /// says. `None` if the variable can't have it, or it is not a finite number.
     pub fn inside(&self, outside: f64) -> Option<Number> {
+        if !outside.is_finite() {
+            return None;
+        }
         let place = self.symbol.outside();
         let value = if place.is_bit() {
             Number::Int(((outside != 0.0) != self.entry.invert).into())
