@@ -145,11 +145,26 @@ impl Hub {
     }
 
     /// Sets the variable of an input point to a value of the point outside, converted as the entry says. The control
-    /// gets it with [`publish`](Self::publish). Returns whether the variable can have the value.
+    /// gets it with [`publish`](Self::publish). Returns whether the variable can have the value; if it can't, the
+    /// control gets that, writes an event, and gives the variable its safe value after its timeout.
     pub(crate) fn set_input(&mut self, index: usize, outside: f64) -> bool {
         let Some((point, Some(input))) = self.points.get(index) else { return false };
-        let Some(inside) = point.inside(outside) else { return false };
-        self.writer.as_mut().is_some_and(|writer| writer.set(*input, inside).is_ok())
+        let inside = point.inside(outside);
+        let Some(writer) = self.writer.as_mut() else { return false };
+        let is_set = inside.is_some_and(|inside| writer.set(*input, inside).is_ok());
+        if !is_set {
+            // A writer that has lost its mailbox ends with the session.
+            let _ = writer.refuse(*input);
+        }
+        is_set
+    }
+
+    /// The same for a value that somebody has written who is told whether it was taken: one that the variable can't
+    /// have changes nothing.
+    #[cfg(any(feature = "opcua", feature = "mqtt", feature = "zenoh"))]
+    pub(crate) fn set_input_if_it_fits(&mut self, index: usize, outside: f64) -> bool {
+        let fits = self.point(index).is_some_and(|point| point.inside(outside).is_some());
+        fits && self.set_input(index, outside)
     }
 
     /// Hands all values that were taken over to the control.
@@ -175,10 +190,17 @@ impl Hub {
         if let Some(tick) = tick {
             self.tick = Some(tick);
         }
-        if safe && let Some(tick) = &mut self.tick {
+        if let Some(tick) = &mut self.tick
+            && (safe || matches!(tick.state, Some(State::Ended | State::Dead)))
+        {
             self.reader.make_safe(tick);
         }
         (std::mem::replace(&mut self.safe, safe) != safe).then_some(safe)
+    }
+
+    /// Whether an online change has made another image file: the control goes on, and this file says no more of it.
+    pub(crate) fn is_replaced(&self) -> bool {
+        self.tick.as_ref().is_some_and(|tick| tick.state == Some(State::Replaced))
     }
 
     /// Gives the outputs their safe values, since the control has left, and releases its inputs. Only after an online
@@ -192,6 +214,12 @@ impl Hub {
     pub(crate) fn end(&mut self) {
         self.ending = true;
         self.refresh();
+    }
+
+    /// Whether `plcio` ends.
+    #[cfg(feature = "opcua")]
+    pub(crate) fn is_ending(&self) -> bool {
+        self.ending
     }
 
     /// The value that the point outside has to have for the present value of its variable, converted as the entry

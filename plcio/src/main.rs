@@ -167,12 +167,12 @@ async fn run(settings: Settings) -> ExitCode {
     let (Ok(mut terminate), Ok(mut interrupt)) = signals else { return ExitCode::from(2) };
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let unloaded = Arc::new(Notify::new());
-    // The component of HAL outlives sessions.
     let has_pins = settings.entries.iter().any(|entry| entry.driver == Driver::Hal);
     let hal = has_pins.then(|| {
         let unloaded = Arc::clone(&unloaded);
         hal::Hal::start(&settings, &events, move || unloaded.notify_one())
     });
+    let outlasting = session::Outlasting::new(hal);
     let work = tokio::spawn(async move {
         // Whether the event `waiting` has been written since the last session.
         let mut is_reported = false;
@@ -185,7 +185,7 @@ async fn run(settings: Settings) -> ExitCode {
                     if let Some(remains) = remains.take() {
                         remains.end().await;
                     }
-                    remains = session.run(stopped.clone(), hal.clone()).await;
+                    remains = session.run(stopped.clone(), &outlasting).await;
                 }
                 Err(why) if !is_reported => {
                     events.write("waiting", &[("why", why.into())]);
@@ -202,6 +202,8 @@ async fn run(settings: Settings) -> ExitCode {
         if let Some(remains) = remains {
             remains.end().await;
         }
+        #[cfg(feature = "opcua")]
+        outlasting.opcua.stop("plcio ends").await;
     });
     tokio::select! {
         _ = terminate.recv() => {}

@@ -72,6 +72,25 @@ fn identity(path: &Path) -> Option<(u64, u64)> {
     std::fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
 }
 
+/// What outlives sessions.
+pub(crate) struct Outlasting {
+    /// The component of HAL, where entries name pins.
+    hal: Option<Hal>,
+    /// The server for OPC UA.
+    #[cfg(feature = "opcua")]
+    pub(crate) opcua: crate::opcua::Server,
+}
+
+impl Outlasting {
+    pub(crate) fn new(hal: Option<Hal>) -> Self {
+        Self {
+            hal,
+            #[cfg(feature = "opcua")]
+            opcua: crate::opcua::Server::default(),
+        }
+    }
+}
+
 /// The work for one image file.
 pub(crate) struct Session {
     shared: Shared,
@@ -207,7 +226,7 @@ impl Session {
     }
 
     /// Starts the drivers for others who look on, which end with the control.
-    fn start_others(&self, hal: Option<&Hal>, ended: &Receiver<bool>) -> JoinSet<()> {
+    fn start_others(&self, outlasting: &Outlasting, ended: &Receiver<bool>) -> JoinSet<()> {
         let Self { shared, by_driver, .. } = self;
         let mut tasks = JoinSet::new();
         // Its server shows all variables, also where no entry names it.
@@ -215,7 +234,8 @@ impl Session {
         if shared.settings.opcua.address.is_some() {
             let of = |wanted| by_driver.iter().find(|(driver, _)| *driver == wanted);
             let points = of(Driver::OpcUa).map(|(_, points)| points.clone()).unwrap_or_default();
-            tasks.spawn(crate::opcua::run(shared.clone(), points, ended.clone()));
+            let server = outlasting.opcua.clone();
+            tasks.spawn(server.run(shared.clone(), points, ended.clone()));
         }
         for (driver, points) in by_driver {
             let points = points.clone();
@@ -232,8 +252,8 @@ impl Session {
                     tasks.spawn(crate::plant::run(shared.clone(), points, ended.clone()));
                 }
                 Driver::Hal => {
-                    if let Some(hal) = hal {
-                        tasks.spawn(hal.clone().run(shared.clone(), points, ended.clone()));
+                    if let Some(hal) = outlasting.hal.clone() {
+                        tasks.spawn(hal.run(shared.clone(), points, ended.clone()));
                     }
                 }
                 // Those that write outputs, the server for OPC UA, which was begun above, and what this `plcio` was
@@ -249,10 +269,10 @@ impl Session {
     pub(crate) async fn run(
         self,
         mut stopped: Receiver<bool>,
-        hal: Option<Hal>,
+        outlasting: &Outlasting,
     ) -> Option<Remains> {
         let (end, ended) = watch::channel(false);
-        let mut others = self.start_others(hal.as_ref(), &ended);
+        let mut others = self.start_others(outlasting, &ended);
         let (stages, received) = watch::channel(Stage::Works);
         let drivers = self.start_outputs(&received);
         let Self { shared, identity, .. } = self;

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import os
 import pathlib
 import signal
 import socket
@@ -212,16 +213,65 @@ async def the_next_control_is_served(plant, port, certificate):
     await eventually("plcio leaves the control", lambda: told(plant, "control_left", 1))
     await eventually("plcio finds the control", lambda: told(plant, "control_found", 2))
 
-    async def again():
-        try:
-            client = await connect(plant, port, certificate)
-        except Exception:
-            return False
-        value = await (await node(client, "plcio:State")).read_value()
-        await client.disconnect()
-        return value == "running"
+    await eventually("the next control is served", lambda: serves(plant, port, certificate))
 
-    await eventually("the next control is served", again)
+
+async def a_dead_control_is_told_from_a_dead_network(plant, port, certificate):
+    """The server goes on when the control has died or ended, until the next one is found."""
+    for how in (signal.SIGKILL, signal.SIGTERM):
+        client = await connect(plant, port, certificate)
+        await eventually("the control runs", lambda: runs(client))
+        left, off = len(plant.events("control_left")), len(plant.events("server_off"))
+        state, pump, speed = [await node(client, name) for name in ("plcio:State", "PUMP", "SPEED")]
+        await (await node(client, "DOOR")).write_value(ua.Variant(False, ua.VariantType.Boolean))
+
+        async def pumps():
+            return await pump.read_value()
+
+        await eventually("the pump runs", pumps)
+        if how == signal.SIGKILL:
+            # The supervisor writes that the control is dead.
+            children = pathlib.Path(f"/proc/{plant.control.pid}/task/{plant.control.pid}/children").read_text()
+            os.kill(int(children.split()[0]), how)
+            plant.control.wait(PATIENCE)
+        else:
+            plant.stop(plant.control, how)
+        await eventually("plcio has left the control", lambda: told(plant, "control_left", left + 1))
+
+        async def says_so(client):
+            state, pump = await node(client, "plcio:State"), await node(client, "PUMP")
+            value = await pump.read_data_value(raise_on_bad_status=False)
+            assert value.StatusCode.value == ua.StatusCodes.UncertainLastUsableValue, value
+            assert value.Value.Value is False, value
+            assert await state.read_value() == "ended"
+
+        await asyncio.sleep(1)
+        await says_so(client)
+        # Who connects now sees the same.
+        another = await connect(plant, port, certificate)
+        await says_so(another)
+        await another.disconnect()
+        value = ua.Variant(7, ua.VariantType.Int16)
+        assert await refused(speed.write_value(value), ua.StatusCodes.BadOutOfService)
+        assert len(plant.events("server_off")) == off
+        try:
+            plant.start_control()
+            await eventually("the server ends", lambda: told(plant, "server_off", off + 1))
+            await client.disconnect()
+        except Exception:
+            pass  # The server has ended its connections.
+        await eventually("the next control is served", lambda: serves(plant, port, certificate))
+    assert plant.events("server_off")[-1]["why"] == "another image file is served", plant.events("server_off")
+
+
+async def serves(plant, port, certificate):
+    try:
+        client = await connect(plant, port, certificate)
+    except Exception:
+        return False
+    value = await (await node(client, "plcio:State")).read_value()
+    await client.disconnect()
+    return value == "running"
 
 
 def raw_connection(port, *parts):
@@ -361,6 +411,13 @@ async def main():
         await client.disconnect()
         await clients_that_misbehave_harm_nobody(plant, port, certificate)
         await the_next_control_is_served(plant, port, certificate)
+        plant.stop(plant.control)
+        plant.is_supervised = True
+        plant.start_control()
+        await eventually("the control is served", lambda: serves(plant, port, certificate))
+        await a_dead_control_is_told_from_a_dead_network(plant, port, certificate)
+        plant.stop(plant.driver)
+        assert plant.events("server_off")[-1]["why"] == "plcio ends", plant.events("server_off")
     await everybody_may_read_where_that_is_permitted(certificate)
     print("OPC UA: everything as it should be")
 

@@ -45,6 +45,9 @@ def wait_until(what, check):
 class Plant:
     """`wiring` is the rest of the configuration: the table [plcio] and the entries [[io]]."""
 
+    # Whether a control that is started has a supervisor.
+    is_supervised = False
+
     def __init__(self, wiring):
         self.temporary = tempfile.TemporaryDirectory(prefix="plcc-peers-")
         self.folder = pathlib.Path(self.temporary.name)
@@ -65,8 +68,9 @@ class Plant:
 
     def start_control(self):
         # A control without a supervisor is gone when it is killed, and the next one can be started at once.
-        command = [os.environ["PLCRT"], "--config", "c.toml", "--no-supervisor"]
-        self.control = self.start(*command, name="plcrt")
+        command = [os.environ["PLCRT"], "--config", "c.toml"]
+        supervisor = [] if self.is_supervised else ["--no-supervisor"]
+        self.control = self.start(*command, *supervisor, name="plcrt")
 
     def start_driver(self):
         self.driver = self.start(os.environ["PLCIO"], "c.toml", name="plcio")

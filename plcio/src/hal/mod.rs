@@ -88,16 +88,21 @@ impl Kind {
     }
 }
 
-/// The session that is connected, with the pins of its points.
-struct Attached {
-    shared: Shared,
-    pins: Vec<Pin>,
+/// What the component exchanges values with.
+enum Partner {
+    /// There has been no control yet, or an online change has ended the session and the next one is about to begin: pins
+    /// stay what they are for a while.
+    Nobody,
+    /// A session, with the pins of its points.
+    Session(Shared, Vec<Pin>),
+    /// A control that has died or ended: the pins that it had, and the line with their safe values.
+    Gone(Vec<Pin>, String),
 }
 
 /// The component, for all sessions.
 #[derive(Clone)]
 pub(crate) struct Hal {
-    session: Arc<Mutex<Option<Attached>>>,
+    partner: Arc<Mutex<Partner>>,
 }
 
 impl Hal {
@@ -107,7 +112,7 @@ impl Hal {
         events: &Events,
         unloaded: impl Fn() + Send + 'static,
     ) -> Self {
-        let hal = Self { session: Arc::new(Mutex::new(None)) };
+        let hal = Self { partner: Arc::new(Mutex::new(Partner::Nobody)) };
         let (own, settings, events) = (hal.clone(), settings.clone(), events.clone());
         let work = move || {
             let mut pause = PAUSES.0;
@@ -144,7 +149,7 @@ impl Hal {
         points: Vec<usize>,
         mut ended: tokio::sync::watch::Receiver<bool>,
     ) {
-        let pins = {
+        let pins: Vec<Pin> = {
             let hub = shared.hub();
             let pin = |index: usize| {
                 let point = hub.point(index)?;
@@ -154,18 +159,30 @@ impl Hal {
             };
             points.into_iter().filter_map(pin).collect()
         };
-        *self.session() = Some(Attached { shared, pins });
+        *self.partner() = Partner::Session(shared.clone(), pins.clone());
         let _ = ended.changed().await;
-        *self.session() = None;
+        // The lock of the values is given back first: an exchange takes both, that of the partner before it.
+        let last = {
+            let hub = shared.hub();
+            let value = |index| hub.safe_value(index).or_else(|| hub.value_outside(index));
+            (!hub.is_replaced()).then(|| outputs(false, &pins, value))
+        };
+        *self.partner() = match last {
+            Some(line) => Partner::Gone(pins, line),
+            None => Partner::Nobody,
+        };
     }
 
-    fn session(&self) -> std::sync::MutexGuard<'_, Option<Attached>> {
-        self.session.lock().unwrap_or_else(PoisonError::into_inner)
+    fn partner(&self) -> std::sync::MutexGuard<'_, Partner> {
+        self.partner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The pins of the present session.
     fn pins(&self) -> Option<Vec<Pin>> {
-        self.session().as_ref().map(|session| session.pins.clone())
+        match &*self.partner() {
+            Partner::Session(_, pins) => Some(pins.clone()),
+            Partner::Nobody | Partner::Gone(..) => None,
+        }
     }
 
     /// Waits for a session, makes the component, and works with it until it is lost: gives why, or `None`
@@ -226,32 +243,38 @@ impl Hal {
     /// # Errors
     /// Where the component does not fit the session any more.
     fn exchange(&self, pins: &[Pin], line: &str) -> Result<String, String> {
-        let session = self.session();
-        let Some(Attached { shared, pins: present }) = session.as_ref() else {
-            return Ok("-".into());
+        let fits = |present: &[Pin]| {
+            pins.len() == present.len() && pins.iter().zip(present).all(|(a, b)| a.is_same(b))
         };
-        if pins.len() != present.len() || pins.iter().zip(present).any(|(a, b)| !a.is_same(b)) {
-            return Err("the program has other variables now".into());
-        }
-        let pins = present;
+        let partner = self.partner();
+        let (shared, present) = match &*partner {
+            Partner::Nobody => return Ok("-".into()),
+            Partner::Session(shared, present) if fits(present) => (shared, present),
+            Partner::Gone(present, line) if fits(present) => return Ok(line.clone()),
+            _ => return Err("the program has other variables now".into()),
+        };
         let mut hub = shared.hub();
-        let inputs = pins.iter().filter(|pin| pin.is_input);
+        let inputs = present.iter().filter(|pin| pin.is_input);
         for (pin, word) in inputs.zip(line.split_whitespace()) {
             let value = word.parse().map_err(|_| format!("`{word}` is no value"))?;
-            // A value that the variable can't have is no new value; the input becomes late.
+            // A value that the variable can't have is an event of the control, and the input becomes late.
             hub.set_input(pin.index, value);
         }
         hub.publish();
-        let mut answer = String::from(match hub.control_state() {
-            ControlState::Running => "1",
-            _ => "0",
-        });
-        for pin in pins.iter().filter(|pin| !pin.is_input) {
-            let value =
-                hub.value_outside(pin.index).map_or_else(|| pin.safe.clone(), |v| pin.kind.text(v));
-            answer.push(' ');
-            answer.push_str(&value);
-        }
-        Ok(answer)
+        let is_running = hub.control_state() == ControlState::Running;
+        Ok(outputs(is_running, present, |index| hub.value_outside(index)))
     }
+}
+
+/// The line that answers the component: whether the control runs its program, and the values of all outputs.
+fn outputs(is_running: bool, pins: &[Pin], value: impl Fn(usize) -> Option<f64>) -> String {
+    let mut line = String::from(if is_running { "1" } else { "0" });
+    for pin in pins.iter().filter(|pin| !pin.is_input) {
+        line.push(' ');
+        match value(pin.index) {
+            Some(value) => line.push_str(&pin.kind.text(value)),
+            None => line.push_str(&pin.safe),
+        }
+    }
+    line
 }

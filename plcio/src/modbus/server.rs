@@ -110,7 +110,11 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                     result = server.serve(&on_connected, |_| {}) => {
                         result.map_or_else(|error| error.to_string(), |()| String::new())
                     }
-                    _ = ended.changed() => return,
+                    _ = ended.changed() => {
+                        let why = "no control is served any more";
+                        shared.events.write("server_off", &[("why", why.into())]);
+                        return;
+                    }
                 }
             }
             Err(error) => error.to_string(),

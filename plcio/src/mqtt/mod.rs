@@ -347,7 +347,8 @@ impl Publisher {
                 continue;
             };
             let number = metric.value.as_ref().and_then(|value| point.datatype.number(value));
-            let fits = number.is_some_and(|n| self.shared.hub().set_input(point.index, n));
+            let fits =
+                number.is_some_and(|n| self.shared.hub().set_input_if_it_fits(point.index, n));
             if fits {
                 given = true;
                 self.refused.remove(&name);

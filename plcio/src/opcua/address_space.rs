@@ -327,7 +327,10 @@ fn write(
         return StatusCode::BadTypeMismatch;
     };
     let mut hub = shared.hub();
-    if !hub.set_input(index, number) {
+    if hub.control_state() == ControlState::Ended {
+        return StatusCode::BadOutOfService;
+    }
+    if !hub.set_input_if_it_fits(index, number) {
         return StatusCode::BadOutOfRange;
     }
     hub.publish();

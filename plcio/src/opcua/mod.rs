@@ -17,16 +17,20 @@ mod settings;
 mod users;
 
 use std::net::SocketAddr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use opcua::crypto::SecurityPolicy;
 use opcua::server::diagnostics::NamespaceMetadata;
 use opcua::server::node_manager::memory::{SimpleNodeManager, simple_node_manager};
-use opcua::server::{ANONYMOUS_USER_TOKEN_ID, Server, ServerBuilder, ServerEndpoint, ServerHandle};
+use opcua::server::{
+    ANONYMOUS_USER_TOKEN_ID, Server as OpcUaServer, ServerBuilder, ServerEndpoint, ServerHandle,
+};
 use opcua::types::MessageSecurityMode;
 use tokio::net::TcpListener;
+use tokio::sync::oneshot;
 use tokio::sync::watch::Receiver;
+use tokio::task::JoinHandle;
 
 use address_space::Nodes;
 use certificates::Certificates;
@@ -42,22 +46,66 @@ const PERIOD: Duration = Duration::from_millis(20);
 /// After how many periods the folder of refused certificates is read again.
 const PERIODS_UNTIL_CERTIFICATES: u32 = 50;
 
-/// Serves on a thread of its own until the session ends.
-pub(crate) async fn run(shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
-    let (done, finished) = tokio::sync::oneshot::channel::<()>();
-    let events = shared.events.clone();
-    let serve = move || {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        match runtime {
-            Ok(runtime) => runtime.block_on(serve(shared, points, ended)),
-            Err(error) => off(&shared, &error.to_string()),
+/// The server of a session, on a thread of its own. When the control has died or ended, it goes on with the last values
+/// and safe outputs until the next session begins, so that clients can tell a dead control from a dead network.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Server(Arc<Mutex<Option<Serving>>>);
+
+/// A server that was started.
+#[derive(Debug)]
+struct Serving {
+    /// Ends it, with the reason.
+    stop: oneshot::Sender<&'static str>,
+    /// Is closed when it has ended.
+    stopped: oneshot::Receiver<()>,
+}
+
+/// What ends a server.
+struct Until {
+    /// The session ends.
+    ended: Receiver<bool>,
+    /// The server is to end, and why.
+    stop: oneshot::Receiver<&'static str>,
+    /// Is dropped when the session need not wait for the server any more.
+    done: Option<oneshot::Sender<()>>,
+}
+
+impl Server {
+    /// Starts the server of a session, and returns when the session may end.
+    pub(crate) async fn run(self, shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
+        self.stop("another image file is served").await;
+        let (stop, to_stop) = oneshot::channel();
+        let (running, stopped) = oneshot::channel();
+        let (done, finished) = oneshot::channel();
+        *self.serving() = Some(Serving { stop, stopped });
+        let events = shared.events.clone();
+        let serve = move || {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+            let until = Until { ended, stop: to_stop, done: Some(done) };
+            match runtime {
+                Ok(runtime) => runtime.block_on(serve(shared, points, until)),
+                Err(error) => off(&shared, &error.to_string()),
+            }
+            drop(running);
+        };
+        match std::thread::Builder::new().name("opcua".into()).spawn(serve) {
+            // Nothing is sent: the sender is dropped.
+            Ok(_) => drop(finished.await),
+            Err(error) => events.write("server_off", &[("why", error.to_string().into())]),
         }
-        drop(done);
-    };
-    match std::thread::Builder::new().name("opcua".into()).spawn(serve) {
-        // The sender is never used: it is dropped at the end of the thread.
-        Ok(_) => drop(finished.await),
-        Err(error) => events.write("server_off", &[("why", error.to_string().into())]),
+    }
+
+    /// Ends the server that was started last, if it still serves, and waits for its end.
+    pub(crate) async fn stop(&self, why: &'static str) {
+        let serving = self.serving().take();
+        if let Some(Serving { stop, stopped }) = serving {
+            let _ = stop.send(why);
+            let _ = stopped.await;
+        }
+    }
+
+    fn serving(&self) -> MutexGuard<'_, Option<Serving>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -66,16 +114,16 @@ fn off(shared: &Shared, why: &str) {
     shared.events.write("server_off", &[("server", "opcua".into()), ("why", why.into())]);
 }
 
-/// Serves until the session ends; begins again where that fails.
-async fn serve(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
+/// Serves until it is told to end; begins again where that fails.
+async fn serve(shared: Shared, points: Vec<usize>, mut until: Until) {
     let Some(address) = shared.settings.opcua.address.clone() else {
         off(&shared, "[plcio] has no key `opcua-server`, which says where it listens");
         return;
     };
     let mut reported = String::new();
     loop {
-        let why = match serve_once(&shared, &points, &address, &mut ended).await {
-            Ok(()) => return,
+        let why = match serve_once(&shared, &points, &address, &mut until).await {
+            Ok(why) => return off(&shared, why),
             Err(why) => why,
         };
         if reported != why {
@@ -84,21 +132,22 @@ async fn serve(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
         }
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
-            _ = ended.changed() => return,
+            _ = until.ended.changed() => return,
+            _ = &mut until.stop => return,
         }
     }
 }
 
-/// Serves until the session ends.
+/// Serves until it is told to end, or the session ends and the control goes on or `plcio` ends. Returns why.
 ///
 /// # Errors
-/// Why it can't.
+/// Why it can't serve.
 async fn serve_once(
     shared: &Shared,
     points: &[usize],
     address: &str,
-    ended: &mut Receiver<bool>,
-) -> Result<(), String> {
+    until: &mut Until,
+) -> Result<&'static str, String> {
     let listener = TcpListener::bind(address).await.map_err(|error| error.to_string())?;
     let local = listener.local_addr().map_err(|error| error.to_string())?;
     let name = shared.settings.name();
@@ -139,13 +188,34 @@ async fn serve_once(
                     Err(error) => Err(error.to_string()),
                 };
             }
-            _ = ended.changed() => {
-                handle.cancel();
-                let _ = tokio::time::timeout(Duration::from_secs(1), task).await;
-                return Ok(());
+            why = &mut until.stop => {
+                close(&handle, task).await;
+                return Ok(why.unwrap_or("plcio ends"));
+            }
+            // A server that goes on after the session does not wait for its end again.
+            _ = until.ended.changed(), if until.done.is_some() => {
+                let why = {
+                    let hub = shared.hub();
+                    match hub.is_replaced() {
+                        _ if hub.is_ending() => Some("plcio ends"),
+                        true => Some("another image file is served"),
+                        false => None,
+                    }
+                };
+                if let Some(why) = why {
+                    close(&handle, task).await;
+                    return Ok(why);
+                }
+                drop(until.done.take());
             }
         }
     }
+}
+
+/// Ends all connections.
+async fn close(handle: &ServerHandle, task: JoinHandle<Result<(), String>>) {
+    handle.cancel();
+    let _ = tokio::time::timeout(Duration::from_secs(1), task).await;
 }
 
 /// The server, with its endpoints: signed, or signed and encrypted, for users with a password; and for
@@ -157,7 +227,7 @@ fn server(
     host: &str,
     local: SocketAddr,
     users: Users,
-) -> Result<(Server, ServerHandle), String> {
+) -> Result<(OpcUaServer, ServerHandle), String> {
     let metadata = NamespaceMetadata { namespace_uri: space.into(), ..Default::default() };
     let host = match local.ip() {
         ip if ip.is_unspecified() => host.to_owned(),

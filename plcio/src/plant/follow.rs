@@ -85,14 +85,16 @@ impl Follower {
         }
     }
 
-    /// Sets the inputs. Those whose values are missing become late.
+    /// Sets the inputs. Those whose values are missing become late; a value that is not a number, such as the `null`
+    /// of an infinity, is a bad one.
     fn take(&mut self, values: &serde_json::Map<String, Json>) {
         let followed = self.points.followed.iter().filter(|point| point.control == self.control);
         let mut wrong = vec![];
         let mut hub = self.points.shared.hub();
         for point in followed {
             let value = values.get(&point.variable);
-            let number = value.and_then(|value| number_of(value, value.is_boolean()));
+            let number = |value: &Json| number_of(value, value.is_boolean()).unwrap_or(f64::NAN);
+            let number = value.map(number);
             if !number.is_some_and(|number| hub.set_input(point.index, number)) {
                 wrong.push(point.variable.clone());
             }

@@ -284,7 +284,9 @@ impl Publisher {
             SampleKind::Delete => None,
         };
         let number = value.and_then(|value: Json| number_of(&value, point.is_bit));
-        if number.is_some_and(|number| points.shared.hub().set_input(point.index, number)) {
+        if number
+            .is_some_and(|number| points.shared.hub().set_input_if_it_fits(point.index, number))
+        {
             self.refused.remove(part);
         } else {
             self.refuse(part, "it can't have this value");
