@@ -350,6 +350,11 @@ impl History for Launched {
         };
         self.move_before(tick)?;
         let change = match (setting, force) {
+            (Some(_), false) if self.executive.is_held(key) => {
+                return Err(DebugError(format!(
+                    "`{name}` is forced, so that setting it would do nothing; end its force first, or force it to another value"
+                )));
+            }
             (Some(value), false) => Change::Set(key, value),
             (None, false) => return Err(DebugError::new("a value is missing")),
             (value, true) => {

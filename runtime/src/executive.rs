@@ -356,6 +356,12 @@ pub trait Executive {
         Err("can't be forced")
     }
 
+    /// Whether a force holds all of the variable, so that nothing would come of setting it. An output whose lines alone are
+    /// held is not among them: its variable can be set.
+    fn is_held(&self, _key: VariableKey) -> bool {
+        false
+    }
+
     /// Whether forces on two variables would hold some of the same bits, of which only one can win. Only of variables
     /// that always lie in the same place; a PMAC's can be moved, so that [`force`](Self::force) refuses them.
     fn shares_forced_bits(&self, _a: VariableKey, _b: VariableKey) -> bool {

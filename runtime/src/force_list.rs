@@ -43,6 +43,11 @@ impl<K: PartialEq, F> ForceList<K, F> {
         self.list.retain(|(known, _)| known != key);
     }
 
+    /// The force of a key, if there is one.
+    pub(crate) fn get(&self, key: &K) -> Option<&F> {
+        self.list.iter().find(|(known, _)| known == key).map(|(_, force)| force)
+    }
+
     /// The same list with room for all forces there can be; `None` where it has more than that.
     pub(crate) fn with_room(mut self) -> Option<Self> {
         self.list.reserve(MAX_FORCES.checked_sub(self.list.len())?);

@@ -597,6 +597,84 @@ fn variables_that_a_program_has_moved_are_forced_where_they_are() {
     assert_eq!(exit, Some(130), "{text}");
 }
 
+fn set(values: &[(&str, i64)]) -> Json {
+    let values = values.iter().map(|(name, value)| json!({"name": name, "value": value}));
+    json!({"request": "set", "values": values.collect::<Vec<_>>()})
+}
+
+/// What would have no effect is refused, with what to do instead; all variables of a request are set, or none.
+#[test]
+fn setting_what_a_force_holds_is_refused() {
+    let shop = Shop::new("set-forced");
+    let pmac = "CLOSE\nM1->Y:$FFC2,8\nM2->Y:$FFC2,9,8\n";
+    let nct = ":000 J0\n:001 J1\n";
+    for (name, dialect, source, forced, partly, free) in [
+        ("pmi", Dialect::Pmi, PUMP, "DOOR", "PORT0.0", "LEVEL"),
+        ("pmac", Dialect::Pmac, pmac, "M1", "Y:$FFC2", "M2"),
+        ("nct", Dialect::Nct, nct, "I003", "I00", "I004"),
+        ("nct-outputs", Dialect::Nct, nct, "O003", "Y003", "O004"),
+    ] {
+        let artifact = shop.build(name, dialect, source);
+        let control = shop.start(&artifact, &["--allow", "force,write"]);
+        control.assign("force", forced, 1);
+        control.tick();
+        let refused = message(&control, &set(&[(free, 1), (forced, 0)]));
+        let expected = format!(
+            "`{forced}` is forced, so that setting it would do nothing; end its force first (unforce), or force it to \
+             another value (force)"
+        );
+        assert_eq!(refused, expected, "{name}");
+        control.tick();
+        assert_eq!(control.get(free), 0, "{name}: all are set or none");
+        let output = control.plcctl(&["set", &format!("{forced}=0")]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}");
+        assert!(said.contains(&expected), "{name}: {said}");
+        // Something comes of setting a word with other bits, a line, or the variable of an output.
+        control.assign("set", partly, 0);
+        control.assign("set", free, 1);
+        control.ask(&json!({"request": "unforce", "names": [forced]}));
+        control.assign("set", forced, 0);
+        control.end();
+    }
+}
+
+/// The same for an input that another process gives, or that is safe since that process has gone.
+#[test]
+fn setting_what_another_process_gives_is_refused() {
+    let shop = Shop::new("set-given");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let image = shop.path("image");
+    let options = ["--allow", "force,write", "--image", image.to_str().unwrap()];
+    let control = shop.start(&artifact, &options);
+    control.assign("set", "DOOR", 1);
+    let mut writer = plcc_image::InputWriter::open(&image, "a driver").unwrap();
+    let [door, count] = ["DOOR", "COUNT"].map(|name| writer.claim(name).unwrap());
+    writer.set(door, plcc_image::Number::Int(0)).unwrap();
+    writer.set(count, plcc_image::Number::Int(0)).unwrap();
+    writer.publish().unwrap();
+    let start = Instant::now();
+    while control.get("DOOR") != 0 {
+        assert!(start.elapsed() < HANGS);
+        control.tick();
+    }
+    let expected = "`DOOR` is given by another process by the image file ([[io]]), so that setting it would do nothing; \
+                    force it instead (force)";
+    assert_eq!(message(&control, &set(&[("DOOR", 1)])), expected);
+    // It is given once, and the program changes it itself.
+    control.assign("set", "COUNT", 1000);
+    control.assign("force", "DOOR", 1);
+    control.tick();
+    assert_eq!(control.get("DOOR"), 1);
+    drop(writer);
+    control.tick();
+    control.tick();
+    assert!(message(&control, &set(&[("DOOR", 1)])).contains("is forced"));
+    control.ask(&json!({"request": "unforce", "all": true}));
+    assert_eq!(message(&control, &set(&[("DOOR", 1)])), expected, "it has its safe value");
+    control.end();
+}
+
 /// Of two forces on the same bits only one would be in effect, though both were told.
 #[test]
 fn bits_that_are_forced_are_not_forced_by_another_name() {

@@ -23,6 +23,6 @@ mod symbols;
 mod tests;
 
 pub use content::Content;
-pub use plcc_image::{ImageReader, SafeOutputWriter, Snapshot, State, layout};
+pub use plcc_image::{ImageReader, Number, Place, SafeOutputWriter, Snapshot, State, layout};
 pub use publisher::{ImageFileError, Publisher};
 pub use symbols::SymbolTable;

@@ -1,5 +1,6 @@
 //! The writing side of an image file.
 
+use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -42,6 +43,8 @@ pub struct Publisher {
     inputs: InputLatch,
     /// For each slot of the area for inputs its variable and its name.
     slots: Vec<(VariableKey, Arc<str>)>,
+    /// The slot of each variable that can be given.
+    slot_of: HashMap<VariableKey, u32>,
     /// What the sequence counter holds.
     sequence: u64,
     /// The open file, whose lock tells other processes that it is in use.
@@ -155,6 +158,7 @@ impl Publisher {
             image_size: content.image.len(),
             inputs: content.latch(area),
             slots: content.symbols.slots.clone(),
+            slot_of: content.symbols.slots.iter().map(|&(key, _)| key).zip(0..).collect(),
             sequence: 0,
             file,
         })
@@ -253,6 +257,12 @@ impl Publisher {
             }
         };
         self.inputs.take(self.memory.words(), monotonic_ns(), again, apply, report);
+    }
+
+    /// Whether another process gives the input, or it has its safe value since that process is late or gone, so that
+    /// nothing would come of setting it.
+    pub(crate) fn holds(&self, key: VariableKey) -> bool {
+        self.slot_of.get(&key).is_some_and(|&slot| self.inputs.holds(slot))
     }
 
     /// Writes that nothing will be written any more, and why. The image stays as it was last.

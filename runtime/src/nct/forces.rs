@@ -96,6 +96,23 @@ impl Forces {
         Ok(())
     }
 
+    /// Whether the input of a name is forced, or the line of an output; of a word, whether all of its bits are. `Y` is not
+    /// the line itself, and can be set.
+    pub(super) fn hold(&self, name: NctName) -> bool {
+        let (bits, byte, bit) = match name {
+            NctName::I { byte, bit } | NctName::P { byte, bit } => (&self.inputs, byte, bit),
+            NctName::O { byte, bit } => (&self.outputs, byte, bit),
+            _ => return false,
+        };
+        let masks = match bit {
+            Some(bit) => [1 << bit, 0],
+            None => [0xFF, 0xFF],
+        };
+        let byte = usize::from(byte);
+        byte < bits.len()
+            && bits.iter().skip(byte).zip(masks).all(|(forced, mask)| forced.mask & mask == mask)
+    }
+
     /// Whether the lists have the lengths of another value's, which is the program's own.
     pub(super) fn fits(&self, own: &Self) -> bool {
         self.inputs.len() == own.inputs.len() && self.outputs.len() == own.outputs.len()

@@ -365,6 +365,10 @@ impl Executive for NctExecutive {
         }
     }
 
+    fn is_held(&self, key: VariableKey) -> bool {
+        matches!(key.0, DialectVariable::Nct(name) if self.state.forces.hold(name))
+    }
+
     fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
         matches!((a.0, b.0), (DialectVariable::Nct(a), DialectVariable::Nct(b)) if super::forces::share_bits(a, b))
     }

@@ -78,6 +78,20 @@ impl Forces {
         self.list.remove(&name);
     }
 
+    /// Whether all bits of a variable that now is at `field` are forced.
+    pub(super) fn hold(&self, field: Definition) -> bool {
+        let bits = |definition| match definition {
+            Definition::X { field, .. } | Definition::Y { field, .. } => {
+                let ones = (1_u64 << field.width.min(48)) - 1;
+                ones << field.offset.min(15)
+            }
+            _ => 0,
+        };
+        let sharing = self.list.iter().filter(|force| share_bits(force.field, field));
+        let forced = sharing.fold(0, |all, force| all | bits(force.field));
+        forced != 0 && bits(field) & !forced == 0
+    }
+
     /// Writes all forced fields.
     pub(super) fn apply(&self, memory: &mut Memory<'_>) {
         for force in self.list.iter() {

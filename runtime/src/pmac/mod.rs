@@ -292,6 +292,11 @@ impl Executive for PmacExecutive {
         }
     }
 
+    fn is_held(&self, key: VariableKey) -> bool {
+        let DialectVariable::Pmac(name) = key.0 else { return false };
+        self.field(name).is_some_and(|field| self.host.state.forces.hold(field))
+    }
+
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }

@@ -63,6 +63,11 @@ impl Forces {
         self.list.remove(&index);
     }
 
+    /// Whether the symbol with this index is an input that is forced.
+    pub(super) fn holds(&self, index: u32) -> bool {
+        self.list.get(&index).is_some_and(|force| force.input.is_some())
+    }
+
     /// Puts forced inputs' values in the place of those that were latched.
     pub(super) fn apply_to_inputs(&self, mut write: impl FnMut(Lines, u32, i16)) {
         for force in self.list.iter() {

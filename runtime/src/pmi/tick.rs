@@ -378,6 +378,10 @@ impl Executive for PmiExecutive {
         }
     }
 
+    fn is_held(&self, key: VariableKey) -> bool {
+        matches!(key.0, DialectVariable::Pmi(PmiVariable::Symbol(index)) if self.state.forces.holds(index))
+    }
+
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }

@@ -44,7 +44,8 @@ pub(crate) struct Batch {
     pub(crate) done: usize,
     /// How many forces are in effect afterwards, for a batch that forces.
     pub(crate) forces: u64,
-    /// Which item could not be forced, and why; then none of them is.
+    /// Which item could not be set or forced, and why. Then none of them is; of a batch that takes several ticks none of
+    /// that item's tick and of later ones.
     pub(crate) refused: Option<(usize, &'static str)>,
     /// The tick before which the first item was done.
     pub(crate) first_tick: u64,

@@ -18,6 +18,13 @@ const COMMANDS_PER_TICK: usize = 16;
 /// How many variables are read, set and forced before a tick at most.
 pub(crate) const ITEMS_PER_TICK: usize = 256;
 
+/// Why an input is not set that is forced; the end of a sentence that begins with its name.
+const HELD_BY_FORCE: &str = "is forced, so that setting it would do nothing; end its force first (unforce), or force it to \
+                             another value (force)";
+/// Why an input is not set that another process gives; the end of such a sentence.
+const HELD_BY_WRITER: &str = "is given by another process by the image file ([[io]]), so that setting it would do nothing; \
+                              force it instead (force)";
+
 /// What acts on a run from outside, and shows it to the outside.
 pub(crate) struct OutsideHook {
     socket: Option<ScanEnd>,
@@ -80,6 +87,18 @@ impl OutsideHook {
                 do_items(batch, tick, left, |item| item.value = executive.read(item.key))
             }
             Command::Write(batch) => {
+                let publisher = self.publisher.as_ref();
+                let why_not = |key| match publisher.is_some_and(|publisher| publisher.holds(key)) {
+                    _ if executive.is_held(key) => Some(HELD_BY_FORCE),
+                    true => Some(HELD_BY_WRITER),
+                    false => None,
+                };
+                let next = batch.items.iter().enumerate().skip(batch.done).take(*left);
+                let refused = |(number, item): (usize, &Item)| Some((number, why_not(item.key)?));
+                batch.refused = next.filter_map(refused).next();
+                if batch.refused.is_some() {
+                    return true;
+                }
                 self.inputs_again = true;
                 do_items(batch, tick, left, |item| {
                     if let Some(setting) = item.setting {

@@ -242,6 +242,10 @@ impl Executive for ReplaceableExecutive {
         self.executive.force(key, value)
     }
 
+    fn is_held(&self, key: VariableKey) -> bool {
+        self.executive.is_held(key)
+    }
+
     fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
         self.executive.shares_forced_bits(a, b)
     }

@@ -85,6 +85,8 @@ enum OnAnswer {
     Show(Vec<Named>),
     /// These entries, which say who did what, are written into the journal.
     Tell(Vec<EntryKind>),
+    /// The same for variables that were set: an entry for each item of the batch.
+    Set(Vec<EntryKind>),
     /// If nothing was refused, these are the forces in effect, and these entries are written.
     Force { forces: Vec<Force>, entries: Vec<EntryKind> },
     /// The online change is finished.
@@ -179,7 +181,7 @@ impl Requests {
                     let value = assignment.text();
                     EntryKind::Write { name: assignment.name, value, by: by.clone() }
                 });
-                let on_answer = OnAnswer::Tell(entries.collect());
+                let on_answer = OnAnswer::Set(entries.collect());
                 self.ask(Command::Write(Box::new(Batch::new(items))), on_answer)
             }
             Request::Force { values } => {
@@ -281,6 +283,19 @@ impl Requests {
                 self.served.forces = forces;
                 Ok(self.tell(entries, tick))
             }
+            (Command::Write(batch), OnAnswer::Set(mut entries)) => match batch.refused {
+                None => Ok(self.tell(entries, tick)),
+                Some((number, why)) => {
+                    let name = match entries.get(number) {
+                        Some(EntryKind::Write { name, .. }) => name.clone(),
+                        _ => String::new(),
+                    };
+                    // What was set in earlier ticks has happened.
+                    entries.truncate(batch.done);
+                    self.tell(entries, tick);
+                    return Some(Err(refused(format!("`{name}` {why}"))));
+                }
+            },
             (_, OnAnswer::Tell(entries)) => Ok(self.tell(entries, tick)),
             // Answers come in the order of the commands.
             _ => Err(Failure::new("internal", "the answer belongs to another request")),
