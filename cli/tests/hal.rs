@@ -181,6 +181,31 @@ fn by_tick(rows: &[(usize, String, String)], names: &[String], ticks: usize) -> 
 /// How many pins a channel of the streamer or the sampler gets here; it could have 20.
 const CHANNEL: usize = 16;
 
+/// Builds the component `example`, and runs a session with what the folder `session` has; gives what was said on standard
+/// error, or `None` where no session can be started here.
+fn session(folder: &Folder, ticks: &str) -> Option<String> {
+    let mut make = Command::new("make");
+    make.arg(format!("LIBPLCRT={}", library().display()));
+    let made = make.current_dir(folder.path().join("example-hal")).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let inner = folder.path().join("session");
+    fs::copy(folder.path().join("example-hal/example.so"), inner.join("example.so")).unwrap();
+    let mut open = Command::new("chmod");
+    open.arg("-R").arg("a+rX").arg(folder.path());
+    assert!(open.status().unwrap().success());
+    let mut session = Command::new(root().join("cli/tests/hal/session"));
+    let session = session.arg(&inner).arg(ticks).stdin(Stdio::null()).output().unwrap();
+    if session.status.code() == Some(77) {
+        eprintln!(
+            "skipped: no session of HAL can be started here (it takes root, for a name space)"
+        );
+        return None;
+    }
+    let said = String::from_utf8_lossy(&session.stderr).into_owned();
+    assert!(session.status.success(), "{said}");
+    Some(said)
+}
+
 /// One session at a time.
 static SESSION: Mutex<()> = Mutex::new(());
 
@@ -253,25 +278,7 @@ fn is_the_same_in_hal(example: &Example) {
         folder.write(format!("session/stream.{channel}"), text);
     }
 
-    let mut make = Command::new("make");
-    make.arg(format!("LIBPLCRT={}", library().display()));
-    let made = make.current_dir(folder.path().join("example-hal")).output().unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    let inner = folder.path().join("session");
-    fs::copy(folder.path().join("example-hal/example.so"), inner.join("example.so")).unwrap();
-    let mut open = Command::new("chmod");
-    open.arg("-R").arg("a+rX").arg(folder.path());
-    assert!(open.status().unwrap().success());
-    let mut session = Command::new(root().join("cli/tests/hal/session"));
-    let session = session.arg(&inner).arg(&ticks).stdin(Stdio::null()).output().unwrap();
-    if session.status.code() == Some(77) {
-        eprintln!(
-            "skipped: no session of HAL can be started here (it takes root, for a name space)"
-        );
-        return;
-    }
-    let said = String::from_utf8_lossy(&session.stderr);
-    assert!(session.status.success(), "{said}");
+    let Some(said) = session(&folder, &ticks) else { return };
 
     let expected = by_tick(&rows(&folder.read("expected.csv")), &seen, example.ticks);
     for (channel, names) in seen.chunks(CHANNEL).enumerate() {
@@ -337,4 +344,85 @@ fn the_mill_runs_in_hal_as_in_plcc_run() {
         ticks: 14000,
         watched: &["M9", "M81", "P23", "P24", "P30"],
     });
+}
+
+/// Runs commands in a session that has a component of a program, which the program stops when N is no index of A. Gives
+/// what they print, and what was said on standard error.
+fn in_a_session(commands: &str) -> Option<(String, String)> {
+    if !Path::new("/usr/include/linuxcnc/hal.h").exists() {
+        eprintln!("skipped: LinuxCNC is missing (packages linuxcnc-uspace, linuxcnc-uspace-dev)");
+        return None;
+    }
+    let _one = SESSION.lock().unwrap_or_else(PoisonError::into_inner);
+    let program = "$OUTPUT\nLAMP = 1/0\n$LOGICAL\nOFF\n$INTEGER\nN, M, A[2]\n$END\n\
+                   LAMP = /OFF\nM = N\nA[N] = 1\n";
+    let folder = Folder::with(&[("example.pmi", program)]);
+    folder.plcc("hal example.pmi --pin N=in --pin M=out").exits(0);
+    // A value that does not come ends the script by its own time, and the test with it.
+    let head = "until_is() { for _ in $(seq 6000); do [ \"$(halcmd getp $1)\" != $2 ] || return 0; sleep 0.01; done; \
+                echo \"$1 does not become $2\" >&2; return 1; }\n";
+    folder.write("session/commands.sh", format!("{head}{commands}"));
+    let said = session(&folder, "0")?;
+    Some((folder.read("session/printed"), said))
+}
+
+const LOADED: &str = "halcmd loadrt threads name1=plc period1=1000000\nhalcmd loadrt example\n\
+                      halcmd addf example.tick plc\nhalcmd net lamp example.lamp\nhalcmd start\n\
+                      until_is example.lamp TRUE\n";
+
+#[test]
+fn outputs_in_hal_are_safe_when_the_program_stops_and_when_the_component_is_unloaded() {
+    let stop = "halcmd setp example.n 7\nuntil_is example.stopped TRUE\nuntil_is example.lamp FALSE\n\
+                halcmd gets lamp >printed\n";
+    let unload = "halcmd unload example\nhalcmd gets lamp >printed\n";
+    for commands in [stop, unload] {
+        let Some((printed, said)) = in_a_session(&format!("{LOADED}{commands}")) else { return };
+        assert_eq!(printed.trim(), "FALSE", "{said}");
+    }
+}
+
+#[test]
+fn what_a_variable_cannot_have_is_not_taken_from_a_pin_and_a_message_says_so() {
+    let commands = "halcmd setp example.n 1\nuntil_is example.m 1\nhalcmd setp example.n 40000\n\
+                    ticks=$(halcmd getp example.ticks)\n\
+                    until [ $(halcmd getp example.ticks) -gt $((ticks + 2)) ]; do sleep 0.01; done\n\
+                    halcmd getp example.m >printed\nhalcmd setp example.n 0\nuntil_is example.m 0\n";
+    let Some((printed, said)) = in_a_session(&format!("{LOADED}{commands}")) else { return };
+    assert_eq!(printed.trim(), "1", "{said}");
+    let message =
+        "the pin example.n is 40000, which N can't be (-32768 to 32767); N keeps its last value";
+    assert_eq!(said.matches(message).count(), 1, "{said}");
+}
+
+#[test]
+fn a_retained_file_that_could_not_be_written_or_read_is_refused_when_the_component_is_loaded() {
+    let commands = "head -c 2000000 /dev/zero >long\n\
+                    for file in /nonexistent/x $PWD/nowhere/x $PWD/long $PWD; do\n\
+                      halcmd loadrt example retain=$file && echo loaded >>printed || echo refused >>printed\n\
+                    done\n\
+                    halcmd loadrt example retain=$PWD/new\nhalcmd unload example\n\
+                    ls new* >>printed\nhalcmd loadrt example retain=$PWD/new\n";
+    let Some((printed, said)) = in_a_session(commands) else { return };
+    assert_eq!(printed, "refused\nrefused\nrefused\nrefused\nnew\n", "{said}");
+    for why in
+        ["/nonexistent/x.new can't be written: No such file", "long can't be read: it is too long"]
+    {
+        assert!(said.contains(why), "{why}: {said}");
+    }
+}
+
+#[test]
+fn pins_know_what_their_variables_can_have() {
+    let pmi = "$INPUT\nTOOL=0/1-4/BCD\n$INTEGER\nN\n$LONG\nL\n$END\nN=TOOL\nL=N\n";
+    let folder = Folder::with(&[("a.pmi", pmi)]);
+    folder.plcc("hal a.pmi --pin N=in --pin L=in").exits(0);
+    let text = folder.read("a-hal/a.c");
+    for (name, low, high) in [
+        ("TOOL", "0.0", "9.0"),
+        ("N", "-32768.0", "32767.0"),
+        ("L", "-2147483648.0", "2147483647.0"),
+    ] {
+        let line = text.lines().find(|line| line.contains(&format!("{{ \"{name}\","))).unwrap();
+        assert!(line.ends_with(&format!("HAL_IN, {low}, {high} }},")), "{line}");
+    }
 }

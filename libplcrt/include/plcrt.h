@@ -17,6 +17,9 @@
 // For plcrt_find: the variable is looked up to set it.
 #define PLCRT_WRITE 1
 
+// For plcrt_find: an output is looked up to read what is on its physical lines.
+#define PLCRT_LINES 2
+
 // The result of a function that can fail.
 enum plcrt_status {
   // Done.
@@ -66,6 +69,13 @@ void plcrt_close(struct plcrt *control);
 // `control` is null or open, and no other thread uses it.
 enum plcrt_status plcrt_tick(struct plcrt *control);
 
+// Gives the physical outputs their safe values, as when the program is stopped: for a program that uses the control and
+// is about to end. The next tick gives them the values of the program again, unless it is stopped.
+//
+// # Safety
+// As for plcrt_tick.
+enum plcrt_status plcrt_make_safe(struct plcrt *control);
+
 // How many ticks have been begun; 0 for null.
 //
 // # Safety
@@ -82,13 +92,16 @@ uint64_t plcrt_tick_ns(struct plcrt *control);
 // (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
 // variable is best found once.
 //
+// With PLCRT_LINES plcrt_read reads what a machine gets of an output: when the program is stopped, the lines have
+// their safe values, while the variable keeps its own. Of what has no lines it is the same as PLCRT_READ.
+//
 // # Safety
 // As for plcrt_tick; `name` is null or a text that ends with a zero.
 int64_t plcrt_find(struct plcrt *control,
                    const char *name,
                    uint32_t purpose);
 
-// Writes the value of a variable that was found with PLCRT_READ to `value`; of an array the element
+// Writes the value of a variable that was found with PLCRT_READ or PLCRT_LINES to `value`; of an array the element
 // with this index, from 0. For a variable that is no array `index` must be 0. Integers of a control
 // have at most 48 bits, so a double holds them exactly.
 //
@@ -99,11 +112,12 @@ enum plcrt_status plcrt_read(struct plcrt *control,
                              uint32_t index,
                              double *value);
 
-// The number of elements of a variable found with PLCRT_READ: 1 if it is no array, 0 if it fails.
+// The number of elements of a variable found with PLCRT_READ or PLCRT_LINES: 1 if it is no array, 0 if it fails.
 //
 // # Safety
 // As for plcrt_tick.
-uint32_t plcrt_elements(struct plcrt *control, int64_t variable);
+uint32_t plcrt_elements(struct plcrt *control,
+                        int64_t variable);
 
 // Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value
 // is converted as in an assignment of the program. It fails for a value that is not finite, and for

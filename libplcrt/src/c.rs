@@ -47,6 +47,8 @@ pub enum PlcrtStatus {
 pub const PLCRT_READ: u32 = 0;
 /// For plcrt_find: the variable is looked up to set it.
 pub const PLCRT_WRITE: u32 = 1;
+/// For plcrt_find: an output is looked up to read what is on its physical lines.
+pub const PLCRT_LINES: u32 = 2;
 
 /// The text that a pointer points to.
 ///
@@ -204,6 +206,22 @@ pub unsafe extern "C" fn plcrt_tick(control: *mut Plcrt) -> PlcrtStatus {
     }
 }
 
+/// Gives the physical outputs their safe values, as when the program is stopped: for a program that uses the control and
+/// is about to end. The next tick gives them the values of the program again, unless it is stopped.
+///
+/// # Safety
+/// As for plcrt_tick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn plcrt_make_safe(control: *mut Plcrt) -> PlcrtStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
+            plcrt.control.make_safe();
+            Ok(PlcrtStatus::PlcrtOk)
+        })
+    }
+}
+
 /// How many ticks have been begun; 0 for null.
 ///
 /// # Safety
@@ -228,6 +246,9 @@ pub unsafe extern "C" fn plcrt_tick_ns(control: *mut Plcrt) -> u64 {
 /// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
 /// variable is best found once.
 ///
+/// With PLCRT_LINES plcrt_read reads what a machine gets of an output: when the program is stopped, the lines have
+/// their safe values, while the variable keeps its own. Of what has no lines it is the same as PLCRT_READ.
+///
 /// # Safety
 /// As for plcrt_tick; `name` is null or a text that ends with a zero.
 #[unsafe(no_mangle)]
@@ -241,6 +262,13 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
                     let variable = plcrt.control.find(name)?;
                     Found::Readable(plcrt.control.keys(variable))
                 }
+                PLCRT_LINES => match plcrt.control.find_lines(name) {
+                    Some(place) => Found::Lines(place),
+                    None => {
+                        let variable = plcrt.control.find(name)?;
+                        Found::Readable(plcrt.control.keys(variable))
+                    }
+                },
                 PLCRT_WRITE => Found::Settable(plcrt.control.find_settable(name)?),
                 _ => return Err(format!("there is no purpose {purpose}")),
             };
@@ -250,7 +278,7 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
     }
 }
 
-/// Writes the value of a variable that was found with PLCRT_READ to `value`; of an array the element
+/// Writes the value of a variable that was found with PLCRT_READ or PLCRT_LINES to `value`; of an array the element
 /// with this index, from 0. For a variable that is no array `index` must be 0. Integers of a control
 /// have at most 48 bits, so a double holds them exactly.
 ///
@@ -274,14 +302,14 @@ pub unsafe extern "C" fn plcrt_read(
     }
 }
 
-/// The number of elements of a variable found with PLCRT_READ: 1 if it is no array, 0 if it fails.
+/// The number of elements of a variable found with PLCRT_READ or PLCRT_LINES: 1 if it is no array, 0 if it fails.
 ///
 /// # Safety
 /// As for plcrt_tick.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn plcrt_elements(control: *mut Plcrt, variable: i64) -> u32 {
     // SAFETY: as the caller promises.
-    unsafe { with(control, 0, |plcrt| Ok(found::keys(&plcrt.found, variable)?.len() as u32)) }
+    unsafe { with(control, 0, |plcrt| found::elements(&plcrt.found, variable)) }
 }
 
 /// Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value

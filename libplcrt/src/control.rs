@@ -1,11 +1,12 @@
 //! A control with its program, by safe functions.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::io::Write;
 use std::path::Path;
 
 use clap::Parser;
 use plcc_runtime::args::ControlArgs;
+use plcc_runtime::image_file::{Number, Place, SymbolTable};
 use plcc_runtime::run::{End, Watch, dump};
 use plcc_runtime::{
     Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable,
@@ -41,6 +42,8 @@ pub struct Control {
     lost_events: u64,
     /// Whether events are kept.
     keeps_events: bool,
+    /// The physical lines of the outputs, by the outputs' names; made when they are looked up first.
+    lines: Option<HashMap<String, Place>>,
 }
 
 impl Control {
@@ -83,6 +86,7 @@ impl Control {
             events: VecDeque::new(),
             lost_events: 0,
             keeps_events: true,
+            lines: None,
         })
     }
 
@@ -169,6 +173,33 @@ impl Control {
     pub fn find_settable(&mut self, name: &str) -> Result<Settable, String> {
         let found = self.executive.find(name, Purpose::Stimulus);
         found.map(Settable).map_err(|error| error.to_string())
+    }
+
+    /// The place of the physical lines of an output, by its name in the language's spelling; `None` for everything that
+    /// has none.
+    pub(crate) fn find_lines(&mut self, name: &str) -> Option<Place> {
+        let found = self.executive.find(name, Purpose::Watch).ok()?;
+        let name = self.executive.canonical(found);
+        let (program, executive) = (&self.artifact.program, self.executive.as_mut());
+        let lines = self.lines.get_or_insert_with(|| {
+            let symbols = SymbolTable::new(program, executive).symbols;
+            symbols.into_iter().filter_map(|symbol| Some((symbol.name, symbol.line?))).collect()
+        });
+        lines.get(&name).copied()
+    }
+
+    /// What is on physical lines. Allocates nothing.
+    ///
+    /// # Errors
+    /// When they lie outside the process image.
+    pub(crate) fn read_lines(&self, place: Place) -> Result<f64, String> {
+        let value = place.read(self.executive.image()).map(Number::float);
+        value.ok_or_else(|| "the lines lie outside the process image".into())
+    }
+
+    /// Gives the physical outputs their safe values.
+    pub fn make_safe(&mut self) {
+        self.executive.drive_safe_outputs();
     }
 
     /// The keys of a variable that this control has found: one for each element.

@@ -1,5 +1,6 @@
 //! The variables that a C program has found, by the numbers that it was given for them.
 
+use plcc_runtime::image_file::Place;
 use plcc_runtime::{Value, VariableKey};
 
 use crate::control::{Control, Settable};
@@ -8,6 +9,8 @@ use crate::control::{Control, Settable};
 pub(crate) enum Found {
     /// To be read: a key for each element.
     Readable(Vec<VariableKey>),
+    /// To be read from its physical lines.
+    Lines(Place),
     /// To be set.
     Settable(Settable),
 }
@@ -27,11 +30,27 @@ pub(crate) fn element(
     variable: i64,
     index: u32,
 ) -> Result<f64, String> {
+    if let Some(Found::Lines(place)) = get(found, variable)
+        && index == 0
+    {
+        return control.read_lines(*place);
+    }
     let key = keys(found, variable)?.get(index as usize);
     match key.map(|key| control.read(*key)) {
         Some(Value::Int(value)) => Ok(value as f64),
         Some(Value::Float(value)) => Ok(value),
         Some(Value::Array(_)) | None => Err(format!("the variable has no element {index}")),
+    }
+}
+
+/// The number of elements of a variable that was found to be read.
+///
+/// # Errors
+/// When it was not.
+pub(crate) fn elements(found: &[Found], variable: i64) -> Result<u32, String> {
+    match get(found, variable) {
+        Some(Found::Lines(_)) => Ok(1),
+        _ => Ok(keys(found, variable)?.len() as u32),
     }
 }
 
@@ -42,6 +61,7 @@ pub(crate) fn element(
 pub(crate) fn keys(found: &[Found], variable: i64) -> Result<&[VariableKey], String> {
     match get(found, variable) {
         Some(Found::Readable(keys)) => Ok(keys),
+        Some(Found::Lines(_)) => Ok(&[]),
         Some(Found::Settable(_)) => Err("the variable was found to be set, not to be read".into()),
         None => Err(format!("no variable with the number {variable} was found")),
     }

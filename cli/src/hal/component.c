@@ -14,7 +14,11 @@
 
 #include "plcrt.h"
 
+#include <errno.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 MODULE_AUTHOR("plcc");
 MODULE_DESCRIPTION("SOURCE, a PLC program");
@@ -33,12 +37,15 @@ __asm__(".pushsection .rodata\n"
 extern const uint8_t plcx_begin[] __attribute__((visibility("hidden")));
 extern const uint8_t plcx_end[] __attribute__((visibility("hidden")));
 
-/* The pins: the program's variable; the pin's name, without that of the component before it; type; direction. */
+/* The pins: the program's variable; the pin's name, without that of the component before it; type; direction; the
+ * least and the greatest value that the variable can have. */
 static const struct pin {
     const char *variable;
     const char *name;
     hal_type_t type;
     hal_pin_dir_t dir;
+    double low;
+    double high;
 } pins[] = {
 PINS};
 enum { PIN_COUNT = sizeof pins / sizeof *pins };
@@ -64,6 +71,10 @@ static int64_t readers[PIN_COUNT];
 static int64_t writers[PIN_COUNT];
 /* The value that each pin had when it was last read or set here. */
 static double last[PIN_COUNT];
+/* Whether an input pin has a value that its variable can't have. */
+static bool refused[PIN_COUNT];
+/* Whether the component is being unloaded, and whether the thread is in its function. */
+static volatile bool leaving, working;
 /* How much time has passed since the last tick was due, in ns; -1 before the first one. */
 static int64_t elapsed = -1;
 
@@ -80,7 +91,10 @@ static void set(int n, double value)
 {
     switch (pins[n].type) {
     case HAL_BIT: *values->pin[n].bit = value != 0; break;
-    case HAL_S32: *values->pin[n].s32 = (hal_s32_t)value; break;
+    case HAL_S32:
+        /* A variable of a control can have more bits than the pin. */
+        *values->pin[n].s32 = value < INT32_MIN ? INT32_MIN : value > INT32_MAX ? INT32_MAX : (hal_s32_t)value;
+        break;
     default: *values->pin[n].real = value; break;
     }
 }
@@ -98,15 +112,32 @@ static void set_outputs(void)
     }
 }
 
-static void one_tick(void)
+/* Gives the program the input pins that have changed. A value that the variable can't have is not taken: the variable
+ * keeps the last one that it could have, and a message says so once. */
+static void take_inputs(void)
 {
     for (int n = 0; n < PIN_COUNT; n++) {
         double value = get(n);
-        if (pins[n].dir != HAL_OUT && value != last[n]) {
+        if (pins[n].dir == HAL_OUT || value == last[n])
+            continue;
+        /* A comparison with NaN is false. */
+        if (value >= pins[n].low && value <= pins[n].high
+            && plcrt_write(control, writers[n], value) == PLCRT_OK) {
             last[n] = value;
-            plcrt_write(control, writers[n], value);
+            refused[n] = false;
+        } else if (!refused[n]) {
+            refused[n] = true;
+            rtapi_print_msg(RTAPI_MSG_ERR,
+                            "COMPONENT: the pin COMPONENT.%s is %.15g, which %s can't be (%.15g to %.15g); %s "
+                            "keeps its last value\n",
+                            pins[n].name, value, pins[n].variable, pins[n].low, pins[n].high, pins[n].variable);
         }
     }
+}
+
+static void one_tick(void)
+{
+    take_inputs();
     if (plcrt_tick(control) != PLCRT_OK && !*values->stopped) {
         const char *why = plcrt_stop_message(control);
         *values->stopped = 1;
@@ -121,6 +152,9 @@ static void tick(void *unused, long period)
 {
     int64_t due = (int64_t)plcrt_tick_ns(control);
     (void)unused;
+    __atomic_store_n(&working, true, __ATOMIC_SEQ_CST);
+    if (__atomic_load_n(&leaving, __ATOMIC_SEQ_CST))
+        due = 0;
     /* The first tick is due at once. */
     elapsed = elapsed < 0 ? due : elapsed + period;
     while (elapsed >= due && due > 0) {
@@ -134,6 +168,18 @@ static void tick(void *unused, long period)
             values->tick_time_max = (hal_s32_t)time;
         due = (int64_t)plcrt_tick_ns(control);
     }
+    __atomic_store_n(&working, false, __ATOMIC_SEQ_CST);
+}
+
+/* Has the outputs take their safe values before their pins go, since signals keep the last value of a pin. */
+static void leave(void)
+{
+    __atomic_store_n(&leaving, true, __ATOMIC_SEQ_CST);
+    /* The thread ends what it has begun. */
+    for (int rounds = 0; rounds < 1000 && __atomic_load_n(&working, __ATOMIC_SEQ_CST); rounds++)
+        usleep(1000);
+    plcrt_make_safe(control);
+    set_outputs();
 }
 
 static int failed(const char *what)
@@ -142,16 +188,43 @@ static int failed(const char *what)
     return -1;
 }
 
-/* Restores the retained data from the file that `retain` names. It is no error if there is no such file yet. */
+/* The name of the file to which the retained data is written before it replaces the one that `retain` names. */
+static int new_file(char *path, size_t size)
+{
+    int length = snprintf(path, size, "%s.new", retain);
+    return length > 0 && (size_t)length < size ? 0 : -1;
+}
+
+/* Restores the retained data from the file that `retain` names. It is no error if there is no such file yet, but it is
+ * one if it could not be made when the component is unloaded. */
 static int restore(void)
 {
     static uint8_t bytes[1 << 20];
-    FILE *file = *retain ? fopen(retain, "rb") : NULL;
+    char path[512];
+    FILE *file;
     size_t length;
-    if (!file)
+    bool complete;
+    if (!*retain)
         return 0;
-    length = fread(bytes, 1, sizeof bytes, file);
+    if (new_file(path, sizeof path) != 0 || !(file = fopen(path, "wb"))) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: retain=%s: the file %s.new can't be written: %s\n", retain, retain,
+                        strerror(errno));
+        return -1;
+    }
     fclose(file);
+    remove(path);
+    file = fopen(retain, "rb");
+    if (!file && errno == ENOENT)
+        return 0;
+    length = file ? fread(bytes, 1, sizeof bytes, file) : 0;
+    complete = file && !ferror(file) && length < sizeof bytes;
+    if (!complete)
+        rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: retain=%s can't be read: %s\n", retain,
+                        length == sizeof bytes ? "it is too long" : strerror(errno));
+    if (file)
+        fclose(file);
+    if (!complete)
+        return -1;
     return plcrt_restore(control, bytes, length) == PLCRT_OK ? 0 : failed(retain);
 }
 
@@ -168,8 +241,7 @@ static void save(void)
         rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: %s is not written: it would be too long\n", retain);
     if (length <= 0 || length > (int64_t)sizeof bytes)
         return;
-    snprintf(path, sizeof path, "%s.new", retain);
-    file = fopen(path, "wb");
+    file = new_file(path, sizeof path) == 0 ? fopen(path, "wb") : NULL;
     if (!file || fwrite(bytes, 1, (size_t)length, file) != (size_t)length || fflush(file) != 0
         || fclose(file) != 0 || rename(path, retain) != 0)
         rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: %s can't be written\n", retain);
@@ -193,7 +265,8 @@ static int start(void)
             return failed(pins[n].name);
         if (hal_pin_new(name, pins[n].type, pins[n].dir, &values->pin[n].any, component) != 0)
             return failed(name);
-        readers[n] = plcrt_find(control, pins[n].variable, PLCRT_READ);
+        /* Of an output it is what is on its lines: they are safe when the program is stopped. */
+        readers[n] = plcrt_find(control, pins[n].variable, pins[n].dir == HAL_OUT ? PLCRT_LINES : PLCRT_READ);
         writers[n] = pins[n].dir == HAL_OUT ? 0 : plcrt_find(control, pins[n].variable, PLCRT_WRITE);
         if (readers[n] < 0 || writers[n] < 0
             || plcrt_read(control, readers[n], 0, &last[n]) != PLCRT_OK)
@@ -228,6 +301,7 @@ int rtapi_app_main(void)
 
 void rtapi_app_exit(void)
 {
+    leave();
     hal_exit(component);
     save();
     plcrt_close(control);

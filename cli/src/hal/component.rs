@@ -28,7 +28,7 @@ pub(crate) fn check_name(name: &str) -> Result<(), String> {
 /// The text of the component in C. `name` is the name of the component, `source` that of the program's file.
 pub(crate) fn source_text(name: &str, source: &str, pins: &[Pin]) -> String {
     let mut lines = String::new();
-    for Pin { variable, name, ty, direction, meaning: _ } in pins {
+    for Pin { variable, name, ty, direction, meaning: _, range: (low, high) } in pins {
         let ty = match ty {
             Type::Bit => "HAL_BIT",
             Type::S32 => "HAL_S32",
@@ -39,7 +39,10 @@ pub(crate) fn source_text(name: &str, source: &str, pins: &[Pin]) -> String {
             Direction::Out => "HAL_OUT",
             Direction::Io => "HAL_IO",
         };
-        let _ = writeln!(lines, "    {{ \"{variable}\", \"{name}\", {ty}, {direction} }},");
+        let _ = writeln!(
+            lines,
+            "    {{ \"{variable}\", \"{name}\", {ty}, {direction}, {low:?}, {high:?} }},"
+        );
     }
     // The source's name is text in a comment and in a string of C.
     let source: String = source

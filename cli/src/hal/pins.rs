@@ -15,6 +15,7 @@ use plcc_abi::pmi::Role;
 use plcc_abi::{Program, Tables, natural_cmp};
 use plcc_frontend::common::{CrossReference, CrossReferenceRow};
 use plcc_image::hal_pin_name;
+use plcc_runtime::image_file::SymbolTable;
 use plcc_runtime::{Executive, Purpose, Value};
 
 /// The type of a pin.
@@ -48,7 +49,7 @@ pub(crate) enum Direction {
 }
 
 /// A pin.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pin {
     /// The variable, as users of the control name it.
     pub(crate) variable: String,
@@ -58,6 +59,8 @@ pub(crate) struct Pin {
     pub(crate) direction: Direction,
     /// What the variable means to the control.
     pub(crate) meaning: Option<String>,
+    /// The least and the greatest value that the variable can have.
+    pub(crate) range: (f64, f64),
 }
 
 /// A pin that the user asks for by `--pin NAME[=DIRECTION]`.
@@ -109,6 +112,7 @@ pub(crate) fn pins(
     }
     rows.sort_by(|(a, _), (b, _)| natural_cmp(a, b));
     let widths = widths(program);
+    let symbols = SymbolTable::new(program, executive).symbols;
     let mut found = vec![];
     for (name, meaning) in rows {
         let uses = uses.get(&name).copied().unwrap_or_default();
@@ -128,6 +132,14 @@ pub(crate) fn pins(
             None => {
                 return Err(format!("--pin: `{variable}` is an array; name one of its elements"));
             }
+        }
+    }
+    for pin in &mut found {
+        // An element of an array has the type of the array.
+        let name = pin.variable.split('[').next().unwrap_or_default();
+        let symbol = symbols.iter().find(|symbol| symbol.name == name);
+        if let Some(range) = symbol.and_then(|symbol| symbol.outside().range()) {
+            pin.range = (*range.start() as f64, *range.end() as f64);
         }
     }
     let mut names = BTreeMap::new();
@@ -220,6 +232,11 @@ fn pin(
         (Value::Int(_), _) | (_, Some(2..=24)) => Type::S32,
         (Value::Float(_), _) => Type::Float,
     };
-    let name = hal_pin_name(variable);
-    Ok(Some(Pin { variable: variable.to_owned(), name, ty, direction, meaning: meaning.cloned() }))
+    let (variable, name) = (variable.to_owned(), hal_pin_name(variable));
+    let range = match ty {
+        Type::Bit => (0.0, 1.0),
+        Type::S32 => (i32::MIN.into(), i32::MAX.into()),
+        Type::Float => (f64::MIN, f64::MAX),
+    };
+    Ok(Some(Pin { variable, name, ty, direction, meaning: meaning.cloned(), range }))
 }
