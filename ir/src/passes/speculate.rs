@@ -261,6 +261,9 @@ impl Speculate<'_> {
             for &inst in &plan.twice {
                 self.copy_inst(inst, &mut copies, &mut insts);
             }
+            // The nearest integer of a double takes its place in the call alone.
+            let is_rounded = |value: Value| plan.checked.contains(&(value, Check::Rounded));
+            copies.retain(|&(value, _)| !is_rounded(value));
             let terminator = match join {
                 Some(join) => {
                     let mut args = passed.clone();

@@ -22,6 +22,8 @@
 //!                                        jump block4
 //! ```
 
+use plcc_abi::IntegerForm;
+
 use super::float_range::FloatRange;
 use super::insert::Insert;
 use super::speculate::{Rest, Speculate, replace_all};
@@ -63,10 +65,21 @@ struct WaitingCheck {
     checked: Value,
     /// The double, converted from an integer, that takes its place if the check succeeds.
     double: Value,
+    /// Whether that is the nearest integer, which takes its place only where operations round it.
+    is_rounded: bool,
     /// The result of the check, a truth value.
     truth: Value,
     /// Whether a true result means that the check fails.
     truth_means_failure: bool,
+}
+
+/// What takes the place of values in the copy of a statement.
+#[derive(Default)]
+struct Copies {
+    /// Everywhere.
+    all: Vec<(Value, Value)>,
+    /// As operands of operations that round them: their nearest integers.
+    rounded: Vec<(Value, Value)>,
 }
 
 impl Checks<'_> {
@@ -278,8 +291,8 @@ impl Speculate<'_> {
         }
         match checks.check(value) {
             Some(Check::Narrow) => return FloatRange::INT32,
-            Some(Check::Wide | Check::Rounded) => return FloatRange::int(-(1 << 50), 1 << 50),
-            None => {}
+            Some(Check::Wide) => return FloatRange::int(-(1 << 50), 1 << 50),
+            Some(Check::Rounded) | None => {}
         }
         match self.func.def_inst(value) {
             Some(data) if steps > 0 && self.func.ty(value) == Type::F64 => {
@@ -331,7 +344,7 @@ impl Speculate<'_> {
         cold: Block,
         rest: &mut Rest,
     ) -> Vec<(Value, Value)> {
-        let mut copies: Vec<(Value, Value)> = vec![];
+        let mut copies = Copies::default();
         // The checks whose results no branch has tested yet.
         let mut waiting: Vec<WaitingCheck> = vec![];
         let mut repeated = vec![];
@@ -344,7 +357,7 @@ impl Speculate<'_> {
             if let Some(load) = self.func.result(inst)
                 && let Some(known) = checks.known(load)
             {
-                copies.push((load, known.double));
+                copies.all.push((load, known.double));
                 continue;
             }
             let mut data = *self.func.inst(inst);
@@ -357,10 +370,13 @@ impl Speculate<'_> {
             if needs_check {
                 self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
             }
-            replace_all(&copies, |f| data.for_each_arg_mut(f));
+            if called_integer_form(&data) == Some(IntegerForm::Bits) {
+                replace_all(&copies.rounded, |f| data.for_each_arg_mut(f));
+            }
+            replace_all(&copies.all, |f| data.for_each_arg_mut(f));
             let new = self.cursor(&mut rest.out, loc).insert(data);
             let Some(old) = self.func.result(inst) else { continue };
-            copies.push((old, new));
+            copies.all.push((old, new));
             if let Some(check) = checks.check(old) {
                 let never_nan = !self.floats.get(old).may_be_nan();
                 if waiting.last().is_some_and(|last| last.truth_means_failure != never_nan) {
@@ -368,11 +384,18 @@ impl Speculate<'_> {
                 }
                 let mut out = self.cursor(&mut rest.out, loc);
                 let (double, truth) = check.insert(&mut out, new, never_nan);
-                let truth_means_failure = never_nan;
-                waiting.push(WaitingCheck { checked: old, double, truth, truth_means_failure });
+                let (truth_means_failure, is_rounded) = (never_nan, check == Check::Rounded);
+                waiting.push(WaitingCheck {
+                    checked: old,
+                    double,
+                    is_rounded,
+                    truth,
+                    truth_means_failure,
+                });
             }
         }
         self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
+        let mut copies = copies.all;
         for again in repeated {
             let first = checks.first_load(again);
             let copy = copies.iter().rev().find(|(old, _)| *old == first).map(|&(_, copy)| copy);
@@ -389,15 +412,16 @@ impl Speculate<'_> {
         waiting: &mut Vec<WaitingCheck>,
         cold: Block,
         rest: &mut Rest,
-        copies: &mut Vec<(Value, Value)>,
+        copies: &mut Copies,
         loc: SourceLoc,
     ) {
         let mut all = None;
         let mut fails = true;
         for check in waiting.drain(..) {
-            let WaitingCheck { checked, double, truth, truth_means_failure } = check;
+            let WaitingCheck { checked, double, is_rounded, truth, truth_means_failure } = check;
             fails = truth_means_failure;
-            copies.push((checked, double));
+            let list = if is_rounded { &mut copies.rounded } else { &mut copies.all };
+            list.push((checked, double));
             let op = if truth_means_failure { BinaryOp::Or } else { BinaryOp::And };
             all = Some(match all {
                 None => truth,

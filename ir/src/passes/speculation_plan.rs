@@ -33,8 +33,8 @@ pub(super) enum Check {
     Narrow,
     /// Whether it is an integer from -2^50 to 2^50 - 1.
     Wide,
-    /// Whether it is less than 0.5 away from such an integer, which then takes its place. That is
-    /// for operations that round their operand to the nearest integer.
+    /// Whether it is less than 0.5 away from such an integer, which then takes its place as the operand of
+    /// operations that round it to the nearest integer ([`IntegerForm::Bits`]), and nowhere else.
     Rounded,
 }
 
