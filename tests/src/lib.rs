@@ -28,6 +28,7 @@ pub mod gen_nct;
 pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod gen_program;
+pub mod idioms;
 pub mod loader;
 pub mod mutate;
 pub mod no_fault;

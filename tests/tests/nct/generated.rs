@@ -1,5 +1,5 @@
 //! Generated NCT programs do the same in every engine, compared after each slice.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::sync::Arc;
 
@@ -16,22 +16,24 @@ use plcc_runtime::nct::{NctExecutive, NctOptions};
 use plcc_runtime::{Artifact, Executive, Purpose, artifact};
 use plcc_tests::gen_nct::generate;
 use plcc_tests::gen_pmi::Case;
+use plcc_tests::idioms::Failure;
 
-fn program(case: &Case, seed: u64) -> nct::Program {
+/// Checks a program.
+///
+/// # Errors
+/// It has errors.
+fn program(case: &Case) -> Result<nct::Program, Failure> {
     let mut sources = SourceMap::new();
     let file = sources.add("generated.nct", case.source.as_bytes());
     let options = Options::default();
     let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &options);
-    let errors: Vec<_> = all
-        .iter()
-        .filter(|d| d.is_error())
-        .map(|d| (d.code, &d.message, sources.line_col(file, d.span.start)))
-        .collect();
-    assert!(errors.is_empty(), "seed {seed}\n{}\n{errors:?}", case.source);
-    program.unwrap()
+    if let Some(error) = all.iter().find(|d| d.is_error()) {
+        return Err(Failure::Invalid(plcc_diag::render::draw(&sources, error, false)));
+    }
+    Ok(program.unwrap())
 }
 
-/// Runs a case. Gives the watched values after each slice, the events and the stop as text.
+/// Runs a case. Returns the watched values after each slice, the events and the stop as text.
 ///
 /// `safepoints` is the number of safepoints after which :000 is suspended in a slice. With few of them
 /// it is suspended almost everywhere.
@@ -40,7 +42,8 @@ fn run(
     lowered: &plcc_abi::Program,
     engine: &mut dyn Engine,
     safepoints: u32,
-) -> Vec<String> {
+) -> Result<Vec<String>, Failure> {
+    let invalid = |why: &dyn std::fmt::Display| Failure::Invalid(why.to_string());
     let options = NctOptions { level0_safepoints: Some(safepoints), ..NctOptions::default() };
     let mut executive = NctExecutive::new(lowered, options).unwrap();
     let watched: Vec<_> =
@@ -53,8 +56,10 @@ fn run(
             if parts.next().unwrap().parse() != Ok(tick) {
                 continue;
             }
-            let variable = executive.find(parts.next().unwrap(), Purpose::Stimulus).unwrap();
-            let value = executive.parse(variable, parts.next().unwrap()).unwrap();
+            let variable = executive.find(parts.next().unwrap(), Purpose::Stimulus);
+            let variable = variable.map_err(|why| invalid(&why))?;
+            let value = executive.parse(variable, parts.next().unwrap());
+            let value = value.map_err(|why| invalid(&why))?;
             executive.set(variable, value);
         }
         let result = executive.tick(engine, &mut events);
@@ -70,54 +75,73 @@ fn run(
         }
     }
     seen.push(format!("{events:?}"));
-    seen
+    Ok(seen)
 }
 
 /// Every engine but the statement interpreter, by name.
-fn engines(lowered: &Lowered) -> Vec<(&'static str, Box<dyn Engine>)> {
-    assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
+///
+/// # Errors
+/// The compiler can't make one.
+fn engines(lowered: &Lowered) -> Result<Vec<(&'static str, Box<dyn Engine>)>, Failure> {
+    if let Some(rule) = plcc_ir::verify::verify(&lowered.module).first() {
+        return Err(Failure::refused(rule));
+    }
     let mut best = lowered.module.clone();
     plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
-    let native = |module: &Module| -> Box<dyn Engine> {
-        let code = compile(module, &Target::host().unwrap()).unwrap();
-        Box::new(NativeEngine::new(&code, &lowered.program).unwrap())
+    let native = |module: &Module| -> Result<Box<dyn Engine>, Failure> {
+        let code = compile(module, &Target::host().unwrap()).map_err(Failure::refused)?;
+        Ok(Box::new(NativeEngine::new(&code, &lowered.program).map_err(Failure::refused)?))
     };
     // Written as an artifact, and read back.
-    let loaded = |module: &Module| -> Box<dyn Engine> {
-        let code = compile(module, &Target::host_baseline().unwrap()).unwrap();
+    let loaded = |module: &Module| -> Result<Box<dyn Engine>, Failure> {
+        let code = compile(module, &Target::host_baseline().unwrap()).map_err(Failure::refused)?;
         let read =
             Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, lowered.program);
-        Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
+        Ok(Box::new(NativeEngine::new(&read.code, &read.program).map_err(Failure::refused)?))
     };
     let walked = |module: &Module| -> Box<dyn Engine> {
         Box::new(Interpreter::new(Arc::new(module.clone())))
     };
-    vec![
+    Ok(vec![
         ("ir", walked(&lowered.module)),
         ("ir optimised", walked(&best)),
-        ("jit none", native(&lowered.module)),
-        ("jit speed", native(&best)),
-        ("aot none", loaded(&lowered.module)),
-        ("aot speed", loaded(&best)),
-    ]
+        ("jit none", native(&lowered.module)?),
+        ("jit speed", native(&best)?),
+        ("aot none", loaded(&lowered.module)?),
+        ("aot speed", loaded(&best)?),
+    ])
+}
+
+/// Runs a case in all engines, in functions and slices of lengths that depend on the seed. Returns what was seen.
+///
+/// # Errors
+/// How the engines differ; that the program has errors or can't be compiled, too.
+pub(super) fn compare(case: &Case, seed: u64) -> Result<Vec<String>, Failure> {
+    let program = program(case)?;
+    let limit = if seed % 3 == 0 { 30 } else { 2000 };
+    let lowered = program.lower_with_limit(limit).map_err(Failure::refused)?;
+    let safepoints = [40, 7, 2, 1][seed as usize % 4];
+    let wanted = run(case, &lowered.program, &mut program.interpreter(), safepoints)?;
+    for (name, mut engine) in engines(&lowered)? {
+        let found = run(case, &lowered.program, engine.as_mut(), safepoints)?;
+        if let Some((wanted, found)) = wanted.iter().zip(&found).find(|(a, b)| a != b) {
+            return Err(Failure::Differs(format!("{name}: {found}, not {wanted}")));
+        }
+        if wanted.len() != found.len() {
+            return Err(Failure::Differs(format!("{name} runs for another number of slices")));
+        }
+    }
+    Ok(wanted)
 }
 
 fn agree(seeds: std::ops::Range<u64>) {
     let mut seen = String::new();
     for seed in seeds {
         let case = generate(seed, 20 + seed as usize % 150);
-        let program = program(&case, seed);
-        let lowered = program.lower_with_limit(if seed % 3 == 0 { 30 } else { 2000 }).unwrap();
-        let safepoints = [40, 7, 2, 1][seed as usize % 4];
-        let wanted = run(&case, &lowered.program, &mut program.interpreter(), safepoints);
-        for (name, mut engine) in engines(&lowered) {
-            let found = run(&case, &lowered.program, engine.as_mut(), safepoints);
-            let differs = wanted.iter().zip(&found).find(|(a, b)| a != b);
-            let Case { source, stimulus, .. } = &case;
-            assert!(differs.is_none(), "seed {seed} {name}: {differs:?}\n{source}\n{stimulus}");
-            assert_eq!(wanted.len(), found.len(), "seed {seed} {name}");
-        }
+        let wanted = compare(&case, seed).unwrap_or_else(|why| {
+            panic!("seed {seed} {why}\n{}\n{}", case.source, case.stimulus);
+        });
         seen += wanted.last().map_or("", String::as_str);
         seen += wanted.iter().rev().nth(1).map_or("", String::as_str);
     }

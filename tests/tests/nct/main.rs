@@ -3,3 +3,4 @@
 
 mod errors;
 mod generated;
+mod idioms;

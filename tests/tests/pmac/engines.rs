@@ -19,6 +19,7 @@ use plcc_runtime::{
     pmac::{PmacExecutive, PmacOptions, Recompiling, Settings},
 };
 use plcc_tests::gen_pmac::{generate, generate_for};
+use plcc_tests::idioms::Failure;
 
 /// An engine with its own executive.
 struct Machine {
@@ -27,49 +28,58 @@ struct Machine {
     executive: PmacExecutive,
 }
 
-fn machines(source: &str, controller: Controller) -> Vec<Machine> {
+/// The engines of a download.
+///
+/// # Errors
+/// The download has errors, or the compiler can't make its code.
+fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failure> {
     let mut sources = SourceMap::new();
     let file = sources.add("generated.pmc", source.as_bytes());
     let options = Options { controller, ..Options::default() };
     let (program, all) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
     if let Some(error) = all.iter().find(|d| d.is_error()) {
-        panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
+        return Err(Failure::Invalid(plcc_diag::render::draw(&sources, error, false)));
     }
     let checked = program.unwrap();
-    let lowered = checked.lower().unwrap();
+    let lowered = checked.lower().map_err(Failure::refused)?;
     let program = lowered.program.clone();
-    let native = |passes: PassSet| -> Box<dyn Engine> {
+    let broken = plcc_ir::verify::verify(&lowered.module);
+    if let Some(rule) = broken.first() {
+        return Err(Failure::refused(rule));
+    }
+    let native = |passes: PassSet| -> Result<Box<dyn Engine>, Failure> {
         let target = Target::host().unwrap();
-        assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, passes);
-        let code = compile(&module, &target).unwrap();
-        Box::new(NativeEngine::new(&code, &program).unwrap())
+        let code = compile(&module, &target).map_err(Failure::refused)?;
+        Ok(Box::new(NativeEngine::new(&code, &program).map_err(Failure::refused)?))
     };
-    let artifact = |opt| -> Box<dyn Engine> {
+    let artifact = |opt| -> Result<Box<dyn Engine>, Failure> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
         // As in a long program: code that seldom runs has its registers allocated in a single pass.
         let target = Target::host_baseline().unwrap().with_quick_code_from(0);
-        let code = compile(&module, &target).unwrap();
+        let code = compile(&module, &target).map_err(Failure::refused)?;
         let read = Artifact::parse(&artifact::encode(&program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, program);
-        Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
+        Ok(Box::new(NativeEngine::new(&read.code, &read.program).map_err(Failure::refused)?))
     };
     let mut optimized = lowered.module.clone();
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
     let mut bytes = lowered.module.clone();
     plcc_ir::passes::optimize(&mut bytes, PassSet::ALL.without(Pass::ByLength));
-    let in_parts = |opt| -> Box<dyn Engine> {
-        Box::new(jit_in_parts(|| Ok(lowered.clone()), opt).unwrap().engine)
+    let in_parts = |opt| -> Result<Box<dyn Engine>, Failure> {
+        Ok(Box::new(jit_in_parts(|| Ok(lowered.clone()), opt).map_err(Failure::refused)?.engine))
     };
     // Recompiled whenever a definition has changed; M-variables that do not settle are left to
     // the host.
-    let recompiling = |settings| -> Box<dyn Engine> {
-        let engine = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine;
+    let recompiling = |settings| -> Result<Box<dyn Engine>, Failure> {
+        let made = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed);
+        let made = made.map_err(Failure::refused)?;
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
-        Box::new(Recompiling::new(engine, checked.assumptions(), controller, compiler, settings))
+        let assumptions = checked.assumptions();
+        Ok(Box::new(Recompiling::new(made.engine, assumptions, controller, compiler, settings)))
     };
     let every_time = Settings {
         settled_after: 0,
@@ -90,24 +100,24 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
         ("ir optimised", Box::new(plcc_ir::interp::Interpreter::new(optimized))),
-        ("jit none", native(PassSet::NONE)),
-        ("jit speed", native(PassSet::ALL)),
-        ("jit in parts", in_parts(OptLevel::Speed)),
-        ("jit in parts, none", in_parts(OptLevel::None)),
+        ("jit none", native(PassSet::NONE)?),
+        ("jit speed", native(PassSet::ALL)?),
+        ("jit in parts", in_parts(OptLevel::Speed)?),
+        ("jit in parts, none", in_parts(OptLevel::None)?),
         // With bits as bytes also in short programs.
-        ("jit, byte-bits", native(PassSet::ALL.without(Pass::ByLength))),
+        ("jit, byte-bits", native(PassSet::ALL.without(Pass::ByLength))?),
         ("ir, byte-bits", Box::new(plcc_ir::interp::Interpreter::new(bytes))),
-        ("aot none", artifact(OptLevel::None)),
-        ("aot speed", artifact(OptLevel::Speed)),
-        ("recompiled", recompiling(every_time)),
-        ("recompiled a few times", recompiling(few_times)),
-        ("recompiled in a thread", recompiling(in_thread)),
+        ("aot none", artifact(OptLevel::None)?),
+        ("aot speed", artifact(OptLevel::Speed)?),
+        ("recompiled", recompiling(every_time)?),
+        ("recompiled a few times", recompiling(few_times)?),
+        ("recompiled in a thread", recompiling(in_thread)?),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
         Machine { name, engine, executive }
     };
-    engines.into_iter().map(machine).collect()
+    Ok(engines.into_iter().map(machine).collect())
 }
 
 /// The name of what stands at an offset of the image.
@@ -136,15 +146,18 @@ fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, recompiled: bool) -> 
     })
 }
 
-/// Runs a download with a stimulus in all engines and compares them after every tick. Gives the
+/// Runs a download with a stimulus in all engines and compares them after every tick. Returns the
 /// events.
-pub(super) fn compare(
+///
+/// # Errors
+/// How the engines differ; that the download has errors or can't be compiled, too.
+pub(super) fn run(
     source: &str,
     stimulus: &str,
     ticks: u32,
     controller: Controller,
-) -> Vec<Event> {
-    let mut machines = machines(source, controller);
+) -> Result<Vec<Event>, Failure> {
+    let mut machines = machines(source, controller)?;
     let rows: Vec<(u32, &str, &str)> = stimulus
         .lines()
         .skip(1)
@@ -159,8 +172,10 @@ pub(super) fn compare(
         let mut results = vec![];
         for Machine { engine, executive, .. } in &mut machines {
             for (_, name, value) in rows.iter().filter(|row| row.0 == tick) {
-                let variable = executive.find(name, Purpose::Stimulus).unwrap();
-                let value = executive.parse(variable, value).unwrap();
+                let invalid = |why: &dyn std::fmt::Display| Failure::Invalid(why.to_string());
+                let variable =
+                    executive.find(name, Purpose::Stimulus).map_err(|why| invalid(&why))?;
+                let value = executive.parse(variable, value).map_err(|why| invalid(&why))?;
                 executive.set(variable, value);
             }
             let mut events = vec![];
@@ -173,19 +188,33 @@ pub(super) fn compare(
             let recompiled = machine.name.starts_with("recompiled");
             if let Some(at) = difference(ours, theirs, &layout, recompiled) {
                 let value = |image: &[u8]| plcc_abi::image::read_f64(image, at as u32 & !7);
-                panic!(
-                    "tick {tick} {}: {} is {:?}, not {:?}\n{source}",
+                return Err(Failure::Differs(format!(
+                    "tick {tick} {}: {} is {:?}, not {:?}",
                     machine.name,
                     place(at, controller),
                     value(theirs),
                     value(ours)
-                );
+                )));
             }
-            assert_eq!(*result, results[0], "tick {tick} {}\n{source}", machine.name);
+            if *result != results[0] {
+                let name = machine.name;
+                let what = format!("tick {tick} {name}: {result:?}, not {:?}", results[0]);
+                return Err(Failure::Differs(what));
+            }
         }
         all.append(&mut results.swap_remove(0).1);
     }
-    all
+    Ok(all)
+}
+
+/// Runs a download that must do the same in all engines. Returns the events.
+pub(super) fn compare(
+    source: &str,
+    stimulus: &str,
+    ticks: u32,
+    controller: Controller,
+) -> Vec<Event> {
+    run(source, stimulus, ticks, controller).unwrap_or_else(|why| panic!("{why}\n{source}"))
 }
 
 #[test]
@@ -205,7 +234,8 @@ fn generated_downloads_agree() {
 fn stored_values_are_finite() {
     for seed in 1000..1020 {
         let case = generate(seed, 60);
-        for Machine { name, mut engine, mut executive } in machines(&case.source, Controller::Pmac)
+        for Machine { name, mut engine, mut executive } in
+            machines(&case.source, Controller::Pmac).unwrap()
         {
             for _ in 0..8 {
                 executive.tick(engine.as_mut(), &mut vec![]).unwrap();

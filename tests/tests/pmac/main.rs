@@ -9,5 +9,6 @@ mod docs;
 mod engines;
 mod explain;
 mod function_lengths;
+mod idioms;
 mod later_code;
 mod recompile;

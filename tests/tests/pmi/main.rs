@@ -5,5 +5,6 @@ mod engines;
 mod errors;
 mod generated;
 mod harness;
+mod idioms;
 mod lathe;
 mod pins;
