@@ -79,14 +79,13 @@ const FIRST_SEED: &str = include_str!("../random/first_seed");
 /// # Panics
 /// If the file or a variable has no number.
 pub fn seeds() -> Range<u64> {
-    let variable = |name| std::env::var(name).ok().map(|text| text.parse::<u64>());
-    let file = || FIRST_SEED.trim().parse();
-    let first = variable("PLCC_FIRST").unwrap_or_else(file);
+    let number = |text: &str| text.trim().parse::<u64>();
+    let variable = |name| std::env::var(name).ok().map(|text| number(&text));
+    let first = variable("PLCC_FIRST").unwrap_or_else(|| number(FIRST_SEED));
     let count = variable("PLCC_SEEDS").unwrap_or(Ok(500));
-    let (Ok(first), Ok(count)) = (first, count) else {
-        panic!("PLCC_FIRST, PLCC_SEEDS and tests/random/first_seed must be numbers");
-    };
-    first..first + count
+    assert!(first.is_ok() && count.is_ok(), "PLCC_FIRST, PLCC_SEEDS and first_seed are numbers");
+    let first = first.unwrap_or_default();
+    first..first + count.unwrap_or_default()
 }
 
 /// Runs programs, as many at a time as there are processors. `generate` makes the program of a seed, `run`
@@ -184,6 +183,9 @@ impl Kind {
         }
     }
 }
+
+/// How many lines a part of a program has when no more statements are nested: some idioms hold idioms that hold idioms.
+pub(crate) const LONG: usize = 350;
 
 /// The text with other numbers, as in the next row of a ladder. `number` gives the new number for each number of a
 /// variable with its letter, and for each constant with a blank.

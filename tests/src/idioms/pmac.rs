@@ -1,5 +1,6 @@
 //! Downloads for PMAC and Turbo PMAC.
 
+mod arithmetic;
 mod control;
 mod expressions;
 mod macros;

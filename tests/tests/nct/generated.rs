@@ -78,11 +78,14 @@ fn run(
     Ok(seen)
 }
 
-/// Every engine but the statement interpreter, by name.
+/// An engine with its name.
+type Named = (&'static str, Box<dyn Engine>);
+
+/// Every engine but the statement interpreter.
 ///
 /// # Errors
 /// The compiler can't make one.
-fn engines(lowered: &Lowered) -> Result<Vec<(&'static str, Box<dyn Engine>)>, Failure> {
+fn engines(lowered: &Lowered) -> Result<Vec<Named>, Failure> {
     if let Some(rule) = plcc_ir::verify::verify(&lowered.module).first() {
         return Err(Failure::refused(rule));
     }
@@ -119,7 +122,7 @@ fn engines(lowered: &Lowered) -> Result<Vec<(&'static str, Box<dyn Engine>)>, Fa
 /// How the engines differ; that the program has errors or can't be compiled, too.
 pub(super) fn compare(case: &Case, seed: u64) -> Result<Vec<String>, Failure> {
     let program = program(case)?;
-    let limit = if seed % 3 == 0 { 30 } else { 2000 };
+    let limit = if seed.is_multiple_of(3) { 30 } else { 2000 };
     let lowered = program.lower_with_limit(limit).map_err(Failure::refused)?;
     let safepoints = [40, 7, 2, 1][seed as usize % 4];
     let wanted = run(case, &lowered.program, &mut program.interpreter(), safepoints)?;

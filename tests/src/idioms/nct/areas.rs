@@ -13,7 +13,7 @@ impl Writer {
             2 => 0x004,
             _ => {
                 let byte = 300 + 2 * writer.rng.below(6) as u32;
-                (byte / 100) << 8 | (byte / 10 % 10) << 4 | byte % 10
+                (byte / 100) << 8 | (byte / 10 % 10) << 4 | (byte % 10)
             }
         };
         let (a, b, c) = (address(self), address(self), address(self));

@@ -1,6 +1,7 @@
 //! The idioms of programs, each of one or some statements.
 
 use super::Writer;
+use crate::idioms::LONG;
 
 impl Writer {
     /// The number of idioms.
@@ -17,6 +18,7 @@ impl Writer {
             }
         };
         match idiom {
+            0..=5 if self.lines.len() > LONG => self.chain(),
             0 | 1 if self.depth < 4 => self.condition_statement(),
             2 if self.depth < 4 => self.lamp(),
             3 if self.depth < 4 => self.phases(),
@@ -30,7 +32,7 @@ impl Writer {
             11 => self.search(),
             12 => self.memory(),
             13 => self.pointer(),
-            14 => self.into_variable(),
+            14 => self.variable_with_op(),
             15 => self.wide(),
             16 => self.bits(),
             17 => self.message(),
@@ -236,7 +238,7 @@ impl Writer {
     }
 
     /// `+S`, `AS`, `XNS` and their kind.
-    fn into_variable(&mut self) {
+    fn variable_with_op(&mut self) {
         if self.rng.chance(70) {
             let load = self.load();
             self.line(load);

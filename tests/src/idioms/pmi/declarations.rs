@@ -178,7 +178,7 @@ impl Pool {
         // A LOGICAL that is assigned to need not be declared.
         let declared = |n: &usize| {
             let start = format!("X{n}=");
-            !code.lines().any(|line| line.starts_with(&start)) || n % 3 == 0
+            !code.lines().any(|line| line.starts_with(&start)) || n.is_multiple_of(3)
         };
         let mut logicals: Vec<String> =
             named("X").into_iter().filter(declared).map(|n| format!("X{n}")).collect();

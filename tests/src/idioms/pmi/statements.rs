@@ -1,6 +1,7 @@
 //! The idioms of programs, each of one or some statements.
 
 use super::Writer;
+use crate::idioms::LONG;
 
 impl Writer {
     /// The number of idioms.
@@ -17,6 +18,7 @@ impl Writer {
             }
         };
         match idiom {
+            0..=5 if self.lines.len() > LONG => self.assignment(),
             0 | 1 if self.depth < 4 => self.if_statement(),
             2 if self.depth < 4 => self.cases(),
             3 | 4 if self.depth < 4 && self.may_have_labels => self.jump_over(),
