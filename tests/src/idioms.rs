@@ -118,7 +118,7 @@ pub fn all_pass(
                 let text = if known < SHOWN {
                     reduced(&case, &failure, |case| tried(seed, case))
                 } else {
-                    String::new()
+                    failure.to_string()
                 };
                 eprintln!("== seed {seed}: {text}");
                 if let Ok(mut failed) = failed.lock() {
