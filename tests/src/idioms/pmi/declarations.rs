@@ -175,10 +175,12 @@ impl Pool {
         longs.extend(array("LA", "LA[8]"));
         longs.extend(array("LC", "LC[4]=[70000,-200000,3,65536]"));
         section(&mut text, "$LONG", longs);
-        // A LOGICAL that is assigned to need not be declared.
+        // A LOGICAL that is assigned to need not be declared. A line that goes on may begin like an assignment.
+        let statements = code.replace("#\n", "#");
         let declared = |n: &usize| {
             let start = format!("X{n}=");
-            !code.lines().any(|line| line.starts_with(&start)) || n.is_multiple_of(3)
+            let assigned = statements.lines().any(|line| line.starts_with(&start));
+            !assigned || n.is_multiple_of(3)
         };
         let mut logicals: Vec<String> =
             named("X").into_iter().filter(declared).map(|n| format!("X{n}")).collect();
