@@ -353,16 +353,12 @@ impl Executive for NctExecutive {
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        match key.0 {
-            DialectVariable::Nct(name) => {
-                let value = value.map(Setting::integer);
-                if name.is_bit() && !matches!(value, None | Some(0 | 1)) {
-                    return Err(ONE_BIT);
-                }
-                self.state.forces.set(name, value.map(|value| value as u16))
-            }
-            _ => Err("can't be forced"),
+        let DialectVariable::Nct(name) = key.0 else { return Err("can't be forced") };
+        let value = value.map(Setting::integer);
+        if name.is_bit() && !matches!(value, None | Some(0 | 1)) {
+            return Err(ONE_BIT);
         }
+        self.state.forces.set(name, value.map(|value| value as u16))
     }
 
     fn is_held(&self, key: VariableKey) -> bool {
