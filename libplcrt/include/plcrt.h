@@ -69,8 +69,7 @@ void plcrt_close(struct plcrt *control);
 // `control` is null or open, and no other thread uses it.
 enum plcrt_status plcrt_tick(struct plcrt *control);
 
-// Gives the physical outputs their safe values, as when the program is stopped: for a program that uses the control and
-// is about to end. The next tick gives them the values of the program again, unless it is stopped.
+// Gives the lines of the outputs their safe values, as a stop does, before the end of who uses the control.
 //
 // # Safety
 // As for plcrt_tick.
@@ -90,10 +89,8 @@ uint64_t plcrt_tick_ns(struct plcrt *control);
 
 // Finds a variable by its name as the control's users know it, and gives its number for plcrt_read
 // (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
-// variable is best found once.
-//
-// With PLCRT_LINES plcrt_read reads what a machine gets of an output: when the program is stopped, the lines have
-// their safe values, while the variable keeps its own. Of what has no lines it is the same as PLCRT_READ.
+// variable is best found once. With PLCRT_LINES plcrt_read reads what a machine gets of an output: safe values when the
+// program is stopped, while the variable keeps its own; of what has no lines the same as with PLCRT_READ.
 //
 // # Safety
 // As for plcrt_tick; `name` is null or a text that ends with a zero.

@@ -9,8 +9,6 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;
 use std::slice;
 
-use plcc_runtime::Value;
-
 use crate::control::Control;
 use crate::error::{self, c_text, fail, guarded};
 use crate::found::{self, Found};
@@ -206,8 +204,7 @@ pub unsafe extern "C" fn plcrt_tick(control: *mut Plcrt) -> PlcrtStatus {
     }
 }
 
-/// Gives the physical outputs their safe values, as when the program is stopped: for a program that uses the control and
-/// is about to end. The next tick gives them the values of the program again, unless it is stopped.
+/// Gives the lines of the outputs their safe values, as a stop does, before the end of who uses the control.
 ///
 /// # Safety
 /// As for plcrt_tick.
@@ -244,10 +241,8 @@ pub unsafe extern "C" fn plcrt_tick_ns(control: *mut Plcrt) -> u64 {
 
 /// Finds a variable by its name as the control's users know it, and gives its number for plcrt_read
 /// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
-/// variable is best found once.
-///
-/// With PLCRT_LINES plcrt_read reads what a machine gets of an output: when the program is stopped, the lines have
-/// their safe values, while the variable keeps its own. Of what has no lines it is the same as PLCRT_READ.
+/// variable is best found once. With PLCRT_LINES plcrt_read reads what a machine gets of an output: safe values when the
+/// program is stopped, while the variable keeps its own; of what has no lines the same as with PLCRT_READ.
 ///
 /// # Safety
 /// As for plcrt_tick; `name` is null or a text that ends with a zero.
@@ -256,23 +251,7 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
     // SAFETY: as the caller promises.
     unsafe {
         with(control, -1, |plcrt| {
-            let name = text(name)?;
-            let found = match purpose {
-                PLCRT_READ => {
-                    let variable = plcrt.control.find(name)?;
-                    Found::Readable(plcrt.control.keys(variable))
-                }
-                PLCRT_LINES => match plcrt.control.find_lines(name) {
-                    Some(place) => Found::Lines(place),
-                    None => {
-                        let variable = plcrt.control.find(name)?;
-                        Found::Readable(plcrt.control.keys(variable))
-                    }
-                },
-                PLCRT_WRITE => Found::Settable(plcrt.control.find_settable(name)?),
-                _ => return Err(format!("there is no purpose {purpose}")),
-            };
-            plcrt.found.push(found);
+            plcrt.found.push(Found::look_up(&mut plcrt.control, text(name)?, purpose)?);
             Ok(plcrt.found.len() as i64 - 1)
         })
     }
@@ -351,11 +330,8 @@ pub unsafe extern "C" fn plcrt_get(
     unsafe {
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
             let variable = plcrt.control.find(text(name)?)?;
-            let number = match plcrt.control.get(variable) {
-                Value::Int(value) => value as f64,
-                Value::Float(value) => value,
-                Value::Array(_) => return Err("it is an array; name one of its elements".into()),
-            };
+            let number = found::number(&plcrt.control.get(variable));
+            let number = number.ok_or("it is an array; name one of its elements")?;
             let value = value.as_mut().ok_or("there is no place for the value: it is null")?;
             *value = number;
             Ok(PlcrtStatus::PlcrtOk)

@@ -3,6 +3,7 @@
 use plcc_runtime::image_file::Place;
 use plcc_runtime::{Value, VariableKey};
 
+use crate::c::{PLCRT_LINES, PLCRT_READ, PLCRT_WRITE};
 use crate::control::{Control, Settable};
 
 /// A variable that was found.
@@ -13,6 +14,33 @@ pub(crate) enum Found {
     Lines(Place),
     /// To be set.
     Settable(Settable),
+}
+
+impl Found {
+    /// Looks a variable up for a purpose, one of those of the C interface.
+    ///
+    /// # Errors
+    /// When there is no such variable or purpose, or the variable can't be set.
+    pub(crate) fn look_up(control: &mut Control, name: &str, purpose: u32) -> Result<Self, String> {
+        match purpose {
+            PLCRT_READ | PLCRT_LINES => {
+                let variable = control.find(name)?;
+                let lines = (purpose == PLCRT_LINES).then(|| control.find_lines(name)).flatten();
+                Ok(lines.map_or_else(|| Self::Readable(control.keys(variable)), Self::Lines))
+            }
+            PLCRT_WRITE => Ok(Self::Settable(control.find_settable(name)?)),
+            _ => Err(format!("there is no purpose {purpose}")),
+        }
+    }
+}
+
+/// The number that a value is; `None` for an array.
+pub(crate) fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Int(value) => Some(*value as f64),
+        Value::Float(value) => Some(*value),
+        Value::Array(_) => None,
+    }
 }
 
 /// The variable with a number.
@@ -36,11 +64,8 @@ pub(crate) fn element(
         return control.read_lines(*place);
     }
     let key = keys(found, variable)?.get(index as usize);
-    match key.map(|key| control.read(*key)) {
-        Some(Value::Int(value)) => Ok(value as f64),
-        Some(Value::Float(value)) => Ok(value),
-        Some(Value::Array(_)) | None => Err(format!("the variable has no element {index}")),
-    }
+    let number = key.and_then(|key| number(&control.read(*key)));
+    number.ok_or_else(|| format!("the variable has no element {index}"))
 }
 
 /// The number of elements of a variable that was found to be read.

@@ -46,7 +46,7 @@ void *realloc(void *p, size_t n) { taken++; return __libc_realloc(p, n); }
 int main(void)
 {
     struct plcrt *control = plcrt_open("faults.plcx", NULL);
-    int64_t button = plcrt_find(control, "BTN", PLCRT_WRITE), out = plcrt_find(control, "OUT", PLCRT_READ);
+    int64_t button = plcrt_find(control, "BTN", PLCRT_WRITE), out = plcrt_find(control, "OUT", PLCRT_LINES);
     int64_t array = plcrt_find(control, "A", PLCRT_READ);
     for (int keep = 1; keep >= 0; keep--) {
         double value = 0;
@@ -62,6 +62,11 @@ int main(void)
         }
         printf("%s %s\n", keep ? "with events:" : "without events:", taken > before ? "some" : "none");
     }
+    /* OUT is 1. Its line becomes safe, and the variable stays. */
+    double line = 1, variable = 0;
+    if (plcrt_make_safe(control) != PLCRT_OK || plcrt_read(control, out, 0, &line) != PLCRT_OK || line != 0
+        || plcrt_get(control, "OUT", &variable) != PLCRT_OK || variable != 1)
+        return 2;
     while (plcrt_next_event(control))
         ;
     printf("stop: %s\n", plcrt_stop_message(control) ? "some" : "none");
