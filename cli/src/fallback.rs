@@ -51,7 +51,8 @@ pub(crate) fn is_allowed() -> bool {
     std::env::var_os("PLCC_NO_FALLBACK").is_none()
 }
 
-/// The same for a program that is optimised. `plain` gives it as the front end wrote it.
+/// Has `make` make what is wanted of an optimised program, and puts functions that it refuses back to what the front end
+/// wrote. `plain` gives the program as the front end wrote it.
 fn without_refused<T>(
     mut lowered: Lowered,
     plain: impl Fn() -> Result<Module, CompileError>,
