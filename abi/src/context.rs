@@ -83,14 +83,14 @@ impl RawOutcome {
     }
 
     /// The trap that a result of the kind [`TRAP`](Self::TRAP) stands for, given the program's trap
-    /// sites. A site or code that does not exist is [`TrapCode::BadLabel`].
+    /// sites. A site or code that does not exist is [`TrapCode::Internal`].
     pub fn to_trap(self, sites: &[TrapSite]) -> Trap {
         let site = (self.0 >> 40) as usize;
         let trap = match site.checked_sub(1) {
             Some(site) => sites.get(site).map(|site| site.trap(self.payload())),
             None => TrapCode::from_number(self.payload()).map(Trap::new),
         };
-        trap.unwrap_or(Trap::new(TrapCode::BadLabel))
+        trap.unwrap_or(Trap::new(TrapCode::Internal))
     }
 
     /// The kind: [`GOTO`](Self::GOTO), [`END`](Self::END), [`SUSPEND`](Self::SUSPEND) or

@@ -56,7 +56,7 @@ pub struct ResumePoint(pub u32);
 pub trait Engine {
     /// Runs one scan of a task, from its entry (`None`) or from where an earlier scan of it was
     /// suspended. A task that does not exist is [`Outcome::End`] at once. A resume point that the
-    /// task does not have is [`TrapCode::BadLabel`](crate::TrapCode::BadLabel), and nothing is
+    /// task does not have is [`TrapCode::Internal`](crate::TrapCode::Internal), and nothing is
     /// executed.
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome;
 

@@ -64,7 +64,7 @@ pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use fingerprint::Fnv;
 pub use host::{HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
-pub use outcome::{MissingElement, Outcome, SourceLine, Trap, TrapCode, TrapSite};
+pub use outcome::{OutOfBoundsAccess, Outcome, SourceLine, Trap, TrapCode, TrapSite};
 pub use printable::printable;
 pub use program::{Dialect, Program, Region, Tables, Task};
 pub use resume::ResumeLabels;

@@ -38,7 +38,7 @@ macro_rules! trap_codes {
 trap_codes! {
     /// An engine met what cannot be, for example a label that does not exist: an error in plcc,
     /// never in a program (`INTERNAL ERROR`).
-    BadLabel = 0, "bad_label";
+    Internal = 0, "internal";
     /// An array index out of bounds (PMI 2.2.7: `NO PMI DATA`).
     ArrayBounds = 1, "array_bounds";
     /// The time, or number of safepoints, of a module is used up (NCT 1.4: `PLC TIMEOUT`).
@@ -69,7 +69,7 @@ pub struct SourceLine {
 
 /// An element that a program accessed and that its array does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MissingElement {
+pub struct OutOfBoundsAccess {
     /// The array, by the offset of its first element in the process image.
     pub array: u32,
     /// The index, which is an INTEGER of 16 bits (PMI 2.2.7).
@@ -86,7 +86,7 @@ pub struct Trap {
     /// long, otherwise the one before which the scan was stopped.
     pub statement: Option<SourceLine>,
     /// The element that does not exist, for [`TrapCode::ArrayBounds`].
-    pub element: Option<MissingElement>,
+    pub element: Option<OutOfBoundsAccess>,
 }
 
 impl Trap {
@@ -110,7 +110,7 @@ pub struct TrapSite {
     pub code: TrapCode,
     /// The statement that the code belongs to.
     pub statement: SourceLine,
-    /// The array that is accessed, as [`MissingElement::array`] says, for
+    /// The array that is accessed, as [`OutOfBoundsAccess::array`] says, for
     /// [`TrapCode::ArrayBounds`].
     pub array: Option<u32>,
 }
@@ -119,7 +119,7 @@ impl TrapSite {
     /// The trap at this place. The low 16 bits of `index` are the index with which the array was
     /// accessed; without an array they mean nothing.
     pub fn trap(&self, index: u32) -> Trap {
-        let element = self.array.map(|array| MissingElement { array, index: index as i16 });
+        let element = self.array.map(|array| OutOfBoundsAccess { array, index: index as i16 });
         Trap { code: self.code, statement: Some(self.statement), element }
     }
 }

@@ -68,19 +68,19 @@ fn in_parts(lowered: Lowered, passes: PassSet) -> Result<Jit, CompileError> {
     let mut engine = NativeEngine::with_memory(&code, &program, memory)?;
     if let Some(module) = rest {
         let lowered = Lowered { program: program.clone(), module };
-        engine.make_later(Box::new(Rest { lowered, passes, target }));
+        engine.make_later(Box::new(LaterFunctions { lowered, passes, target }));
     }
     Ok(Jit { program, engine, bytes_of_code })
 }
 
 /// The part of a program that has not been compiled.
-struct Rest {
+struct LaterFunctions {
     lowered: Lowered,
     passes: PassSet,
     target: Target,
 }
 
-impl LaterCode for Rest {
+impl LaterCode for LaterFunctions {
     fn make(self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
         let Self { lowered, passes, target } = *self;
         let made = fallback::compiled(

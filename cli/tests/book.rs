@@ -261,7 +261,7 @@ fn diagnostics(codes: &[CodeInfo]) -> String {
          What `plcc explain CODE` says of each. Numbers without a letter are those of the manual. With X begin \
          errors that plcc has added, with W warnings and with N notes.\n"
     );
-    for CodeInfo { code, title, meaning, mend } in codes {
+    for CodeInfo { code, title, meaning, fix } in codes {
         let _ =
             write!(page, "\n## {code}: {}\n\n{}\n", markdown(title), markdown(meaning.trim_end()));
         if let Some(lint) = lint_of_code(code) {
@@ -272,7 +272,7 @@ fn diagnostics(codes: &[CodeInfo]) -> String {
                 lint.name
             );
         }
-        let _ = write!(page, "\n```text\n{}\n```\n", mend.trim_end());
+        let _ = write!(page, "\n```text\n{}\n```\n", fix.trim_end());
     }
     page
 }

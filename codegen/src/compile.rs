@@ -234,9 +234,9 @@ mod tests {
         for line in 1..=400 {
             builder.statement(Statement { file: 0, line, start: 0, end: 0 });
             let at = Address::fixed(region, 0);
-            let value = builder.ins().load(Type::I32, at);
-            let value = builder.ins().binary_imm(BinaryOp::Mul, value, i64::from(line));
-            builder.ins().store(at, value);
+            let value = builder.func().load(Type::I32, at);
+            let value = builder.func().binary_imm(BinaryOp::Mul, value, i64::from(line));
+            builder.func().store(at, value);
         }
         builder.ret();
         let module = builder.finish();

@@ -23,8 +23,8 @@
 //! let start = builder.place();
 //! builder.bind(start);
 //! builder.task("scan", start);
-//! let seven = builder.ins().iconst(Type::I32, 7);
-//! builder.ins().store(Address::fixed(plcc_ir::RegionId(0), 4), seven);
+//! let seven = builder.func().iconst(Type::I32, 7);
+//! builder.func().store(Address::fixed(plcc_ir::RegionId(0), 4), seven);
 //! builder.ret();
 //! let code = compile(&builder.finish(), &Target::host()?)?;
 //! assert_eq!(code.functions.len(), 1);

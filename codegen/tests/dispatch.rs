@@ -9,8 +9,8 @@ use std::time::Duration;
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
-    Code, CodeMemory, Engine, Host, HostFn, MissingElement, Outcome, Program, Region, ResumePoint,
-    Scan, SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
+    Code, CodeMemory, Engine, Host, HostFn, OutOfBoundsAccess, Outcome, Program, Region,
+    ResumePoint, Scan, SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
 };
 use plcc_codegen::{JitMemory, Target, compile};
 use plcc_ir::interp::Interpreter;
@@ -63,9 +63,9 @@ fn statement(b: &mut ChunkBuilder, line: u32) {
 }
 
 fn add(b: &mut ChunkBuilder, offset: u32, n: i64) {
-    let v = b.ins().load(Type::I32, at(offset));
-    let v = b.ins().binary_imm(BinaryOp::Add, v, n);
-    b.ins().store(at(offset), v);
+    let v = b.func().load(Type::I32, at(offset));
+    let v = b.func().binary_imm(BinaryOp::Add, v, n);
+    b.func().store(at(offset), v);
 }
 
 /// A loop over many statements that is suspended twice in each round, and a second task that jumps
@@ -86,8 +86,8 @@ fn a_loop_over_several_chunks_suspends_and_resumes() {
         b.bind(middle);
         statement(b, 21);
         add(b, 8, 1);
-        let count = b.ins().load(Type::I32, at(8));
-        let more = b.ins().icmp_imm(IntCond::Ult, count, 4);
+        let count = b.func().load(Type::I32, at(8));
+        let more = b.func().icmp_imm(IntCond::Ult, count, 4);
         let again = b.place();
         b.brif(more, again, out);
         b.bind(again);
@@ -129,7 +129,7 @@ fn a_loop_over_several_chunks_suspends_and_resumes() {
         assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: and whenever it is not resumed");
         for (task, beyond) in [(0, 2), (0, u32::MAX), (1, 2)] {
             let outcome = call(task, Some(beyond), &mut image);
-            assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{name}");
+            assert_eq!(outcome, Outcome::trap(TrapCode::Internal), "{name}");
         }
         assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: nothing was executed");
         assert_eq!(call(7, None, &mut image), Outcome::End, "{name}: no such task");
@@ -148,17 +148,17 @@ fn switch_and_goto_indirect_choose_by_number() {
         }
         b.bind(switch);
         b.task("switch", switch);
-        let v = b.ins().load(Type::I32, at(0));
+        let v = b.func().load(Type::I32, at(0));
         b.switch(v, targets.clone(), default);
         b.bind(indirect);
         b.task("indirect", indirect);
-        let v = b.ins().load(Type::I32, at(0));
+        let v = b.func().load(Type::I32, at(0));
         b.goto_indirect(v);
         for (number, &target) in targets.iter().enumerate() {
             b.bind(target);
             statement(b, 1);
-            let v = b.ins().iconst(Type::I32, 100 + number as i64);
-            b.ins().store(at(4), v);
+            let v = b.func().iconst(Type::I32, 100 + number as i64);
+            b.func().store(at(4), v);
             b.ret();
         }
         b.bind(default);
@@ -179,7 +179,7 @@ fn switch_and_goto_indirect_choose_by_number() {
                         assert_eq!((outcome, result), (Outcome::End, 100 + number), "{name}");
                     }
                     (_, 0) => assert_eq!(outcome, Outcome::trap(TrapCode::Timeout), "{name}"),
-                    (_, _) => assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{name}"),
+                    (_, _) => assert_eq!(outcome, Outcome::trap(TrapCode::Internal), "{name}"),
                 }
             }
         }
@@ -196,8 +196,8 @@ fn traps_stop_at_once() {
             b.task("t", start);
             statement(b, 1);
             add(b, 0, 1);
-            let v = b.ins().load(Type::I32, at(0));
-            let late = b.ins().icmp_imm(IntCond::Sge, v, 3);
+            let v = b.func().load(Type::I32, at(0));
+            let late = b.func().icmp_imm(IntCond::Sge, v, 3);
             b.brif(late, stop, go);
             b.bind(stop);
             b.trap(code);
@@ -231,18 +231,18 @@ fn a_trap_site_says_what_is_to_blame() {
         };
         assert_eq!([7, 8].map(|line| b.trap_site(site(line, Some(line * 8)))), [0, 1]);
         assert_eq!(b.trap_site(TrapSite { code: TrapCode::Timeout, ..site(9, None) }), 2);
-        let [number, index] = [0, 4].map(|offset| b.ins().load(Type::I32, at(offset)));
-        b.ins().trap_at(number, index);
+        let [number, index] = [0, 4].map(|offset| b.func().load(Type::I32, at(offset)));
+        b.func().trap_at(number, index);
         let start = b.place();
         b.bind(start);
         b.task("constant", start);
-        let number = b.ins().iconst(Type::I32, 1);
-        let index = b.ins().load(Type::I32, at(4));
-        b.ins().trap_at(number, index);
+        let number = b.func().iconst(Type::I32, 1);
+        let index = b.func().load(Type::I32, at(4));
+        b.func().trap_at(number, index);
     };
     let trap = |code, line, element: Option<(u32, i16)>| {
         let statement = Some(SourceLine { file: 0, line });
-        let element = element.map(|(array, index)| MissingElement { array, index });
+        let element = element.map(|(array, index)| OutOfBoundsAccess { array, index });
         Outcome::Trap(Trap { code, statement, element })
     };
     let bounds = |line, index| trap(TrapCode::ArrayBounds, line, Some((line * 8, index)));
@@ -252,8 +252,8 @@ fn a_trap_site_says_what_is_to_blame() {
             (0, 1, -1, bounds(8, -1)),
             (0, 0, 0x1_8000, bounds(7, i16::MIN)),
             (0, 2, 5, trap(TrapCode::Timeout, 9, None)),
-            (0, 3, 5, Outcome::trap(TrapCode::BadLabel)),
-            (0, -1, 5, Outcome::trap(TrapCode::BadLabel)),
+            (0, 3, 5, Outcome::trap(TrapCode::Internal)),
+            (0, -1, 5, Outcome::trap(TrapCode::Internal)),
             (1, 0, 300, bounds(8, 300)),
         ] {
             let mut image = [0; IMAGE as usize];
@@ -290,22 +290,22 @@ fn calls(b: &mut ChunkBuilder) {
     let start = b.place();
     b.bind(start);
     b.task("t", start);
-    let minus = b.ins().iconst(Type::I32, -1);
-    let two = b.ins().iconst(Type::I32, 2);
-    let half = b.ins().fconst(0.5);
-    let word = b.ins().host_call(HostFn::PmacWordRead, &[minus, two]).unwrap();
-    b.ins().store(at(0), word);
-    let bits = b.ins().host_call(HostFn::PmacBits, &[half]).unwrap();
-    b.ins().store(at(8), bits);
+    let minus = b.func().iconst(Type::I32, -1);
+    let two = b.func().iconst(Type::I32, 2);
+    let half = b.func().fconst(0.5);
+    let word = b.func().host_call(HostFn::PmacWordRead, &[minus, two]).unwrap();
+    b.func().store(at(0), word);
+    let bits = b.func().host_call(HostFn::PmacBits, &[half]).unwrap();
+    b.func().store(at(8), bits);
     statement(b, 2);
-    let minus = b.ins().iconst(Type::I32, -1);
-    let half = b.ins().fconst(0.5);
-    let double = b.ins().host_call(HostFn::PmacSin, &[half, minus]).unwrap();
-    b.ins().store(at(16), double);
-    b.ins().host_call(HostFn::PmacPlc, &[minus, minus, minus, minus]);
-    b.ins().host_call(HostFn::PmacSave, &[]);
-    let seen = b.ins().load(Type::I8, at(40));
-    b.ins().store(at(41), seen);
+    let minus = b.func().iconst(Type::I32, -1);
+    let half = b.func().fconst(0.5);
+    let double = b.func().host_call(HostFn::PmacSin, &[half, minus]).unwrap();
+    b.func().store(at(16), double);
+    b.func().host_call(HostFn::PmacPlc, &[minus, minus, minus, minus]);
+    b.func().host_call(HostFn::PmacSave, &[]);
+    let seen = b.func().load(Type::I8, at(40));
+    b.func().store(at(41), seen);
     b.ret();
 }
 
@@ -340,11 +340,11 @@ fn calls_then_suspends(b: &mut ChunkBuilder) {
     b.resume_points(0, &[next]);
     for line in 1..=5 {
         statement(b, line);
-        b.ins().host_call(HostFn::PmacSave, &[]);
+        b.func().host_call(HostFn::PmacSave, &[]);
         add(b, 0, 1);
     }
-    let seen = b.ins().load(Type::I8, at(40));
-    b.ins().store(at(41), seen);
+    let seen = b.func().load(Type::I8, at(40));
+    b.func().store(at(41), seen);
     b.suspend(next);
     b.bind(next);
     b.ret();
@@ -392,15 +392,15 @@ fn labels_far_apart_are_found() {
     for i in (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))) {
         b.bind(places[i]);
         b.task("t", places[i]);
-        let v = b.ins().iconst(Type::I32, i as i64);
-        b.ins().store(at(0), v);
+        let v = b.func().iconst(Type::I32, i as i64);
+        b.func().store(at(0), v);
         b.ret();
         if i == 160 {
             // Makes the function long enough to be cut.
             let end = b.place();
             b.bind(end);
             for _ in 0..1000 {
-                b.ins().store(at(4), v);
+                b.func().store(at(4), v);
             }
             b.ret();
         }
@@ -429,7 +429,7 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
     let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
-    assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel));
+    assert_eq!(outcome, Outcome::trap(TrapCode::Internal));
     let refuse = |code: &Code, program: &Program| {
         assert!(NativeEngine::new(code, program).is_err());
     };
@@ -474,13 +474,13 @@ fn making_code_later_takes_none_of_the_time_of_the_scan() {
         b.jump(rare);
         b.begin_function();
         b.bind(rare);
-        b.ins().set_optimize_for_size(true);
+        b.func().set_optimize_for_size(true);
         statement(&mut b, 2);
         add(&mut b, 4, 1);
-        let args = vec![b.ins().iconst(Type::I32, 1); 4];
-        b.ins().host_call(HostFn::PmacPlc, &args);
+        let args = vec![b.func().iconst(Type::I32, 1); 4];
+        b.func().host_call(HostFn::PmacPlc, &args);
         b.jump(again);
-        b.ins().set_optimize_for_size(false);
+        b.func().set_optimize_for_size(false);
         b.begin_function();
         b.bind(again);
         add(&mut b, 8, 1);
@@ -517,7 +517,7 @@ fn making_code_later_takes_none_of_the_time_of_the_scan() {
     assert_eq!((outcome, image), (Outcome::Trap(Trap::late(line)), [1, 1, 0]));
     // Without a compiler there is no such code.
     let (outcome, image, _) = run(&mut NoHost, false);
-    assert_eq!((outcome, image), (Outcome::trap(TrapCode::BadLabel), [1, 0, 0]));
+    assert_eq!((outcome, image), (Outcome::trap(TrapCode::Internal), [1, 0, 0]));
 }
 
 /// A host that makes the scan late in one of its calls, and gives it more time `extensions` times.
@@ -563,7 +563,7 @@ fn a_scan_ends_behind_the_host_function_in_which_its_time_is_up() {
         b.task("t", start);
         for line in 1..=9 {
             statement(b, line);
-            b.ins().host_call(HostFn::PmacSave, &[]);
+            b.func().host_call(HostFn::PmacSave, &[]);
             add(b, 0, 1);
         }
         b.ret();
@@ -602,7 +602,7 @@ fn endless_loops_end_when_the_time_is_up() {
         b.bind(top);
         statement(b, 1);
         add(b, 0, 1);
-        let late = b.ins().is_late();
+        let late = b.func().is_late();
         b.brif(late, out, top);
         b.bind(out);
         statement(b, 2);

@@ -72,8 +72,8 @@ fn every_statement_keeps_its_source_line() {
         b.task(format!("t{i}"), place);
         let (line, start) = (i as u32 + 1, 2 * i as u32);
         b.statement(Statement { file, line, start, end: start + 1 });
-        let v = b.ins().load(Type::I32, at);
-        b.ins().store(at, v);
+        let v = b.func().load(Type::I32, at);
+        b.func().store(at, v);
         b.switch(v, places.clone(), places[0]);
     }
     let module = b.finish();

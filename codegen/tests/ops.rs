@@ -144,13 +144,13 @@ fn task(
     b.bind(start);
     b.task("t", start);
     let [x, y] = [(A, 0), (B, 1)].map(|(offset, i)| match operands[i] {
-        None => b.ins().load(types[i], place(types[i], offset).0),
-        Some(bits) if types[i] == Type::F64 => b.ins().fconst(f64::from_bits(bits as u64)),
-        Some(value) => b.ins().iconst(types[i], value),
+        None => b.func().load(types[i], place(types[i], offset).0),
+        Some(bits) if types[i] == Type::F64 => b.func().fconst(f64::from_bits(bits as u64)),
+        Some(value) => b.func().iconst(types[i], value),
     });
-    let result = make(b.ins(), x, y);
-    let ty = b.ins().func().ty(result);
-    b.ins().store(place(ty, RESULT).0, result);
+    let result = make(b.func(), x, y);
+    let ty = b.func().func().ty(result);
+    b.func().store(place(ty, RESULT).0, result);
     b.ret();
 }
 

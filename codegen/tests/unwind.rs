@@ -23,11 +23,11 @@ fn caller() -> (Program, Module) {
     let start = b.place();
     b.bind(start);
     b.task("scan", start);
-    let values: Vec<_> = (0..8).map(|i| b.ins().load(Type::I8, at(i))).collect();
-    b.ins().host_call(HostFn::PmacSave, &[]);
+    let values: Vec<_> = (0..8).map(|i| b.func().load(Type::I8, at(i))).collect();
+    b.func().host_call(HostFn::PmacSave, &[]);
     for (i, value) in (0..).zip(values) {
-        let value = b.ins().binary_imm(BinaryOp::Add, value, 1);
-        b.ins().store(at(i), value);
+        let value = b.func().binary_imm(BinaryOp::Add, value, 1);
+        b.func().store(at(i), value);
     }
     b.ret();
     let module = b.finish();

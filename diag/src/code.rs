@@ -1,4 +1,4 @@
-//! The pages of diagnostic codes: what each code means and how to mend its cause.
+//! The pages of diagnostic codes: what each code means and how to fix its cause.
 
 use crate::codes;
 
@@ -12,8 +12,8 @@ pub struct CodeInfo {
     pub title: &'static str,
     /// What it means and why it is refused or warned of.
     pub meaning: &'static str,
-    /// An example of wrong code and the same example mended, or what else to do.
-    pub mend: &'static str,
+    /// An example of wrong code and the same example corrected, or what else to do.
+    pub fix: &'static str,
 }
 
 /// The pages of all codes: one table for each language.
@@ -33,7 +33,7 @@ mod tests {
         let mut seen = std::collections::HashSet::new();
         for info in TABLES.iter().flat_map(|t| t.iter()) {
             assert!(seen.insert(info.code), "{} stands twice", info.code);
-            for text in [info.title, info.meaning, info.mend] {
+            for text in [info.title, info.meaning, info.fix] {
                 assert!(!text.trim().is_empty(), "{} has an empty part", info.code);
             }
         }

@@ -11,7 +11,7 @@
 //! - [`Diagnostic`] is one finding. [`json::line`] prints it for programs, `render::draw` (with the
 //!   feature `render`) draws it for people with an excerpt of the source.
 //! - [`find_code`] gives the page of a code: what it means, why the program is refused or warned
-//!   of, and an example of how to mend it.
+//!   of, and an example of how to fix it.
 //!
 //! ```
 //! use plcc_diag::{Diagnostic, SourceMap, Span, find_code, json};

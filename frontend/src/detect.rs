@@ -27,7 +27,7 @@ pub fn ending(path: &Path) -> Ending {
     let ending = ending.to_string_lossy().to_ascii_lowercase();
     let having: Vec<Dialect> = LANGUAGES
         .iter()
-        .filter(|language| language.endings().contains(&ending.as_str()))
+        .filter(|language| language.file_extensions().contains(&ending.as_str()))
         .map(|language| language.dialect())
         .collect();
     match having.as_slice() {
@@ -38,9 +38,9 @@ pub fn ending(path: &Path) -> Ending {
 }
 
 /// Every ending of every language, each once and with its point: `.pmi`, `.nct`, `.plc`…
-pub fn endings() -> Vec<String> {
+pub fn file_extensions() -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
-    for ending in LANGUAGES.iter().flat_map(|language| language.endings()) {
+    for ending in LANGUAGES.iter().flat_map(|language| language.file_extensions()) {
         let ending = format!(".{ending}");
         if !all.contains(&ending) {
             all.push(ending);

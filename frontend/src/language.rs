@@ -36,11 +36,11 @@ pub trait Language: Sync {
     fn title(&self) -> &'static str;
 
     /// Whose language it is, one line for `--help`.
-    fn maker(&self) -> &'static str;
+    fn vendor(&self) -> &'static str;
 
-    /// The endings of file names, in small letters and without the point. An ending that several
+    /// The extensions of file names, in small letters and without the point. An ending that several
     /// languages have decides nothing.
-    fn endings(&self) -> &'static [&'static str];
+    fn file_extensions(&self) -> &'static [&'static str];
 
     /// Whether a text holds a word or sign that stands only in programs of this language, such as
     /// `$INPUT`, `:001` or `OPEN PLC`. `plain` is the text in capitals, in which each comment and

@@ -31,7 +31,7 @@ mod calls;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::{Block, Func, Label, Module, RegionId, SourceLoc, Terminator};
+use crate::{Block, Func, Label, Module, RegionId, StatementId, Terminator};
 
 /// Where return labels are kept in the process image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub struct Bound {
     pub operations: Option<u64>,
     /// The statements on the way, in the order in which they are executed; those of a subroutine only
     /// where it is called for the first time. If there is a loop, the statement that closes it.
-    pub path: Vec<SourceLoc>,
+    pub path: Vec<StatementId>,
 }
 
 /// The bound of each task of a verified module, in the tasks' order. In a module without a
@@ -72,7 +72,7 @@ type Node = (Func, Block, Option<u32>);
 
 /// A longest way from a node: its length, and the next node on it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Way {
+struct LongestPath {
     length: u64,
     next: Next,
 }
@@ -95,11 +95,11 @@ enum Next {
 #[derive(Clone, Copy, Debug, Default)]
 struct Ways {
     /// The one to the end of the scan, if one leads there.
-    to_end: Option<Way>,
+    to_end: Option<LongestPath>,
     /// The one to the return of the subroutine in which the node is, if one leads there.
-    to_return: Option<Way>,
+    to_return: Option<LongestPath>,
     /// The statement that closes a loop, where the node can reach one.
-    looping: Option<SourceLoc>,
+    looping: Option<StatementId>,
 }
 
 /// Where control goes from a node.
@@ -155,7 +155,7 @@ struct Visit {
     /// How many of its edges have been followed.
     followed: usize,
     /// The statement that closes a loop, where one of its edges does.
-    looping: Option<SourceLoc>,
+    looping: Option<StatementId>,
 }
 
 impl<'a> Analysis<'a> {
@@ -306,7 +306,7 @@ impl<'a> Analysis<'a> {
                 State::Open => {
                     let statement = open.iter().rev().find_map(|visit| self.statement(visit.node));
                     if let Some(visit) = open.last_mut() {
-                        visit.looping.get_or_insert(statement.unwrap_or(SourceLoc::NONE));
+                        visit.looping.get_or_insert(statement.unwrap_or(StatementId::NONE));
                     }
                 }
             }
@@ -314,16 +314,16 @@ impl<'a> Analysis<'a> {
     }
 
     /// The statement to which the end of a node's block belongs; `None` if there is no instruction.
-    fn statement(&self, node: usize) -> Option<SourceLoc> {
+    fn statement(&self, node: usize) -> Option<StatementId> {
         let (func, block, _) = self.nodes[node];
         let data = self.module.funcs.get(func.index())?;
         let locs = data.block(block).insts.iter().rev().map(|&inst| data.loc(inst));
-        locs.into_iter().find(|&loc| loc != SourceLoc::NONE)
+        locs.into_iter().find(|&loc| loc != StatementId::NONE)
     }
 
     /// The longest ways from a node, given those of all that it leads to; `looping` is the statement
     /// that closes a loop, if one of the node's own edges does.
-    fn longest(&mut self, node: usize, looping: Option<SourceLoc>) -> Ways {
+    fn longest(&mut self, node: usize, looping: Option<StatementId>) -> Ways {
         let (func, block, _) = self.nodes[node];
         let edges = self.edges[node].clone();
         let successors: Vec<usize> = edges.successors.iter().map(|&n| self.number(n)).collect();
@@ -341,14 +341,14 @@ impl<'a> Analysis<'a> {
             let slot = if to == To::End { &mut ways.to_end } else { &mut ways.to_return };
             let length = length.saturating_add(own);
             if slot.is_none_or(|best| best.length < length) {
-                *slot = Some(Way { length, next });
+                *slot = Some(LongestPath { length, next });
             }
         };
         match &data.terminator {
             Some(Terminator::GotoIndirect(_)) => match self.returns {
                 Some(_) => offer(To::Return, 0, Next::Over),
                 None => {
-                    ways.looping.get_or_insert(self.statement(node).unwrap_or(SourceLoc::NONE));
+                    ways.looping.get_or_insert(self.statement(node).unwrap_or(StatementId::NONE));
                 }
             },
             Some(
@@ -385,8 +385,8 @@ impl<'a> Analysis<'a> {
 
     /// The statements on the longest way from a node to the end of the scan, or to the return if it
     /// does not come to the end.
-    fn path(&self, start: usize) -> Vec<SourceLoc> {
-        let mut path: Vec<SourceLoc> = vec![];
+    fn path(&self, start: usize) -> Vec<StatementId> {
+        let mut path: Vec<StatementId> = vec![];
         let mut seen = vec![false; self.nodes.len()];
         let to = if self.ways[start].to_end.is_some() { To::End } else { To::Return };
         let mut rest = vec![(start, to)];
@@ -395,7 +395,7 @@ impl<'a> Analysis<'a> {
             if let Some(data) = self.module.funcs.get(func.index()) {
                 for &inst in &data.block(block).insts {
                     let loc = data.loc(inst);
-                    if loc != SourceLoc::NONE && path.last() != Some(&loc) {
+                    if loc != StatementId::NONE && path.last() != Some(&loc) {
                         path.push(loc);
                     }
                 }
@@ -457,7 +457,7 @@ block0 (L1):
     return
 }
 ";
-        let path = [0, 1, 3].map(SourceLoc).to_vec();
+        let path = [0, 1, 3].map(StatementId).to_vec();
         assert_eq!(bounds_of(text, None), [Bound { operations: Some(9), path }]);
     }
 
@@ -491,7 +491,7 @@ block1 (L2):
     return
 }
 ";
-        let (endless, short) = (vec![SourceLoc(3)], vec![]);
+        let (endless, short) = (vec![StatementId(3)], vec![]);
         let expected =
             [Bound { operations: None, path: endless }, Bound { operations: Some(1), path: short }];
         assert_eq!(bounds_of(text, None), expected);
@@ -536,7 +536,7 @@ block3 (L1):
         assert!(found[0].operations.is_some_and(|most| most >= 16), "{found:?}");
         let straight = CALLS.replace(" resume [L3]", "");
         let found = bounds_of(&straight, Some(stack));
-        let path = [0, 2, 1, 3].map(SourceLoc).to_vec();
+        let path = [0, 2, 1, 3].map(StatementId).to_vec();
         assert_eq!(found, [Bound { operations: Some(16), path }]);
         // Without the stack a jump to a label by number may lead anywhere.
         assert_eq!(bounds_of(&straight, None)[0].operations, None);

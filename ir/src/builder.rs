@@ -2,14 +2,14 @@
 //!
 //! [`FuncBuilder`] has a current block, and each method appends an instruction or terminator to
 //! it and gives the result. Front ends get one from
-//! [`ChunkBuilder::ins`](crate::ChunkBuilder::ins).
+//! [`ChunkBuilder::func`](crate::ChunkBuilder::func).
 
 use plcc_abi::{HostFn, TrapCode};
 
 use crate::func::ValueData;
 use crate::{
     Address, Args, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData,
-    IntCond, Label, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
+    IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 /// A function under construction and the block that instructions are appended to.
@@ -21,7 +21,7 @@ use crate::{
 pub struct FuncBuilder {
     func: FuncData,
     block: Block,
-    loc: SourceLoc,
+    loc: StatementId,
     /// Whether blocks that become the current one are marked as cold.
     cold: bool,
     /// Whether blocks that become the current one are to be optimised for size.
@@ -38,7 +38,7 @@ impl FuncBuilder {
             blocks: vec![BlockData::default()],
             ..FuncData::default()
         };
-        let loc = SourceLoc::NONE;
+        let loc = StatementId::NONE;
         Self { func, block: Block(0), loc, cold: false, optimize_for_size: false, host_calls: 0 }
     }
 
@@ -66,12 +66,12 @@ impl FuncBuilder {
     }
 
     /// Sets the statement that further instructions belong to.
-    pub fn set_loc(&mut self, loc: SourceLoc) {
+    pub fn set_loc(&mut self, loc: StatementId) {
         self.loc = loc;
     }
 
     /// The statement that further instructions belong to.
-    pub fn loc(&self) -> SourceLoc {
+    pub fn loc(&self) -> StatementId {
         self.loc
     }
 

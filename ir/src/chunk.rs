@@ -27,8 +27,8 @@ use plcc_abi::{Region, Task, TrapCode, TrapSite};
 use crate::bound::ReturnStack;
 use crate::tables::FastMap;
 use crate::{
-    Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, SourceLoc,
-    Statement, Terminator, Value,
+    Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, Statement,
+    StatementId, Terminator, Value,
 };
 
 /// A new function begins at the next statement or place when the current one has this many
@@ -84,7 +84,7 @@ pub struct ChunkBuilder {
     finished_instructions: usize,
     /// The last statement of the first finished function that has more than
     /// [`MAX_STATEMENT_INSTRUCTIONS`].
-    long_statement: Option<SourceLoc>,
+    long_statement: Option<StatementId>,
 }
 
 impl ChunkBuilder {
@@ -185,13 +185,13 @@ impl ChunkBuilder {
     }
 
     /// Begins a statement, to which further instructions belong. A new function may begin here.
-    pub fn statement(&mut self, statement: Statement) -> SourceLoc {
+    pub fn statement(&mut self, statement: Statement) -> StatementId {
         if self.is_full() && !self.current.is_terminated() {
             let next = self.place();
             self.jump(next);
             self.bind(next);
         }
-        let loc = SourceLoc(self.module.statements.len() as u32);
+        let loc = StatementId(self.module.statements.len() as u32);
         self.module.statements.push(statement);
         self.current.set_loc(loc);
         loc
@@ -201,7 +201,7 @@ impl ChunkBuilder {
     /// [`MAX_STATEMENT_INSTRUCTIONS`]; `None` as long as neither is so. A front end asks this after
     /// each statement, and gives up when there is one.
     pub fn statement_over_budget(&self) -> Option<Statement> {
-        let statement = |loc: SourceLoc| self.module.statements.get(loc.0 as usize).copied();
+        let statement = |loc: StatementId| self.module.statements.get(loc.0 as usize).copied();
         if let Some(long) = self.long_statement {
             return statement(long);
         }
@@ -261,7 +261,7 @@ impl ChunkBuilder {
     }
 
     /// The builder of the current function, to append instructions.
-    pub fn ins(&mut self) -> &mut FuncBuilder {
+    pub fn func(&mut self) -> &mut FuncBuilder {
         &mut self.current
     }
 
@@ -403,16 +403,16 @@ mod tests {
         b.begin_function();
         b.bind(start);
         b.task("scan", start);
-        let v = b.ins().load(Type::I16, Address::fixed(region, 0));
-        let cond = b.ins().icmp_imm(IntCond::Eq, v, 0);
+        let v = b.func().load(Type::I16, Address::fixed(region, 0));
+        let cond = b.func().icmp_imm(IntCond::Eq, v, 0);
         let next = b.place();
         b.brif(cond, rare, next);
         b.bind(next);
         b.ret();
         b.begin_function();
         b.bind(rare);
-        let v = b.ins().load(Type::I16, Address::fixed(region, 2));
-        b.ins().store(Address::fixed(region, 0), v);
+        let v = b.func().load(Type::I16, Address::fixed(region, 2));
+        b.func().store(Address::fixed(region, 0), v);
         b.ret();
         let module = b.finish();
         assert_eq!(module.funcs.len(), 2, "nothing stands before the first place");
@@ -429,11 +429,11 @@ mod tests {
         b.task("scan", start);
         for line in 1..=20 {
             b.statement(Statement { file: 0, line, start: 0, end: 0 });
-            let v = b.ins().load(Type::I16, Address::fixed(region, 0));
-            let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
-            b.ins().store(Address::fixed(region, 0), v);
+            let v = b.func().load(Type::I16, Address::fixed(region, 0));
+            let v = b.func().binary_imm(BinaryOp::Add, v, 1);
+            b.func().store(Address::fixed(region, 0), v);
             if line == 10 {
-                let cond = b.ins().icmp_imm(IntCond::Eq, v, 0);
+                let cond = b.func().icmp_imm(IntCond::Eq, v, 0);
                 let next = b.place();
                 b.brif(cond, end, next);
                 b.bind(next);

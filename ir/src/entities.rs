@@ -12,7 +12,7 @@
 //! | [`Func`] | functions of a module | only in messages |
 //! | [`RegionId`] | regions of a module | its name |
 //! | [`Label`] | labels of a module | `L3` |
-//! | [`SourceLoc`] | statements of a module | `@3` |
+//! | [`StatementId`] | statements of a module | `@3` |
 
 use std::fmt;
 
@@ -60,7 +60,7 @@ entities! {
     /// function of the module.
     Label "L";
     /// A statement of the source: an index into [`Module::statements`](crate::Module::statements).
-    SourceLoc "@";
+    StatementId "@";
 }
 
 impl Value {
@@ -74,7 +74,7 @@ impl RegionId {
     pub const LOCAL_BITS: Self = Self(u32::MAX);
 }
 
-impl SourceLoc {
+impl StatementId {
     /// The location of instructions that belong to no statement.
     pub const NONE: Self = Self(u32::MAX);
 }

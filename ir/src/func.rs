@@ -25,7 +25,7 @@
 
 use plcc_abi::TrapCode;
 
-use crate::{Block, Inst, InstData, Label, RegionId, SourceLoc, Type, Value};
+use crate::{Block, Inst, InstData, Label, RegionId, StatementId, Type, Value};
 
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ pub enum Terminator {
     /// To a label, in this function or another.
     Goto(Label),
     /// To the label whose number is this value, an `i32`. If no label has the number, the program
-    /// is stopped with the trap [`TrapCode::BadLabel`].
+    /// is stopped with the trap [`TrapCode::Internal`].
     GotoIndirect(Value),
     /// The scan ends, suspended; the next scan of the task goes on at the label.
     Suspend(Label),
@@ -98,7 +98,7 @@ pub enum Terminator {
     /// The program is stopped as a [trap site](crate::Module::trap_sites) of the module says.
     TrapAt {
         /// The number of the site, an `i32`. If there is no such site, the trap is
-        /// [`TrapCode::BadLabel`].
+        /// [`TrapCode::Internal`].
         site: Value,
         /// The index with which the site's array was accessed, an `i32` of which the low 16 bits
         /// count. Sites without an array do not use it.
@@ -229,7 +229,7 @@ pub struct FuncData {
     pub(crate) entries: Vec<(Label, Block)>,
     pub(crate) blocks: Vec<BlockData>,
     pub(crate) insts: Vec<InstData>,
-    pub(crate) locs: Vec<SourceLoc>,
+    pub(crate) locs: Vec<StatementId>,
     pub(crate) results: Vec<Option<Value>>,
     pub(crate) values: Vec<ValueData>,
 }
@@ -308,9 +308,9 @@ impl FuncData {
         &self.insts[inst.index()]
     }
 
-    /// The statement that an instruction belongs to, or [`SourceLoc::NONE`].
-    pub fn loc(&self, inst: Inst) -> SourceLoc {
-        self.locs.get(inst.index()).copied().unwrap_or(SourceLoc::NONE)
+    /// The statement that an instruction belongs to, or [`StatementId::NONE`].
+    pub fn loc(&self, inst: Inst) -> StatementId {
+        self.locs.get(inst.index()).copied().unwrap_or(StatementId::NONE)
     }
 
     /// The result of an instruction; `None` if it has none, or is not of this function.
@@ -369,7 +369,7 @@ impl FuncData {
 
     /// Adds an instruction to the tables, which is in no block yet. Returns it and its result, which is
     /// [`Value::NONE`] if it has none.
-    pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> (Inst, Value) {
+    pub(crate) fn append(&mut self, data: InstData, loc: StatementId) -> (Inst, Value) {
         let inst = Inst(self.insts.len() as u32);
         let result = self.result_type(&data).map(|ty| {
             self.values.push(ValueData { ty, def: ValueDef::Result(inst) });

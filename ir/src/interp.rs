@@ -27,7 +27,7 @@ pub struct Interpreter {
 }
 
 /// The outcome where a label, resume point or trap site does not exist.
-const BAD_LABEL: Outcome = Outcome::trap(TrapCode::BadLabel);
+const BAD_LABEL: Outcome = Outcome::trap(TrapCode::Internal);
 
 /// How a function is left.
 enum Exit {
@@ -255,14 +255,14 @@ mod tests {
         b.bind(start);
         b.task("scan", start);
         b.resume_points(0, &[middle]);
-        let v = b.ins().load(Type::I16, at);
-        let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
-        b.ins().store(at, v);
+        let v = b.func().load(Type::I16, at);
+        let v = b.func().binary_imm(BinaryOp::Add, v, 1);
+        b.func().store(at, v);
         b.suspend(middle);
         b.bind(middle);
-        let v = b.ins().load(Type::I16, at);
-        let v = b.ins().binary_imm(BinaryOp::Mul, v, 10);
-        b.ins().store(at, v);
+        let v = b.func().load(Type::I16, at);
+        let v = b.func().binary_imm(BinaryOp::Mul, v, 10);
+        b.func().store(at, v);
         b.ret();
         let mut engine = Interpreter::new(b.finish());
         let mut image = [0; 8];
@@ -278,7 +278,7 @@ mod tests {
         assert_eq!(call(None, &mut image), suspended);
         assert_eq!(image[0], 12);
         for beyond in [1, u32::MAX] {
-            assert_eq!(call(Some(beyond), &mut image), Outcome::trap(TrapCode::BadLabel));
+            assert_eq!(call(Some(beyond), &mut image), Outcome::trap(TrapCode::Internal));
         }
         assert_eq!(image[0], 12);
     }

@@ -37,9 +37,9 @@
 //! let start = b.place();
 //! b.bind(start);
 //! b.task("scan", start);
-//! let old = b.ins().load(Type::I32, counter);
-//! let new = b.ins().binary_imm(BinaryOp::Add, old, 1);
-//! b.ins().store(counter, new);
+//! let old = b.func().load(Type::I32, counter);
+//! let new = b.func().binary_imm(BinaryOp::Add, old, 1);
+//! b.func().store(counter, new);
 //! b.ret();
 //! let mut module = b.finish();
 //! passes::optimize(&mut module, passes::OptLevel::Speed);
@@ -81,7 +81,7 @@ pub mod verify;
 
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};
-pub use entities::{Block, Func, Inst, Label, RegionId, SourceLoc, Value};
+pub use entities::{Block, Func, Inst, Label, RegionId, StatementId, Value};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, UnaryOp};
 pub use interp::Interpreter;

@@ -9,7 +9,7 @@ use plcc_abi::{SourceLine, Task, TrapSite};
 
 use crate::bound::ReturnStack;
 use crate::passes::PassSet;
-use crate::{Block, Func, FuncData, Label, RegionId, SourceLoc, Terminator};
+use crate::{Block, Func, FuncData, Label, RegionId, StatementId, Terminator};
 
 /// In how many blocks after a label the first statement is looked for. Blocks without instructions stand
 /// where conditional statements end.
@@ -52,7 +52,7 @@ pub struct Statement {
 pub struct Module {
     /// The source files.
     pub files: Vec<SourceFile>,
-    /// The statements of the sources; a [`SourceLoc`] is an index into them.
+    /// The statements of the sources; a [`StatementId`] is an index into them.
     pub statements: Vec<Statement>,
     /// The places at which the program may be stopped, which
     /// [`Terminator::TrapAt`] names by their numbers here.
@@ -138,7 +138,7 @@ impl Module {
             let body = self.funcs.get(func.index())?;
             let data = body.block(block);
             let mut locs = data.insts.iter().map(|&inst| body.loc(inst));
-            if let Some(loc) = locs.find(|&loc| loc != SourceLoc::NONE) {
+            if let Some(loc) = locs.find(|&loc| loc != StatementId::NONE) {
                 return self.line(loc);
             }
             match data.terminator.as_ref()? {
@@ -150,7 +150,7 @@ impl Module {
     }
 
     /// The line at which a statement begins; `None` if there is no such statement.
-    pub fn line(&self, loc: SourceLoc) -> Option<SourceLine> {
+    pub fn line(&self, loc: StatementId) -> Option<SourceLine> {
         let statement = self.statements.get(loc.index())?;
         Some(SourceLine { file: statement.file, line: statement.line })
     }

@@ -43,17 +43,17 @@ mod tests {
         let (start, rare) = (builder.place(), builder.place());
         builder.bind(start);
         builder.task("scan", start);
-        let cond = builder.ins().iconst(crate::Type::I1, 0);
+        let cond = builder.func().iconst(crate::Type::I1, 0);
         let next = builder.place();
         builder.brif(cond, rare, next);
         builder.bind(next);
         builder.ret();
         builder.begin_function();
         builder.bind(rare);
-        builder.ins().set_optimize_for_size(true);
-        builder.ins().iconst(crate::Type::I32, 1);
+        builder.func().set_optimize_for_size(true);
+        builder.func().iconst(crate::Type::I32, 1);
         builder.ret();
-        builder.ins().set_optimize_for_size(false);
+        builder.func().set_optimize_for_size(false);
         // A function without instructions stays.
         builder.begin_function();
         let empty = builder.place();

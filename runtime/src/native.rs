@@ -147,7 +147,7 @@ impl NativeEngine {
 
     /// Has the code of the labels for which there is [none](CodeParts::NO_CODE) made when a scan first comes to one of
     /// them. The time that this takes does not count as the scan's. If no code can be made, such a scan is an error
-    /// of the control ([`TrapCode::BadLabel`]).
+    /// of the control ([`TrapCode::Internal`]).
     pub fn make_later(&mut self, maker: Box<dyn LaterCode>) {
         self.maker = Some(maker);
     }
@@ -273,7 +273,7 @@ impl NativeEngine {
     fn refused(&self, task: usize) -> Outcome {
         match task < self.starts.len() {
             true if self.host_panicked() => Outcome::trap(TrapCode::HostPanic),
-            true => Outcome::trap(TrapCode::BadLabel),
+            true => Outcome::trap(TrapCode::Internal),
             // A task that does not exist has nothing to execute.
             false => Outcome::End,
         }
@@ -317,12 +317,12 @@ impl Call<'_, '_> {
             }
             RawOutcome::GOTO => match self.engine.entries.get(label as usize) {
                 Some(&entry) => return Ok(Start { entry, label }),
-                None => Outcome::trap(TrapCode::BadLabel),
+                None => Outcome::trap(TrapCode::Internal),
             },
             RawOutcome::END => Outcome::End,
             RawOutcome::SUSPEND => {
                 let point = self.engine.tasks.get(task).and_then(|labels| labels.point(label));
-                point.map_or(Outcome::trap(TrapCode::BadLabel), Outcome::Suspended)
+                point.map_or(Outcome::trap(TrapCode::Internal), Outcome::Suspended)
             }
             _ => Outcome::Trap(raw.to_trap(&self.engine.trap_sites)),
         })
@@ -411,7 +411,7 @@ unsafe extern "C" fn make_later_code(context: *const ScanContext, label: u32) ->
         false
     });
     if !made {
-        return RawOutcome::trap(TrapCode::BadLabel).0;
+        return RawOutcome::trap(TrapCode::Internal).0;
     }
     call.scan.limit.extend(start.elapsed());
     call.context.limit.store(call.scan.limit.limit, Ordering::Relaxed);

@@ -83,7 +83,7 @@ export async function startRelay(url) {
       lets = false;
       for (const socket of open) socket.destroy();
     },
-    mend() { lets = true; },
+    fix() { lets = true; },
     stop() {
       this.cut();
       return new Promise((resolve) => server.close(resolve));

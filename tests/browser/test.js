@@ -180,7 +180,7 @@ test("a page whose connection breaks says so, comes back, and shows the same", a
     await row.waitFor();
     relay.cut();
     await page.locator(".notice").filter({ hasText: "lost" }).waitFor();
-    relay.mend();
+    relay.fix();
     await page.locator(".notice").waitFor({ state: "hidden", timeout: 30_000 });
     await page.locator(".time").filter({ hasText: "tick 60 " }).waitFor();
     await page.reload();

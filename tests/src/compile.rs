@@ -17,7 +17,7 @@ use plcc_runtime::{Artifact, NativeEngine};
 
 /// An engine, and whether the code that it runs is optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum EngineKind {
     /// The statement interpreter, with which the others are compared.
     Statements,
     /// The IR interpreter, on IR as lowered.
@@ -33,7 +33,7 @@ pub enum Way {
     Artifact,
 }
 
-impl Way {
+impl EngineKind {
     /// All of them, the statement interpreter first.
     pub const ALL: [Self; 6] =
         [Self::Statements, Self::Ir, Self::IrSpeed, Self::JitNone, Self::JitSpeed, Self::Artifact];
@@ -113,20 +113,20 @@ impl Compiled {
     ///
     /// # Errors
     /// The code can't be made, written, read back or mapped.
-    pub fn engine(&self, way: Way) -> Result<(Program, Box<dyn Engine>), String> {
+    pub fn engine(&self, way: EngineKind) -> Result<(Program, Box<dyn Engine>), String> {
         let interpret = |lowered: &Lowered| -> Box<dyn Engine> {
             Box::new(interp::Interpreter::new(Arc::new(lowered.module.clone())))
         };
         let engine: Box<dyn Engine> = match way {
-            Way::Statements => self.checked.interpreter(),
-            Way::Ir => interpret(&self.plain),
-            Way::IrSpeed => interpret(&self.best),
-            Way::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
-            Way::JitSpeed => {
+            EngineKind::Statements => self.checked.interpreter(),
+            EngineKind::Ir => interpret(&self.plain),
+            EngineKind::IrSpeed => interpret(&self.best),
+            EngineKind::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
+            EngineKind::JitSpeed => {
                 let made = jit_in_parts(|| Ok(self.plain.clone()), OptLevel::Speed);
                 Box::new(made.map_err(text)?.engine)
             }
-            Way::Artifact => return self.loaded(),
+            EngineKind::Artifact => return self.loaded(),
         };
         Ok((self.plain.program.clone(), engine))
     }

@@ -154,11 +154,11 @@ impl Gen {
         let site = TrapSite { code: TrapCode::ArrayBounds, statement, array };
         let site = self.b.trap_site(site);
         let site = match self.rng.chance(50) {
-            true => self.b.ins().iconst(Type::I32, site.into()),
-            false => self.b.ins().load(Type::I32, Address::fixed(RegionId(1), 0)),
+            true => self.b.func().iconst(Type::I32, site.into()),
+            false => self.b.func().load(Type::I32, Address::fixed(RegionId(1), 0)),
         };
-        let index = self.b.ins().load(Type::I32, Address::fixed(RegionId(1), 4));
-        self.b.ins().trap_at(site, index);
+        let index = self.b.func().load(Type::I32, Address::fixed(RegionId(1), 4));
+        self.b.func().trap_at(site, index);
     }
 
     fn program(&mut self) {
@@ -174,11 +174,11 @@ impl Gen {
             }
             let line = at as u32 + 1;
             let start = at as u32 * 21;
-            if self.b.ins().is_terminated() {
+            if self.b.func().is_terminated() {
                 self.pool.clear();
             }
             let place = |b: &mut ChunkBuilder| {
-                let func = b.ins().func();
+                let func = b.func().func();
                 (func.name().to_owned(), func.block_count())
             };
             let before = place(&mut self.b);
@@ -217,7 +217,7 @@ impl Gen {
             }
             6 => {
                 let arg = self.value(Type::I32);
-                let arg = self.b.ins().binary_imm(BinaryOp::And, arg, 3);
+                let arg = self.b.func().binary_imm(BinaryOp::And, arg, 3);
                 let targets = (0..3).map(|_| ahead(&mut self.rng)).collect();
                 let default = ahead(&mut self.rng);
                 self.b.switch(arg, targets, default);
@@ -239,16 +239,16 @@ impl Gen {
             }
             9 => {
                 let label = self.b.label(places[at + 1]);
-                let number = self.b.ins().iconst(Type::I32, label.0.into());
+                let number = self.b.func().iconst(Type::I32, label.0.into());
                 self.b.goto_indirect(number);
             }
             _ => {
                 // Jumps back until the counter is used up.
                 let at_fuel = Address::fixed(RegionId(4), 0);
-                let fuel = self.b.ins().load(Type::I32, at_fuel);
-                let less = self.b.ins().binary_imm(BinaryOp::Sub, fuel, 1);
-                self.b.ins().store(at_fuel, less);
-                let empty = self.b.ins().icmp_imm(IntCond::Sle, less, 0);
+                let fuel = self.b.func().load(Type::I32, at_fuel);
+                let less = self.b.func().binary_imm(BinaryOp::Sub, fuel, 1);
+                self.b.func().store(at_fuel, less);
+                let empty = self.b.func().icmp_imm(IntCond::Sle, less, 0);
                 let (next, back) = (self.b.place(), self.rng.below(at + 1));
                 self.b.brif(empty, next, places[back]);
                 self.b.bind(next);
@@ -277,7 +277,7 @@ impl Gen {
         let ty = *self.rng.pick(&Type::ALL);
         let value = if ty == Type::F64 { self.number() } else { self.value(ty) };
         let at = self.address(ty);
-        self.b.ins().store(at, value);
+        self.b.func().store(at, value);
     }
 
     /// A call of a function that is pure; passes compute some of these with integers.
@@ -288,14 +288,14 @@ impl Gen {
         let (function, args) = match self.rng.below(8) {
             0 => (HostFn::PmacBits, vec![x]),
             1 => {
-                let (low, high) = (self.b.ins().fconst(-8.0), self.b.ins().fconst(7.0));
+                let (low, high) = (self.b.func().fconst(-8.0), self.b.func().fconst(7.0));
                 (HostFn::PmacRange, vec![x, low, high])
             }
-            2 => (HostFn::PmacMod, vec![x, self.b.ins().fconst(5.0)]),
+            2 => (HostFn::PmacMod, vec![x, self.b.func().fconst(5.0)]),
             _ => (*self.rng.pick(&binary), vec![x, y]),
         };
         let ty = if function == HostFn::PmacBits { Type::I64 } else { Type::F64 };
-        let result = self.b.ins().host_call(function, &args);
+        let result = self.b.func().host_call(function, &args);
         self.pool.extend(result.map(|value| (value, ty)));
     }
 
@@ -303,12 +303,12 @@ impl Gen {
     fn finite_double(&mut self) {
         let at = Address::fixed(RegionId(5), 8 * self.rng.below(FINITE_COUNT as usize) as u32);
         if self.rng.chance(60) {
-            let value = self.b.ins().load(Type::F64, at);
+            let value = self.b.func().load(Type::F64, at);
             self.pool.push((value, Type::F64));
             return;
         }
         let value = self.value(Type::F64);
-        let b = self.b.ins();
+        let b = self.b.func();
         let value = b.unary(UnaryOp::Ffinite, value);
         // A sum with 0 is not -0.
         let zero = b.fconst(0.0);
@@ -319,8 +319,8 @@ impl Gen {
     fn host_call(&mut self) {
         let (a, b) = (self.value(Type::I32), self.value(Type::I32));
         if self.rng.chance(50) {
-            self.b.ins().host_call(HostFn::NctHf, &[a, b]);
-        } else if let Some(value) = self.b.ins().host_call(HostFn::PmacMRead, &[a]) {
+            self.b.func().host_call(HostFn::NctHf, &[a, b]);
+        } else if let Some(value) = self.b.func().host_call(HostFn::PmacMRead, &[a]) {
             self.pool.push((value, Type::F64));
         }
     }
@@ -331,15 +331,15 @@ impl Gen {
         let ty = *self.rng.pick(&Type::ALL);
         let valued = self.rng.chance(50);
         let before = self.value(ty);
-        let ins = self.b.ins();
-        let (then, other, join) = (ins.create_block(), ins.create_block(), ins.create_block());
-        let param = valued.then(|| ins.block_param(join, ty));
-        ins.brif(cond, then, other);
+        let func = self.b.func();
+        let (then, other, join) = (func.create_block(), func.create_block(), func.create_block());
+        let param = valued.then(|| func.block_param(join, ty));
+        func.brif(cond, then, other);
         let kept = self.pool.len();
         let cold = self.rng.chance(30);
         for block in [then, other] {
-            self.b.ins().switch_to(block);
-            self.b.ins().set_cold(cold && block == other);
+            self.b.func().switch_to(block);
+            self.b.func().set_cold(cold && block == other);
             for _ in 0..self.rng.below(3) {
                 match self.rng.below(3) {
                     0 => self.store(),
@@ -348,11 +348,11 @@ impl Gen {
             }
             let value = if self.rng.chance(20) { before } else { self.value(ty) };
             let args: &[Value] = if valued { &[value] } else { &[] };
-            self.b.ins().jump(join, args);
+            self.b.func().jump(join, args);
             self.pool.truncate(kept);
         }
-        self.b.ins().set_cold(false);
-        self.b.ins().switch_to(join);
+        self.b.func().set_cold(false);
+        self.b.func().switch_to(join);
         self.pool.extend(param.map(|param| (param, ty)));
     }
 
@@ -368,11 +368,11 @@ impl Gen {
                 self.diamond();
             }
             let shift = self.rng.below(24) as i64;
-            let word = self.b.ins().load(Type::I32, at);
+            let word = self.b.func().load(Type::I32, at);
             if self.rng.chance(40) {
-                let low = self.b.ins().binary_imm(BinaryOp::Lshr, word, shift);
-                let bit = self.b.ins().binary_imm(BinaryOp::And, low, 1);
-                let truth = self.b.ins().icmp_imm(IntCond::Ne, bit, 0);
+                let low = self.b.func().binary_imm(BinaryOp::Lshr, word, shift);
+                let bit = self.b.func().binary_imm(BinaryOp::And, low, 1);
+                let truth = self.b.func().icmp_imm(IntCond::Ne, bit, 0);
                 self.pool.extend([(bit, Type::I32), (truth, Type::I1)]);
                 if region == RegionId(1) || self.rng.chance(10) {
                     self.pool.push((word, Type::I32));
@@ -384,15 +384,15 @@ impl Gen {
             let field = match self.rng.chance(60) {
                 true => {
                     let truth = self.value(Type::I1);
-                    self.b.ins().zextend_or_trunc(Type::I32, truth)
+                    self.b.func().zextend_or_trunc(Type::I32, truth)
                 }
                 false => self.value(Type::I32),
             };
-            let field = self.b.ins().binary_imm(BinaryOp::Shl, field, shift);
-            let field = self.b.ins().binary_imm(BinaryOp::And, field, mask);
-            let rest = self.b.ins().binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
-            let word = self.b.ins().binary(BinaryOp::Or, rest, field);
-            self.b.ins().store(at, word);
+            let field = self.b.func().binary_imm(BinaryOp::Shl, field, shift);
+            let field = self.b.func().binary_imm(BinaryOp::And, field, mask);
+            let rest = self.b.func().binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
+            let word = self.b.func().binary(BinaryOp::Or, rest, field);
+            self.b.func().store(at, word);
         }
     }
 
@@ -401,21 +401,21 @@ impl Gen {
         match self.rng.below(4) {
             0 => {
                 let value = self.value(Type::I32);
-                let value = self.b.ins().binary_imm(BinaryOp::And, value, 0xFF_FFFF);
-                self.b.ins().store(at, value);
+                let value = self.b.func().binary_imm(BinaryOp::And, value, 0xFF_FFFF);
+                self.b.func().store(at, value);
             }
             1 => {
                 let number = self.value(Type::I32);
                 let at = Address::indexed(at.region, 0, number, 4, WORD_COUNT);
-                let word = self.b.ins().load(Type::I32, at);
+                let word = self.b.func().load(Type::I32, at);
                 self.pool.push((word, Type::I32));
             }
             2 => {
-                let half = self.b.ins().load(Type::I16, at);
+                let half = self.b.func().load(Type::I16, at);
                 self.pool.push((half, Type::I16));
             }
             _ => {
-                let word = self.b.ins().load(Type::I32, at.volatile());
+                let word = self.b.func().load(Type::I32, at.volatile());
                 self.pool.push((word, Type::I32));
             }
         }
@@ -427,46 +427,46 @@ impl Gen {
         let at = Address::fixed(RegionId(1), 24);
         let is_field = ty == Type::I32 && self.rng.chance(50);
         let constant = |b: &mut ChunkBuilder, number: usize| match ty {
-            Type::F64 => b.ins().fconst(number as f64),
-            ty => b.ins().iconst(ty, number as i64),
+            Type::F64 => b.func().fconst(number as f64),
+            ty => b.func().iconst(ty, number as i64),
         };
         if self.rng.chance(70) {
             let first = constant(&mut self.b, self.rng.below(10));
-            self.b.ins().store(at, first);
+            self.b.func().store(at, first);
         }
         let kept = self.pool.len();
         for state in 0..6 + self.rng.below(6) {
-            let now = self.b.ins().load(ty, at);
+            let now = self.b.func().load(ty, at);
             let number = constant(&mut self.b, state);
-            let ins = self.b.ins();
+            let func = self.b.func();
             let is_here = match ty {
-                Type::F64 => ins.fcmp(FloatCond::Eq, now, number),
+                Type::F64 => func.fcmp(FloatCond::Eq, now, number),
                 _ if is_field => {
-                    let field = ins.binary_imm(BinaryOp::And, now, 0xFF_FFFF);
-                    ins.icmp(IntCond::Eq, field, number)
+                    let field = func.binary_imm(BinaryOp::And, now, 0xFF_FFFF);
+                    func.icmp(IntCond::Eq, field, number)
                 }
-                _ => ins.icmp(IntCond::Eq, now, number),
+                _ => func.icmp(IntCond::Eq, now, number),
             };
-            let (arm, next) = (ins.create_block(), ins.create_block());
-            ins.brif(is_here, arm, next);
-            self.b.ins().switch_to(arm);
+            let (arm, next) = (func.create_block(), func.create_block());
+            func.brif(is_here, arm, next);
+            self.b.func().switch_to(arm);
             if self.rng.chance(40) {
                 self.diamond();
             }
             if self.rng.chance(60) {
                 let other = constant(&mut self.b, self.rng.below(10));
-                self.b.ins().store(at, other);
+                self.b.func().store(at, other);
             }
-            self.b.ins().jump(next, &[]);
+            self.b.func().jump(next, &[]);
             self.pool.truncate(kept);
-            self.b.ins().switch_to(next);
+            self.b.func().switch_to(next);
         }
     }
 
     /// A double that is a number, so that its bits are the same everywhere.
     fn number(&mut self) -> Value {
         let value = self.value(Type::F64);
-        let b = self.b.ins();
+        let b = self.b.func();
         let is_number = b.fcmp(FloatCond::Eq, value, value);
         let zero = b.fconst(0.0);
         b.select(is_number, value, zero)
@@ -493,7 +493,7 @@ impl Gen {
         let count = 1 + self.rng.below(((size - offset - ty.bytes()) / scale) as usize) as u32;
         let index = self.value(Type::I32);
         let index = match self.rng.chance(70) {
-            true => self.b.ins().binary_imm(BinaryOp::And, index, 7),
+            true => self.b.func().binary_imm(BinaryOp::And, index, 7),
             false => index,
         };
         Address::indexed(region, offset, index, scale, count)
@@ -513,13 +513,13 @@ impl Gen {
         if ty == Type::F64 {
             let few = [0.0, -0.0, 1.0, -1.5, 0.5, 1e300, 3.0e9, f64::INFINITY, 2.5];
             let value = *self.rng.pick(&few);
-            return self.b.ins().fconst(value);
+            return self.b.func().fconst(value);
         }
         let value = match self.rng.chance(80) {
             true => *self.rng.pick(&few),
             false => self.rng.bits() as i64,
         };
-        self.b.ins().iconst(ty, value)
+        self.b.func().iconst(ty, value)
     }
 
     /// A new value of a type, from operands that are `depth` operations away at most.
@@ -536,26 +536,26 @@ impl Gen {
         let value = match self.rng.below(10) {
             0..3 => {
                 let at = self.address(ty);
-                self.b.ins().load(ty, at)
+                self.b.func().load(ty, at)
             }
             3 => {
                 let cond = operand(self, Type::I1);
                 let (a, b) = (operand(self, ty), operand(self, ty));
-                self.b.ins().select(cond, a, b)
+                self.b.func().select(cond, a, b)
             }
             4 if ty == Type::I1 => {
                 let of = *self.rng.pick(&[Type::I8, Type::I16, Type::I32, Type::I64]);
                 let cond = *self.rng.pick(IntCond::ALL);
                 let (a, b) = (operand(self, of), operand(self, of));
-                self.b.ins().icmp(cond, a, b)
+                self.b.func().icmp(cond, a, b)
             }
             5 if ty == Type::I1 => {
                 let cond = *self.rng.pick(FloatCond::ALL);
                 let (a, b) = (operand(self, Type::F64), operand(self, Type::F64));
-                self.b.ins().fcmp(cond, a, b)
+                self.b.func().fcmp(cond, a, b)
             }
             4 | 5 => self.conversion(ty, operand),
-            6 if ty == Type::I1 && self.rng.chance(10) => self.b.ins().is_late(),
+            6 if ty == Type::I1 && self.rng.chance(10) => self.b.func().is_late(),
             6 => {
                 let ops: &[UnaryOp] = match ty {
                     Type::F64 => &FLOAT_OPS,
@@ -567,7 +567,7 @@ impl Gen {
                 };
                 let op = *self.rng.pick(ops);
                 let arg = operand(self, ty);
-                self.b.ins().unary(op, arg)
+                self.b.func().unary(op, arg)
             }
             _ => {
                 let all: Vec<BinaryOp> = BinaryOp::ALL
@@ -581,7 +581,7 @@ impl Gen {
                     .collect();
                 let op = *self.rng.pick(&all);
                 let (a, b) = (operand(self, ty), operand(self, ty));
-                self.b.ins().binary(op, a, b)
+                self.b.func().binary(op, a, b)
             }
         };
         self.pool.push((value, ty));
@@ -593,11 +593,11 @@ impl Gen {
         if to == Type::F64 {
             let from = *self.rng.pick(&[Type::I32, Type::I64]);
             let arg = operand(self, from);
-            return self.b.ins().convert(ConvertOp::IntToFloat, to, arg);
+            return self.b.func().convert(ConvertOp::IntToFloat, to, arg);
         }
         if to == Type::I32 && self.rng.chance(30) {
             let arg = operand(self, Type::F64);
-            let b = self.b.ins();
+            let b = self.b.func();
             // Which NaN an operation gives differs between machines.
             let (number, zero) = (b.fcmp(FloatCond::Eq, arg, arg), b.fconst(0.0));
             let arg = b.select(number, arg, zero);
@@ -606,10 +606,10 @@ impl Gen {
         let from = *self.rng.pick(&ints);
         let arg = operand(self, from);
         let signed = self.rng.chance(50);
-        let ins = self.b.ins();
+        let func = self.b.func();
         match signed {
-            true => ins.sextend_or_trunc(to, arg),
-            false => ins.zextend_or_trunc(to, arg),
+            true => func.sextend_or_trunc(to, arg),
+            false => func.zextend_or_trunc(to, arg),
         }
     }
 }

@@ -9,11 +9,11 @@
 //! use std::path::Path;
 //! use plcc_abi::Dialect;
 //! use plcc_frontend::common::Options;
-//! use plcc_tests::compile::{Way, compile};
+//! use plcc_tests::compile::{EngineKind, compile};
 //!
 //! let lathe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pmi/lathe.pmi");
 //! let compiled = compile(&lathe, Dialect::Pmi, &Options::default()).unwrap();
-//! for way in Way::ALL {
+//! for way in EngineKind::ALL {
 //!     let (program, _engine) = compiled.engine(way).unwrap();
 //!     assert_eq!(program.tasks.len(), 1);
 //! }

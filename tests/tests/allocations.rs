@@ -17,7 +17,7 @@ use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::{self, executive};
 use plcc_runtime::swap::compare;
 use plcc_runtime::{Executive, Purpose};
-use plcc_tests::compile::{Way, compile};
+use plcc_tests::compile::{EngineKind, compile};
 /// What the thread that runs the ticks does for the image file and the socket: it writes the image,
 /// reads, sets and forces variables, and takes the state of a program over into another one.
 #[test]
@@ -30,7 +30,7 @@ fn acting_from_outside_allocates_nothing() {
         (Dialect::Pmac, "pmac/mill.pmc", "X:$0700"),
     ] {
         let compiled = compile(&examples.join(source), dialect, &Options::default()).unwrap();
-        let (program, mut engine) = compiled.engine(Way::JitSpeed).unwrap();
+        let (program, mut engine) = compiled.engine(EngineKind::JitSpeed).unwrap();
         let control = ControlArgs::default();
         let make = || executive(&program, &control, false, None).unwrap();
         let (mut old, mut new) = (make(), make());
@@ -108,7 +108,7 @@ fn ticks_with_faults_and_messages_allocate_nothing() {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(file);
         std::fs::write(&path, source).unwrap();
         let compiled = compile(&path, dialect, &Options::default()).unwrap();
-        for way in [Way::Statements, Way::JitSpeed] {
+        for way in [EngineKind::Statements, EngineKind::JitSpeed] {
             let (program, mut engine) = compiled.engine(way).unwrap();
             let mut executive = executive(&program, &ControlArgs::default(), false, None).unwrap();
             let mut events = Vec::with_capacity(64);
@@ -137,7 +137,7 @@ fn ticks_allocate_nothing() {
     ] {
         let compiled = compile(&examples.join(program), dialect, &Options::default()).unwrap();
         let table = std::fs::read(examples.join(stimulus)).unwrap();
-        for way in [Way::Statements, Way::JitSpeed] {
+        for way in [EngineKind::Statements, EngineKind::JitSpeed] {
             let (program, mut engine) = compiled.engine(way).unwrap();
             let control = ControlArgs::default();
             let mut executive = executive(&program, &control, false, None).unwrap();
@@ -176,7 +176,7 @@ fn ticks_of_a_pmac_that_sends_and_saves_allocate_nothing() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("talk.pmc");
     std::fs::write(&path, TALK).unwrap();
     let compiled = compile(&path, Dialect::Pmac, &Options::default()).unwrap();
-    for way in [Way::Statements, Way::JitSpeed] {
+    for way in [EngineKind::Statements, EngineKind::JitSpeed] {
         let (program, mut engine) = compiled.engine(way).unwrap();
         let mut executive = executive(&program, &ControlArgs::default(), false, None).unwrap();
         let mut events = Vec::with_capacity(64);
@@ -212,7 +212,7 @@ struct Args {
 fn a_run_of_many_ticks_allocates_no_more_than_one_of_few() {
     let lathe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pmi/lathe.pmi");
     let compiled = compile(&lathe, Dialect::Pmi, &Options::default()).unwrap();
-    let (program, mut engine) = compiled.engine(Way::JitSpeed).unwrap();
+    let (program, mut engine) = compiled.engine(EngineKind::JitSpeed).unwrap();
     let mut allocated = |ticks: &str| {
         let args = Args::try_parse_from(["run", "--ticks", ticks]).unwrap().run;
         measure(|| assert_eq!(session::run(&program, &mut engine, &args, None), 0)).bytes_total

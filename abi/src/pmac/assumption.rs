@@ -15,7 +15,7 @@ use crate::image::{read_u8, read_u32, read_u64, write_u8, write_u32, write_u64};
 
 /// Where code reaches an M-variable without calling the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Direct {
+pub enum DirectAccess {
     /// A field of a word of the image: offset among the words, address.
     Word(u32, u32, Field),
     /// A P-variable.
@@ -26,7 +26,7 @@ pub enum Direct {
     Star,
 }
 
-impl Direct {
+impl DirectAccess {
     /// Where a definition leads; `None` where only the host can follow it.
     pub fn of(layout: &Layout, definition: Definition) -> Option<Self> {
         let word = |space, address, field: Field| match layout.place(space, address) {
@@ -308,12 +308,15 @@ mod tests {
             other => panic!("{other:?}"),
         };
         assert_eq!(
-            Direct::of(&layout, y(0xFFC2)),
-            Some(Direct::Word(at(Space::Y, 0xFFC2), 0xFFC2, field))
+            DirectAccess::of(&layout, y(0xFFC2)),
+            Some(DirectAccess::Word(at(Space::Y, 0xFFC2), 0xFFC2, field))
         );
-        assert_eq!(Direct::of(&layout, P1), Some(Direct::P(1)));
-        assert_eq!(Direct::of(&layout, Definition::L { address: 0x1402 }), Some(Direct::Q(2)));
-        assert_eq!(Direct::of(&layout, Definition::Star), Some(Direct::Star));
+        assert_eq!(DirectAccess::of(&layout, P1), Some(DirectAccess::P(1)));
+        assert_eq!(
+            DirectAccess::of(&layout, Definition::L { address: 0x1402 }),
+            Some(DirectAccess::Q(2))
+        );
+        assert_eq!(DirectAccess::of(&layout, Definition::Star), Some(DirectAccess::Star));
         for other in [
             y(0xBC22),
             y(0x1001),
@@ -321,7 +324,7 @@ mod tests {
             Definition::F { address: 0x1001 },
             Definition::Y { address: 0xFFC2, field: Field { format: Format::D, ..field } },
         ] {
-            assert_eq!(Direct::of(&layout, other), None, "{other:?}");
+            assert_eq!(DirectAccess::of(&layout, other), None, "{other:?}");
         }
     }
 }

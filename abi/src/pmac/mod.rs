@@ -18,7 +18,7 @@ pub mod sparse_memory;
 mod symbols;
 pub mod tables;
 
-pub use assumption::{Assumption, Definitions, Direct};
+pub use assumption::{Assumption, Definitions, DirectAccess};
 pub use controller::Controller;
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, WORD_SIZE, context};

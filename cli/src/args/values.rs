@@ -9,11 +9,11 @@ use plcc_diag::lints::{LINTS, Lint, find_lint};
 use plcc_frontend::LANGUAGES;
 use plcc_frontend::common::{Controller, Limits, closest};
 
-/// The languages by their names, each with its maker.
+/// The languages by their names, each with its vendor.
 pub(super) fn dialect() -> impl TypedValueParser<Value = Dialect> {
     let known = LANGUAGES
         .iter()
-        .map(|language| PossibleValue::new(language.dialect().name()).help(language.maker()));
+        .map(|language| PossibleValue::new(language.dialect().name()).help(language.vendor()));
     PossibleValuesParser::new(known).try_map(|name| {
         let of_name = |dialect: &&Dialect| dialect.name().eq_ignore_ascii_case(&name);
         Dialect::ALL.iter().find(of_name).copied().ok_or("there is no such language")

@@ -3,7 +3,7 @@
 
 use plcc_codegen::OptLevel;
 use plcc_ir::bound::bounds;
-use plcc_ir::{Module, SourceLoc};
+use plcc_ir::{Module, StatementId};
 use serde_json::{Value, json};
 
 use crate::args::CheckArgs;
@@ -38,7 +38,7 @@ pub(crate) fn bound(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
 
 /// The lines at which statements begin; each only once where several of the same line follow one
 /// another.
-fn lines(module: &Module, path: &[SourceLoc]) -> Vec<Value> {
+fn lines(module: &Module, path: &[StatementId]) -> Vec<Value> {
     let statements = path.iter().filter_map(|loc| module.statements.get(loc.index()));
     let mut lines: Vec<(u32, u32)> = statements.map(|s| (s.file, s.line)).collect();
     lines.dedup();

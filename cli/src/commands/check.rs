@@ -57,9 +57,9 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     for path in folders {
         let found = sources_in(&path, args.source.dialect, report);
         if found.is_empty() {
-            let endings = detect::endings();
-            let endings: Vec<&str> = endings.iter().map(String::as_str).collect();
-            let what = format!("it holds no {} file", input::list(&endings, "or"));
+            let file_extensions = detect::file_extensions();
+            let file_extensions: Vec<&str> = file_extensions.iter().map(String::as_str).collect();
+            let what = format!("it holds no {} file", input::list(&file_extensions, "or"));
             results.failures.push(Failure::file(&path, what));
         }
         check_folder(&path, &found, args, report, &mut results);

@@ -121,9 +121,9 @@ fn codes(what: &str) -> Vec<&'static CodeInfo> {
 }
 
 fn page(info: &CodeInfo) -> String {
-    let CodeInfo { code, title, meaning, mend } = info;
+    let CodeInfo { code, title, meaning, fix } = info;
     let mut page = String::new();
-    let _ = write!(page, "{code}: {title}\n\n{}\n\n{}\n", meaning.trim_end(), mend.trim_end());
+    let _ = write!(page, "{code}: {title}\n\n{}\n\n{}\n", meaning.trim_end(), fix.trim_end());
     if let Some(lint) = lint_of_code(code) {
         let name = lint.name;
         let default = match lint.default {

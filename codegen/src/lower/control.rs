@@ -31,7 +31,7 @@ impl Lowering<'_> {
             return Err(InvalidIr("its labels are not sorted".into()));
         }
         match entries {
-            [] => self.return_outcome(RawOutcome::trap(TrapCode::BadLabel)),
+            [] => self.return_outcome(RawOutcome::trap(TrapCode::Internal)),
             [(_, only)] => {
                 let block = self.clif_block(*only)?;
                 self.builder.ins().jump(block, &[]);
@@ -62,7 +62,7 @@ impl Lowering<'_> {
         self.table(number, &targets, unknown);
         self.builder.switch_to_block(unknown);
         self.builder.seal_block(unknown);
-        self.return_outcome(RawOutcome::trap(TrapCode::BadLabel));
+        self.return_outcome(RawOutcome::trap(TrapCode::Internal));
         Ok(())
     }
 

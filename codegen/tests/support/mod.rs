@@ -34,18 +34,18 @@ pub(crate) fn counter() -> (Program, Module) {
     b.task("scan", start);
     b.resume_points(0, &[middle]);
     b.statement(statement(2));
-    let v = b.ins().load(Type::I16, at(0));
-    let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
-    b.ins().store(at(0), v);
+    let v = b.func().load(Type::I16, at(0));
+    let v = b.func().binary_imm(BinaryOp::Add, v, 1);
+    b.func().store(at(0), v);
     b.suspend(middle);
     b.bind(middle);
     b.statement(statement(3));
-    let v = b.ins().load(Type::I16, at(0));
-    let v = b.ins().binary_imm(BinaryOp::Mul, v, 10);
-    b.ins().store(at(0), v);
+    let v = b.func().load(Type::I16, at(0));
+    let v = b.func().binary_imm(BinaryOp::Mul, v, 10);
+    b.func().store(at(0), v);
     b.statement(statement(4));
-    let v = b.ins().load(Type::I16, at(0));
-    b.ins().store(at(8), v);
+    let v = b.func().load(Type::I16, at(0));
+    b.func().store(at(8), v);
     b.ret();
     let module = b.finish();
     let program = Program {

@@ -6,9 +6,9 @@ const fn page(
     code: &'static str,
     title: &'static str,
     meaning: &'static str,
-    mend: &'static str,
+    fix: &'static str,
 ) -> CodeInfo {
-    CodeInfo { code, title, meaning, mend }
+    CodeInfo { code, title, meaning, fix }
 }
 
 /// Every code of NCT, in order.
@@ -30,13 +30,13 @@ pub static CODES: &[CodeInfo] = &[
         "NCT-3",
         "object code too long",
         "The original compiler had limited room for its code. This one has no such limit, so the error cannot occur.",
-        "There is nothing to mend.",
+        "There is nothing to fix.",
     ),
     page(
         "NCT-4",
         "address table full",
         "The original compiler could hold a fixed number of statements. This one has no such table, so the error cannot occur.",
-        "There is nothing to mend.",
+        "There is nothing to fix.",
     ),
     page(
         "NCT-5",
@@ -432,7 +432,7 @@ pub static CODES: &[CodeInfo] = &[
         "NCT-70",
         "no comma before $",
         "This compiler never reports it: a comma before the $ may be there or not.",
-        "There is nothing to mend.",
+        "There is nothing to fix.",
     ),
     page(
         "NCT-71",

@@ -6,9 +6,9 @@ const fn code(
     code: &'static str,
     title: &'static str,
     meaning: &'static str,
-    mend: &'static str,
+    fix: &'static str,
 ) -> CodeInfo {
-    CodeInfo { code, title, meaning, mend }
+    CodeInfo { code, title, meaning, fix }
 }
 
 /// Every code of PMAC, in order.
@@ -275,12 +275,12 @@ pub static CODES: &[CodeInfo] = &[
         "PMAC-N1",
         "motion program skipped",
         "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are not PLC code and are skipped up to their CLOSE.",
-        "There is nothing to mend.",
+        "There is nothing to fix.",
     ),
     code(
         "PMAC-N2",
         "names replaced inside a COMMAND",
         "Names defined with #define are not replaced inside quotes. As it stands, though, the text of this COMMAND is no command, and with the names replaced it is one. So here they are replaced.",
-        "There is nothing to mend. To make it plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
+        "There is nothing to fix. To make it plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
     ),
 ];

@@ -26,11 +26,11 @@ impl Language for Nct {
         "NCT"
     }
 
-    fn maker(&self) -> &'static str {
+    fn vendor(&self) -> &'static str {
         "NCT"
     }
 
-    fn endings(&self) -> &'static [&'static str] {
+    fn file_extensions(&self) -> &'static [&'static str] {
         &["nct", "plc"]
     }
 

@@ -29,11 +29,11 @@ impl Language for Pmac {
         "PMAC"
     }
 
-    fn maker(&self) -> &'static str {
+    fn vendor(&self) -> &'static str {
         "Delta Tau PMAC and Turbo PMAC"
     }
 
-    fn endings(&self) -> &'static [&'static str] {
+    fn file_extensions(&self) -> &'static [&'static str] {
         &["pmc", "pmac", "plc"]
     }
 

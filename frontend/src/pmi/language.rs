@@ -31,11 +31,11 @@ impl Language for Pmi {
         "PMI"
     }
 
-    fn maker(&self) -> &'static str {
+    fn vendor(&self) -> &'static str {
         "Sieb & Meyer SERIES 8"
     }
 
-    fn endings(&self) -> &'static [&'static str] {
+    fn file_extensions(&self) -> &'static [&'static str] {
         &["pmi"]
     }
 

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Instructions are visited once, definitions before uses. Each is simplified until nothing more is
-//! found: to a value that exists already, to a constant, or to another instruction ([`Simpler`]),
+//! found: to a value that exists already, to a constant, or to another instruction ([`Rewrite`]),
 //! possibly with new instructions before it. The rules are grouped in files: `fold_binary`
 //! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert`, `fold_divide`,
 //! `fold_select` and `fold_toggle` (bits that become their opposite). They may ask for the operands' definitions, for their [value
@@ -21,7 +21,7 @@ use super::insert::{Insert, constant};
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
-    BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, SourceLoc, Type, UnaryOp, Value,
+    BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, StatementId, Type, UnaryOp, Value,
     eval,
 };
 
@@ -29,7 +29,7 @@ use crate::{
 const MAX_ROUNDS: usize = 8;
 
 /// What an instruction can be replaced by.
-pub(super) enum Simpler {
+pub(super) enum Rewrite {
     /// A value that exists already.
     Value(Value),
     /// A constant: an integer, or the bits of a double.
@@ -38,7 +38,7 @@ pub(super) enum Simpler {
     Inst(InstData),
 }
 
-impl Simpler {
+impl Rewrite {
     pub(super) fn unary(op: UnaryOp, arg: Value) -> Self {
         Self::Inst(InstData::Unary { op, arg })
     }
@@ -73,7 +73,7 @@ pub(super) struct Fold<'a> {
     /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<crate::Inst>,
     /// The statement of the current instruction.
-    loc: SourceLoc,
+    loc: StatementId,
     /// Whether truth values that are bits of words are combined as words.
     pub(super) combine_bits: bool,
 }
@@ -85,7 +85,7 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
     let uses = count_uses(func);
-    let loc = SourceLoc::NONE;
+    let loc = StatementId::NONE;
     let mut fold = Fold { func, ranges, uses, out: vec![], loc, combine_bits };
     let mut passed = PassedBounds::new(&graph);
     for &block in &graph.order {
@@ -108,12 +108,12 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
             for _ in 0..MAX_ROUNDS {
                 match fold.simplify(&data, ty) {
                     None => break,
-                    Some(Simpler::Inst(next)) => data = next,
-                    Some(Simpler::Const(value)) => {
+                    Some(Rewrite::Inst(next)) => data = next,
+                    Some(Rewrite::Const(value)) => {
                         data = constant(ty, value);
                         break;
                     }
-                    Some(Simpler::Value(value)) => {
+                    Some(Rewrite::Value(value)) => {
                         same = Some(value);
                         break;
                     }
@@ -173,7 +173,7 @@ impl Insert for Fold<'_> {
 }
 
 impl Fold<'_> {
-    fn simplify(&mut self, data: &InstData, ty: Type) -> Option<Simpler> {
+    fn simplify(&mut self, data: &InstData, ty: Type) -> Option<Rewrite> {
         match *data {
             InstData::Iconst { .. } | InstData::Fconst { .. } => None,
             InstData::Unary { op, arg } => self.unary(op, ty, arg),
@@ -181,16 +181,16 @@ impl Fold<'_> {
             InstData::Icmp { cond, args } => self.icmp(cond, args),
             InstData::Fcmp { cond, args: [a, b] } => {
                 if self.is_same_integer(a, b) {
-                    return Some(Simpler::truth(eval::fcmp(cond, 0, 0)));
+                    return Some(Rewrite::truth(eval::fcmp(cond, 0, 0)));
                 }
                 let (a, b) = (self.func.constant(a)?, self.func.constant(b)?);
-                Some(Simpler::truth(eval::fcmp(cond, a, b)))
+                Some(Rewrite::truth(eval::fcmp(cond, a, b)))
             }
             InstData::Select { cond, args } => self.select(cond, ty, args),
             InstData::Convert { op, to, arg } => self.convert(op, to, arg),
             InstData::Load { .. } => {
                 let mut fixed = *data;
-                self.fix_constant_index(&mut fixed).then_some(Simpler::Inst(fixed))
+                self.fix_constant_index(&mut fixed).then_some(Rewrite::Inst(fixed))
             }
             InstData::Store { .. } | InstData::HostCall { .. } | InstData::IsLate => None,
         }
@@ -252,40 +252,40 @@ impl Fold<'_> {
         }
     }
 
-    fn unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Simpler> {
+    fn unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Rewrite> {
         if let Some(x) = self.func.constant(arg) {
             let result = eval::unary(op, ty, x);
-            return eval::may_become_constant(ty, result).then_some(Simpler::Const(result));
+            return eval::may_become_constant(ty, result).then_some(Rewrite::Const(result));
         }
         let inner = *self.func.def_inst(arg)?;
         match (op, inner) {
             (UnaryOp::Not | UnaryOp::Neg | UnaryOp::Fneg, InstData::Unary { op: same, arg })
                 if op == same =>
             {
-                Some(Simpler::Value(arg))
+                Some(Rewrite::Value(arg))
             }
             (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fabs, arg: _ }) => {
-                Some(Simpler::Value(arg))
+                Some(Rewrite::Value(arg))
             }
             (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fneg, arg }) => {
-                Some(Simpler::unary(op, arg))
+                Some(Rewrite::unary(op, arg))
             }
             (UnaryOp::Not, InstData::Icmp { cond, args: [a, b] }) => {
-                Some(Simpler::icmp(cond.inverted(), a, b))
+                Some(Rewrite::icmp(cond.inverted(), a, b))
             }
             _ => None,
         }
     }
 
-    fn select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         if let Some(cond) = self.func.constant(cond) {
-            return Some(Simpler::Value(if cond != 0 { a } else { b }));
+            return Some(Rewrite::Value(if cond != 0 { a } else { b }));
         }
         let known = (self.func.constant(a), self.func.constant(b));
         if a == b || known.0.is_some() && known.0 == known.1 {
-            return Some(Simpler::Value(a));
+            return Some(Rewrite::Value(a));
         }
-        let chosen = |cond, a, b| Some(Simpler::Inst(InstData::Select { cond, args: [a, b] }));
+        let chosen = |cond, a, b| Some(Rewrite::Inst(InstData::Select { cond, args: [a, b] }));
         if let Some(opposite) = self.not_of(cond) {
             return chosen(opposite, b, a);
         }
@@ -318,8 +318,8 @@ impl Fold<'_> {
             return Some(simpler);
         }
         match known {
-            (Some(1), Some(0)) => Some(Simpler::convert(ConvertOp::Zext, ty, cond)),
-            (Some(-1), Some(0)) => Some(Simpler::convert(ConvertOp::Sext, ty, cond)),
+            (Some(1), Some(0)) => Some(Rewrite::convert(ConvertOp::Zext, ty, cond)),
+            (Some(-1), Some(0)) => Some(Rewrite::convert(ConvertOp::Sext, ty, cond)),
             _ => None,
         }
     }
@@ -331,22 +331,22 @@ impl Fold<'_> {
         cond: Value,
         [a, b]: [Value; 2],
         known: (Option<i64>, Option<i64>),
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         match known {
-            (Some(0), Some(_)) => Some(Simpler::not(cond)),
-            (Some(_), Some(_)) => Some(Simpler::Value(cond)),
+            (Some(0), Some(_)) => Some(Rewrite::not(cond)),
+            (Some(_), Some(_)) => Some(Rewrite::Value(cond)),
             (Some(0), None) => {
                 let fails = self.insert_not(cond);
-                Some(Simpler::binary(BinaryOp::And, fails, b))
+                Some(Rewrite::binary(BinaryOp::And, fails, b))
             }
-            (Some(_), None) => Some(Simpler::binary(BinaryOp::Or, cond, b)),
-            (None, Some(0)) => Some(Simpler::binary(BinaryOp::And, cond, a)),
+            (Some(_), None) => Some(Rewrite::binary(BinaryOp::Or, cond, b)),
+            (None, Some(0)) => Some(Rewrite::binary(BinaryOp::And, cond, a)),
             (None, Some(_)) => {
                 let fails = self.insert_not(cond);
-                Some(Simpler::binary(BinaryOp::Or, fails, a))
+                Some(Rewrite::binary(BinaryOp::Or, fails, a))
             }
-            (None, None) if a == cond => Some(Simpler::binary(BinaryOp::Or, cond, b)),
-            (None, None) if b == cond => Some(Simpler::binary(BinaryOp::And, cond, a)),
+            (None, None) if a == cond => Some(Rewrite::binary(BinaryOp::Or, cond, b)),
+            (None, None) if b == cond => Some(Rewrite::binary(BinaryOp::And, cond, a)),
             (None, None) => self.select_opposite(cond, Type::I1, [a, b]),
         }
     }

@@ -13,20 +13,20 @@
 //! If a rule needs a second instruction in place of one, it applies only where some other
 //! instruction becomes dead, so that code does not grow.
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {
     /// What an operation on two operands can be replaced by.
-    pub(super) fn binary(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    pub(super) fn binary(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         match (self.func.constant(a), self.func.constant(b)) {
             (Some(x), Some(y)) => {
                 let result = eval::binary(op, ty, x, y);
-                eval::may_become_constant(ty, result).then_some(Simpler::Const(result))
+                eval::may_become_constant(ty, result).then_some(Rewrite::Const(result))
             }
-            (Some(_), None) if op.is_commutative() => Some(Simpler::binary(op, b, a)),
+            (Some(_), None) if op.is_commutative() => Some(Rewrite::binary(op, b, a)),
             (Some(x), None) if op == BinaryOp::Sub => self.subtract_without_borrow(ty, [a, b], x),
             (None, Some(y)) if ty.is_int() => self.with_const(op, ty, [a, b], y),
             (None, Some(y)) if op == BinaryOp::Fdiv => self.divide_double(a, y as u64),
@@ -49,18 +49,18 @@ impl Fold<'_> {
     }
 
     /// A product with an extended truth value becomes a select between the other factor and 0.
-    fn product_with_truth(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn product_with_truth(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let (cond, other) = match (self.truth_value_of(a), self.truth_value_of(b)) {
             (Some(cond), _) => (cond, b),
             (None, Some(cond)) => (cond, a),
             (None, None) => return None,
         };
         let zero = self.insert_const(ty, 0);
-        Some(Simpler::Inst(InstData::Select { cond, args: [other, zero] }))
+        Some(Rewrite::Inst(InstData::Select { cond, args: [other, zero] }))
     }
 
     /// A sum of two selects by the same condition, one of which is always 0, becomes one select.
-    fn sum_of_selects(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn sum_of_selects(&mut self, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let choice = |value| match *self.func.def_inst(value)? {
             InstData::Select { cond, args: [x, y] } => {
                 let opposite = self.not_of(cond);
@@ -81,7 +81,7 @@ impl Fold<'_> {
         } else {
             return None;
         };
-        Some(Simpler::Inst(InstData::Select { cond, args }))
+        Some(Rewrite::Inst(InstData::Select { cond, args }))
     }
 
     /// Rules for a constant as second operand.
@@ -91,13 +91,13 @@ impl Fold<'_> {
         ty: Type,
         [a, b]: [Value; 2],
         c: i64,
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         use BinaryOp as B;
         let all = ty.wrap(-1);
         let bits = c as u64 & mask(ty);
         match (op, c) {
             (B::Add | B::Sub | B::Or | B::Xor | B::Shl | B::Lshr | B::Ashr | B::Umax, 0) => {
-                return Some(Simpler::Value(a));
+                return Some(Rewrite::Value(a));
             }
             (
                 B::And
@@ -111,16 +111,16 @@ impl Fold<'_> {
                 | B::Umin,
                 0,
             ) => {
-                return Some(Simpler::Const(0));
+                return Some(Rewrite::Const(0));
             }
-            (B::Xor, c) if c == all => return Some(Simpler::not(a)),
-            (B::Or | B::Umax, c) if c == all => return Some(Simpler::Const(all)),
-            (B::And | B::Umin, c) if c == all => return Some(Simpler::Value(a)),
-            (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Simpler::Value(a)),
-            (B::Mul | B::Sdiv, -1) => return Some(Simpler::unary(UnaryOp::Neg, a)),
-            (B::Srem | B::Smod, 1 | -1) | (B::Urem, 1) => return Some(Simpler::Const(0)),
+            (B::Xor, c) if c == all => return Some(Rewrite::not(a)),
+            (B::Or | B::Umax, c) if c == all => return Some(Rewrite::Const(all)),
+            (B::And | B::Umin, c) if c == all => return Some(Rewrite::Value(a)),
+            (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Rewrite::Value(a)),
+            (B::Mul | B::Sdiv, -1) => return Some(Rewrite::unary(UnaryOp::Neg, a)),
+            (B::Srem | B::Smod, 1 | -1) | (B::Urem, 1) => return Some(Rewrite::Const(0)),
             (B::Shl | B::Lshr, _) if bits >= u64::from(ty.bits()) => {
-                return Some(Simpler::Const(0));
+                return Some(Rewrite::Const(0));
             }
             _ => {}
         }
@@ -128,21 +128,21 @@ impl Fold<'_> {
         match op {
             B::Sub => {
                 let opposite = self.insert_const(ty, c.wrapping_neg());
-                Some(Simpler::binary(B::Add, a, opposite))
+                Some(Rewrite::binary(B::Add, a, opposite))
             }
-            B::And if possible_ones & !bits == 0 => Some(Simpler::Value(a)),
-            B::And if possible_ones & bits == 0 => Some(Simpler::Const(0)),
+            B::And if possible_ones & !bits == 0 => Some(Rewrite::Value(a)),
+            B::And if possible_ones & bits == 0 => Some(Rewrite::Const(0)),
             B::And => self.mask_of_or(a, b, bits).or_else(|| self.combine_consts(op, ty, a, c)),
-            B::Lshr if possible_ones >> bits == 0 => Some(Simpler::Const(0)),
-            B::Udiv if possible_ones < bits => Some(Simpler::Const(0)),
-            B::Urem if possible_ones < bits => Some(Simpler::Value(a)),
+            B::Lshr if possible_ones >> bits == 0 => Some(Rewrite::Const(0)),
+            B::Udiv if possible_ones < bits => Some(Rewrite::Const(0)),
+            B::Urem if possible_ones < bits => Some(Rewrite::Value(a)),
             B::Udiv if bits.is_power_of_two() => {
                 let by = self.insert_const(ty, i64::from(bits.trailing_zeros()));
-                Some(Simpler::binary(B::Lshr, a, by))
+                Some(Rewrite::binary(B::Lshr, a, by))
             }
             B::Urem if bits.is_power_of_two() => {
                 let rest = self.insert_const(ty, (bits - 1) as i64);
-                Some(Simpler::binary(B::And, a, rest))
+                Some(Rewrite::binary(B::And, a, rest))
             }
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
             B::Smod => self.modulo(ty, a, c),
@@ -150,7 +150,7 @@ impl Fold<'_> {
                 self.combine_consts(op, ty, a, c).or_else(|| self.product_with_truth(ty, [a, b]))
             }
             B::Or if let Some(x) = self.cleared_where_set(ty, a, bits) => {
-                Some(Simpler::binary(op, x, b))
+                Some(Rewrite::binary(op, x, b))
             }
             B::Add | B::Or | B::Xor => self.combine_consts(op, ty, a, c),
             B::Shl if let Some(simpler) = self.shift_lowest_bit(ty, a, c) => Some(simpler),
@@ -158,32 +158,32 @@ impl Fold<'_> {
                 let [inner, by] = self.operands(a, op)?;
                 let first = self.func.constant(by).filter(|&by| by >= 0)?;
                 if first + c >= i64::from(ty.bits()) {
-                    return Some(Simpler::Const(0));
+                    return Some(Rewrite::Const(0));
                 }
                 let sum = self.insert_const(ty, first + c);
-                Some(Simpler::binary(op, inner, sum))
+                Some(Rewrite::binary(op, inner, sum))
             }
             _ => None,
         }
     }
 
     /// The same operation twice in a row, with constants: the constants are combined into one.
-    fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+    fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Rewrite> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
         let both = self.insert_const(ty, both);
-        Some(Simpler::binary(op, inner, both))
+        Some(Rewrite::binary(op, inner, both))
     }
 
     /// `(x | y) & c` becomes `x & c` if no bit of `c` can be 1 in `y`; likewise for `x`. `bits` are
     /// the bits of `c`.
-    fn mask_of_or(&mut self, a: Value, c: Value, bits: u64) -> Option<Simpler> {
+    fn mask_of_or(&mut self, a: Value, c: Value, bits: u64) -> Option<Rewrite> {
         let [x, y] = self.operands(a, BinaryOp::Or)?;
         if self.ranges.possible_ones(y) & bits == 0 {
-            return Some(Simpler::binary(BinaryOp::And, x, c));
+            return Some(Rewrite::binary(BinaryOp::And, x, c));
         }
         if self.ranges.possible_ones(x) & bits == 0 {
-            return Some(Simpler::binary(BinaryOp::And, y, c));
+            return Some(Rewrite::binary(BinaryOp::And, y, c));
         }
         None
     }
@@ -198,7 +198,7 @@ impl Fold<'_> {
     }
 
     /// `(x & c) op (y & c)` becomes `(x op y) & c`, for AND, OR and XOR.
-    fn common_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn common_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let ([x, mask], [y, other]) =
             (self.operands(a, BinaryOp::And)?, self.operands(b, BinaryOp::And)?);
         let same = self.func.constant(mask)? == self.func.constant(other)?;
@@ -206,11 +206,11 @@ impl Fold<'_> {
             return None;
         }
         let both = self.insert_binary(op, x, y);
-        Some(Simpler::binary(BinaryOp::And, both, mask))
+        Some(Rewrite::binary(BinaryOp::And, both, mask))
     }
 
     /// `(x & !y) | (!x & y)` becomes `x ^ y`, in any order of the operands.
-    fn exclusive_or(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn exclusive_or(&mut self, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let one_without_other = |value| {
             let [p, q] = self.operands(value, BinaryOp::And)?;
             match (self.not_of(p), self.not_of(q)) {
@@ -221,17 +221,17 @@ impl Fold<'_> {
         };
         let ((x, y), (z, w)) = (one_without_other(a)?, one_without_other(b)?);
         let is_same = (x, y) == (w, z) && self.is_used_once(a) && self.is_used_once(b);
-        is_same.then(|| Simpler::binary(BinaryOp::Xor, x, y))
+        is_same.then(|| Rewrite::binary(BinaryOp::Xor, x, y))
     }
 
     /// Rules for two different operands that are no constants.
-    fn without_const(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn without_const(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);
         if not_a == Some(b) || not_b == Some(a) {
             match op {
-                BinaryOp::And => return Some(Simpler::Const(0)),
-                BinaryOp::Or | BinaryOp::Xor => return Some(Simpler::Const(all)),
+                BinaryOp::And => return Some(Rewrite::Const(0)),
+                BinaryOp::Or | BinaryOp::Xor => return Some(Rewrite::Const(all)),
                 _ => {}
             }
         }
@@ -262,10 +262,10 @@ impl Fold<'_> {
                     this.operands(y, dual).is_some_and(|args| args.contains(&x))
                 };
                 if within(self, a, b) {
-                    return Some(Simpler::Value(a));
+                    return Some(Rewrite::Value(a));
                 }
                 if within(self, b, a) {
-                    return Some(Simpler::Value(b));
+                    return Some(Rewrite::Value(b));
                 }
                 if op == BinaryOp::Or
                     && let Some(simpler) = self.exclusive_or([a, b])
@@ -280,7 +280,7 @@ impl Fold<'_> {
                 self.de_morgan(op, dual, (a, not_a), (b, not_b))
             }
             BinaryOp::Xor => match (not_a, not_b) {
-                (Some(x), Some(y)) => Some(Simpler::binary(op, x, y)),
+                (Some(x), Some(y)) => Some(Rewrite::binary(op, x, y)),
                 _ => None,
             },
             _ => None,
@@ -298,13 +298,13 @@ impl Fold<'_> {
         dual: BinaryOp,
         (a, not_a): (Value, Option<Value>),
         (b, not_b): (Value, Option<Value>),
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         if let (Some(x), Some(y)) = (not_a, not_b) {
             if !self.is_used_once(a) || !self.is_used_once(b) {
                 return None;
             }
             let joined = self.insert_binary(dual, x, y);
-            return Some(Simpler::not(joined));
+            return Some(Rewrite::not(joined));
         }
         let (negated, y, nested) = match (not_a, not_b) {
             (Some(y), None) => (a, y, b),
@@ -319,21 +319,21 @@ impl Fold<'_> {
         }
         let joined = self.insert_binary(dual, x, y);
         let neither = self.insert_not(joined);
-        Some(Simpler::binary(op, rest, neither))
+        Some(Rewrite::binary(op, rest, neither))
     }
 }
 
 /// An operation whose two operands are the same value.
-fn same_operands(op: BinaryOp, a: Value) -> Option<Simpler> {
+fn same_operands(op: BinaryOp, a: Value) -> Option<Rewrite> {
     match op {
         BinaryOp::And
         | BinaryOp::Or
         | BinaryOp::Smin
         | BinaryOp::Smax
         | BinaryOp::Umin
-        | BinaryOp::Umax => Some(Simpler::Value(a)),
+        | BinaryOp::Umax => Some(Rewrite::Value(a)),
         BinaryOp::Xor | BinaryOp::Sub | BinaryOp::Srem | BinaryOp::Smod | BinaryOp::Urem => {
-            Some(Simpler::Const(0))
+            Some(Rewrite::Const(0))
         }
         _ => None,
     }

@@ -12,7 +12,7 @@
 //! v5: i1 = and v2, v4             v5: i1 = trunc v3
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
@@ -61,7 +61,7 @@ impl Fold<'_> {
 
     /// AND, OR or XOR of two bits: one of the words is shifted so that its bit is where that of the
     /// other is, the words are combined, and one bit of the result is taken.
-    pub(super) fn combine_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+    pub(super) fn combine_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let (x, y) = (self.bit_of(a)?, self.bit_of(b)?);
         if x.ty != y.ty {
             return None;
@@ -83,8 +83,8 @@ impl Fold<'_> {
         }
         let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
         match neither {
-            true => Some(Simpler::not(self.insert(bit))),
-            false => Some(Simpler::Inst(bit)),
+            true => Some(Rewrite::not(self.insert(bit))),
+            false => Some(Rewrite::Inst(bit)),
         }
     }
 
@@ -103,7 +103,7 @@ impl Fold<'_> {
         cond: Value,
         ty: Type,
         [a, b]: [Value; 2],
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let set_and_cleared = |this: &Self, set: Value, cleared: Value| {
             let [word, bit] = this.operands(set, BinaryOp::Or)?;
             let bit = this.func.constant(bit)? as u64 & mask(ty);
@@ -126,7 +126,7 @@ impl Fold<'_> {
             }
         };
         let bit = self.truth_at(ty, cond, number.into());
-        Some(Simpler::binary(BinaryOp::Or, cleared, bit))
+        Some(Rewrite::binary(BinaryOp::Or, cleared, bit))
     }
 
     /// A word of which a bit is set, or is cleared, if a bit of another word is on: that bit is shifted to its place and
@@ -143,7 +143,7 @@ impl Fold<'_> {
         cond: Value,
         ty: Type,
         [a, b]: [Value; 2],
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         if !self.combine_bits {
             return None;
         }
@@ -180,18 +180,18 @@ impl Fold<'_> {
                 bit = self.insert_not(bit);
             }
             bit = self.insert_with(BinaryOp::And, bit, ty.wrap(1 << number));
-            return Some(Simpler::binary(BinaryOp::Or, word, bit));
+            return Some(Rewrite::binary(BinaryOp::Or, word, bit));
         }
         if !opposite {
             bit = self.insert_not(bit);
         }
         bit = self.insert_with(BinaryOp::Or, bit, ty.wrap(!(1 << number)));
-        Some(Simpler::binary(BinaryOp::And, word, bit))
+        Some(Rewrite::binary(BinaryOp::And, word, bit))
     }
 
     /// `(word & 1) << to`, which programs use to put a computed bit into a word: the bit is
     /// computed at position `to` from the beginning, if that takes no more shifts.
-    pub(super) fn shift_lowest_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
+    pub(super) fn shift_lowest_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Rewrite> {
         let [word, mask] = self.operands(a, BinaryOp::And)?;
         if self.func.constant(mask) != Some(1) || !self.is_used_once(a) {
             return None;
@@ -203,7 +203,7 @@ impl Fold<'_> {
         }
         let word = self.lowest_bit_at(word, to, MAX_DEPTH);
         let mask = self.insert_const(ty, 1 << to);
-        Some(Simpler::binary(BinaryOp::And, word, mask))
+        Some(Rewrite::binary(BinaryOp::And, word, mask))
     }
 
     /// The AND, OR, XOR or NOT that defines a value, and its operands (that of NOT twice). `None`

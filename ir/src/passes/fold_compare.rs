@@ -7,25 +7,25 @@
 //! v3: i1 = icmp ult v1, 300  ==>    v3: i1 = iconst 1
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
 
 impl Fold<'_> {
     /// What a comparison of two integers can be replaced by.
-    pub(super) fn icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Simpler> {
+    pub(super) fn icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let ty = self.func.ty(a);
         match (self.func.constant(a), self.func.constant(b)) {
-            (Some(x), Some(y)) => Some(Simpler::truth(eval::icmp(cond, ty, x, y))),
-            (Some(_), None) => Some(Simpler::icmp(cond.swapped(), b, a)),
+            (Some(x), Some(y)) => Some(Rewrite::truth(eval::icmp(cond, ty, x, y))),
+            (Some(_), None) => Some(Rewrite::icmp(cond.swapped(), b, a)),
             (None, Some(c)) => self.compare_const(cond, ty, a, c),
-            (None, None) if a == b => Some(Simpler::truth(matches!(
+            (None, None) if a == b => Some(Rewrite::truth(matches!(
                 cond,
                 IntCond::Eq | IntCond::Sle | IntCond::Sge | IntCond::Ule | IntCond::Uge
             ))),
             (None, None) if ty == Type::I1 => match cond {
-                IntCond::Ne => Some(Simpler::binary(BinaryOp::Xor, a, b)),
+                IntCond::Ne => Some(Rewrite::binary(BinaryOp::Xor, a, b)),
                 _ => None,
             },
             (None, None) => self.compare_both_extended(cond, a, b),
@@ -33,14 +33,14 @@ impl Fold<'_> {
     }
 
     /// A comparison of a value with a constant.
-    fn compare_const(&mut self, cond: IntCond, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+    fn compare_const(&mut self, cond: IntCond, ty: Type, a: Value, c: i64) -> Option<Rewrite> {
         if ty == Type::I1 {
             let same = (cond == IntCond::Eq) == (c != 0);
-            return Some(if same { Simpler::Value(a) } else { Simpler::not(a) });
+            return Some(if same { Rewrite::Value(a) } else { Rewrite::not(a) });
         }
         let possible_ones = self.ranges.possible_ones(a);
         if let Some(truth) = decided_by_range(cond, possible_ones, c, ty) {
-            return Some(Simpler::truth(truth));
+            return Some(Rewrite::truth(truth));
         }
         let equality = matches!(cond, IntCond::Eq | IntCond::Ne);
         let simpler = match self.func.def_inst(a).copied() {
@@ -50,7 +50,7 @@ impl Fold<'_> {
             Some(InstData::Binary { op: BinaryOp::Xor | BinaryOp::Sub, args: [x, y] })
                 if equality && c == 0 =>
             {
-                Some(Simpler::icmp(cond, x, y))
+                Some(Rewrite::icmp(cond, x, y))
             }
             Some(InstData::Binary { op: BinaryOp::Ashr, args: [x, by] })
                 if self.is_used_once(a) =>
@@ -67,7 +67,7 @@ impl Fold<'_> {
         }
         let bit = self.insert_convert(ConvertOp::Trunc, Type::I1, a);
         let same = (cond == IntCond::Eq) == (c != 0);
-        Some(if same { Simpler::Value(bit) } else { Simpler::not(bit) })
+        Some(if same { Rewrite::Value(bit) } else { Rewrite::not(bit) })
     }
 
     /// A comparison of a field of a word with a constant. The field was shifted left to the top of
@@ -78,7 +78,7 @@ impl Fold<'_> {
         ty: Type,
         [x, by]: [Value; 2],
         c: i64,
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let bits = self.func.constant(by).filter(|by| (1..i64::from(ty.bits())).contains(by))?;
         let &InstData::Binary { op: BinaryOp::Shl, args: [_, left] } = self.func.def_inst(x)?
         else {
@@ -90,7 +90,7 @@ impl Fold<'_> {
             return None;
         }
         let raised = self.insert_const(ty, raised);
-        Some(Simpler::icmp(cond, x, raised))
+        Some(Rewrite::icmp(cond, x, raised))
     }
 
     /// A comparison of a value shifted left with 0 becomes one of the bits that the shift keeps.
@@ -99,11 +99,11 @@ impl Fold<'_> {
         cond: IntCond,
         ty: Type,
         [x, by]: [Value; 2],
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
         let low = self.insert_with(BinaryOp::And, x, (mask(ty) >> by) as i64);
         let zero = self.insert_const(ty, 0);
-        Some(Simpler::icmp(cond, low, zero))
+        Some(Rewrite::icmp(cond, low, zero))
     }
 
     /// A comparison of a widened value with a constant becomes one of the value before.
@@ -114,26 +114,26 @@ impl Fold<'_> {
         ty: Type,
         arg: Value,
         c: i64,
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let from = self.func.ty(arg);
         if from == Type::I1 {
             let high = eval::convert(op, Type::I1, ty, 1);
             return Some(match (eval::icmp(cond, ty, 0, c), eval::icmp(cond, ty, high, c)) {
-                (false, true) => Simpler::Value(arg),
-                (true, false) => Simpler::not(arg),
-                (truth, _) => Simpler::truth(truth),
+                (false, true) => Rewrite::Value(arg),
+                (true, false) => Rewrite::not(arg),
+                (truth, _) => Rewrite::truth(truth),
             });
         }
         let narrow = from.wrap(c);
         let fits = eval::convert(op, from, ty, narrow) == c;
         let cond = before_extension(cond, op).filter(|_| fits)?;
         let narrow = self.insert_const(from, narrow);
-        Some(Simpler::icmp(cond, arg, narrow))
+        Some(Rewrite::icmp(cond, arg, narrow))
     }
 
     /// A comparison of two values that were widened in the same way becomes one of the values
     /// before.
-    fn compare_both_extended(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
+    fn compare_both_extended(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Rewrite> {
         let (Some(&InstData::Convert { op, to: _, arg: x }), Some(second)) =
             (self.func.def_inst(a), self.func.def_inst(b))
         else {
@@ -148,7 +148,7 @@ impl Fold<'_> {
         if from == Type::I1 && !matches!(cond, IntCond::Eq | IntCond::Ne) {
             return None;
         }
-        Some(Simpler::icmp(cond, x, y))
+        Some(Rewrite::icmp(cond, x, y))
     }
 }
 

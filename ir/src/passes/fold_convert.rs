@@ -10,7 +10,7 @@
 //!                                   v6: i1 = trunc v5
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
@@ -29,11 +29,11 @@ pub(super) enum BitOrigin {
 
 impl Fold<'_> {
     /// What a conversion can be replaced by.
-    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Simpler> {
+    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Rewrite> {
         let from = self.func.ty(arg);
         if let Some(x) = self.func.constant(arg) {
             let result = eval::convert(op, from, to, x);
-            return eval::may_become_constant(to, result).then_some(Simpler::Const(result));
+            return eval::may_become_constant(to, result).then_some(Rewrite::Const(result));
         }
         if op == ConvertOp::Trunc && to == Type::I1 {
             return self.truncate_to_bit(arg);
@@ -43,7 +43,7 @@ impl Fold<'_> {
                 self.func.def_inst(arg)
             && self.func.constant(by).is_some_and(|by| !by as u64 & mask(to) == 0)
         {
-            return Some(Simpler::convert(op, to, x));
+            return Some(Rewrite::convert(op, to, x));
         }
         let &InstData::Convert { op: inner, to: _, arg: x } = self.func.def_inst(arg)? else {
             return None;
@@ -51,41 +51,41 @@ impl Fold<'_> {
         let first = self.func.ty(x);
         match (op, inner) {
             (ConvertOp::Zext, ConvertOp::Zext) | (ConvertOp::Sext, ConvertOp::Sext) => {
-                Some(Simpler::convert(op, to, x))
+                Some(Rewrite::convert(op, to, x))
             }
-            (ConvertOp::Sext, ConvertOp::Zext) => Some(Simpler::convert(inner, to, x)),
+            (ConvertOp::Sext, ConvertOp::Zext) => Some(Rewrite::convert(inner, to, x)),
             // The bit stays where it is; it may be wanted in another place of a word.
             (ConvertOp::Zext, ConvertOp::Trunc)
                 if from == Type::I1 && first == to && self.combine_bits =>
             {
                 let one = self.insert_const(to, 1);
-                Some(Simpler::binary(BinaryOp::And, x, one))
+                Some(Rewrite::binary(BinaryOp::And, x, one))
             }
-            (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Simpler::convert(op, to, x)),
+            (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Rewrite::convert(op, to, x)),
             (ConvertOp::Trunc, ConvertOp::Zext | ConvertOp::Sext) => {
                 Some(match to.bits().cmp(&first.bits()) {
-                    std::cmp::Ordering::Less => Simpler::convert(op, to, x),
-                    std::cmp::Ordering::Equal => Simpler::Value(x),
-                    std::cmp::Ordering::Greater => Simpler::convert(inner, to, x),
+                    std::cmp::Ordering::Less => Rewrite::convert(op, to, x),
+                    std::cmp::Ordering::Equal => Rewrite::Value(x),
+                    std::cmp::Ordering::Greater => Rewrite::convert(inner, to, x),
                 })
             }
-            (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Value(x)),
+            (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Rewrite::Value(x)),
             (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
-                Some(Simpler::Value(x))
+                Some(Rewrite::Value(x))
             }
             _ => None,
         }
     }
 
     /// The lowest bit of a value, taken from the value that it comes from.
-    fn truncate_to_bit(&mut self, arg: Value) -> Option<Simpler> {
+    fn truncate_to_bit(&mut self, arg: Value) -> Option<Rewrite> {
         let (value, bit, opposite) = match self.origin(arg, 0) {
-            BitOrigin::Constant(bit) => return Some(Simpler::truth(bit)),
+            BitOrigin::Constant(bit) => return Some(Rewrite::truth(bit)),
             BitOrigin::Of(value, ..) if value == arg => return None,
             BitOrigin::Of(value, bit, opposite) => (value, bit, opposite),
         };
         if self.func.ty(value) == Type::I1 {
-            return Some(if opposite { Simpler::not(value) } else { Simpler::Value(value) });
+            return Some(if opposite { Rewrite::not(value) } else { Rewrite::Value(value) });
         }
         // It is that bit shifted down already.
         if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
@@ -99,7 +99,7 @@ impl Fold<'_> {
             _ => self.insert_with(BinaryOp::Lshr, value, i64::from(bit)),
         };
         let low = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: low };
-        Some(if opposite { Simpler::not(self.insert(low)) } else { Simpler::Inst(low) })
+        Some(if opposite { Rewrite::not(self.insert(low)) } else { Rewrite::Inst(low) })
     }
 
     /// Where a bit of a value comes from.

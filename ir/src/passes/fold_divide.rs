@@ -36,7 +36,7 @@
 //!                              v2: i32 = sub v0, v8
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value};
@@ -61,7 +61,7 @@ fn shift_for_long_dividend(magnitude: u64, by: i64) -> Option<u32> {
 
 impl Fold<'_> {
     /// A quotient or remainder of an integer of at most 32 bits by a constant other than 0 and 1.
-    pub(super) fn divide(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+    pub(super) fn divide(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Rewrite> {
         if ty.bits() > 32 {
             return None;
         }
@@ -76,7 +76,7 @@ impl Fold<'_> {
         {
             // The dividend less what of it the divisor divides.
             let whole = self.insert_with(BinaryOp::And, sum, -(size as i64));
-            return Some(Simpler::binary(BinaryOp::Sub, a, whole));
+            return Some(Rewrite::binary(BinaryOp::Sub, a, whole));
         }
         let quotient = if signed {
             self.quotient_towards_zero(ty, a, size)?
@@ -84,24 +84,24 @@ impl Fold<'_> {
             self.quotient_of_non_negative(ty, a, possible_ones, size)?
         };
         match op {
-            BinaryOp::Sdiv if c < 0 => Some(Simpler::unary(crate::UnaryOp::Neg, quotient)),
-            BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Value(quotient)),
+            BinaryOp::Sdiv if c < 0 => Some(Rewrite::unary(crate::UnaryOp::Neg, quotient)),
+            BinaryOp::Sdiv | BinaryOp::Udiv => Some(Rewrite::Value(quotient)),
             _ => Some(self.remainder(a, quotient, size as i64)),
         }
     }
 
     /// The remainder (`smod`) of the quotient rounded down by a constant other than 0 and 1.
-    pub(super) fn modulo(&mut self, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+    pub(super) fn modulo(&mut self, ty: Type, a: Value, c: i64) -> Option<Rewrite> {
         let (low, high) = self.ranges.bounds(a, ty);
         if c <= 0 {
             return None;
         }
         if low >= 0 && high < c {
-            return Some(Simpler::Value(a));
+            return Some(Rewrite::Value(a));
         }
         if c & (c - 1) == 0 {
             let below = self.insert_const(ty, c - 1);
-            return Some(Simpler::binary(BinaryOp::And, a, below));
+            return Some(Rewrite::binary(BinaryOp::And, a, below));
         }
         let quotient = if low >= 0 {
             self.quotient_of_non_negative(ty, a, high as u64, c as u64)
@@ -115,9 +115,9 @@ impl Fold<'_> {
     }
 
     /// The remainder: the dividend less the product of quotient and divisor.
-    fn remainder(&mut self, a: Value, quotient: Value, by: i64) -> Simpler {
+    fn remainder(&mut self, a: Value, quotient: Value, by: i64) -> Rewrite {
         let product = self.insert_with(BinaryOp::Mul, quotient, by);
-        Simpler::binary(BinaryOp::Sub, a, product)
+        Rewrite::binary(BinaryOp::Sub, a, product)
     }
 
     /// The remainder (`smod`) by a constant that is no power of two, of a dividend for which no product fits
@@ -128,7 +128,7 @@ impl Fold<'_> {
         a: Value,
         (low, high): (i64, i64),
         by: i64,
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         // The least multiple of the divisor that makes every dividend positive.
         let moved_by = match low {
             0.. => 0,
@@ -148,7 +148,7 @@ impl Fold<'_> {
         let product = self.insert_with(BinaryOp::Mul, quotient, by);
         let args = [dividend, product];
         let rest = self.insert(InstData::Binary { op: BinaryOp::Sub, args });
-        Some(Simpler::Value(self.truncated_from_i64(ty, rest)))
+        Some(Rewrite::Value(self.truncated_from_i64(ty, rest)))
     }
 
     /// The quotient rounded down by a positive constant that is no power of two.
@@ -270,7 +270,7 @@ impl Fold<'_> {
     }
 
     /// A quotient of doubles by a constant, as a product with its reciprocal.
-    pub(super) fn divide_double(&mut self, a: Value, by: u64) -> Option<Simpler> {
+    pub(super) fn divide_double(&mut self, a: Value, by: u64) -> Option<Rewrite> {
         const FRACTION: u64 = (1 << 52) - 1;
         let by = f64::from_bits(by);
         let reciprocal = 1.0 / by;
@@ -279,6 +279,6 @@ impl Fold<'_> {
             return None;
         }
         let factor = self.insert_const(Type::F64, reciprocal.to_bits() as i64);
-        Some(Simpler::binary(BinaryOp::Fmul, a, factor))
+        Some(Rewrite::binary(BinaryOp::Fmul, a, factor))
     }
 }

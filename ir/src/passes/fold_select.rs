@@ -9,7 +9,7 @@
 //!                                              v5: i64 = bitcast v4
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use crate::{ConvertOp, InstData, Type, Value};
 
@@ -31,7 +31,7 @@ impl Fold<'_> {
         cond: Value,
         ty: Type,
         args: [Value; 2],
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let converted = args.map(|arg| self.converted_integer(arg, ty));
         let from = match converted {
             [Some(x), Some(y)] if self.func.ty(x) != self.func.ty(y) => return None,
@@ -57,10 +57,10 @@ impl Fold<'_> {
         let chosen = self.insert(InstData::Select { cond, args: integers });
         let double = InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: chosen };
         if ty == Type::F64 {
-            return Some(Simpler::Inst(double));
+            return Some(Rewrite::Inst(double));
         }
         let double = self.insert(double);
-        Some(Simpler::convert(ConvertOp::Bitcast, ty, double))
+        Some(Rewrite::convert(ConvertOp::Bitcast, ty, double))
     }
 
     /// The integer of which a value is the conversion to a double, or the bits of that, if nothing else uses

@@ -13,7 +13,7 @@
 //! v2: i32 = sub 1, v1  (0 or 1)     ==>    v2: i32 = xor v1, 1
 //! ```
 
-use super::fold::{Fold, Simpler};
+use super::fold::{Fold, Rewrite};
 use super::fold_convert::BitOrigin;
 use super::insert::Insert;
 use super::value_range::mask;
@@ -31,10 +31,10 @@ impl Fold<'_> {
         ty: Type,
         [c, x]: [Value; 2],
         number: i64,
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         let bits = number as u64 & mask(ty);
         let within = self.ranges.possible_ones(x) & mask(ty) & !bits == 0;
-        within.then(|| Simpler::binary(BinaryOp::Xor, x, c))
+        within.then(|| Rewrite::binary(BinaryOp::Xor, x, c))
     }
 
     /// A select between a value and what is made of it by toggling bits, `x ^ y`: `x ^ (cond ? y : 0)`.
@@ -43,14 +43,14 @@ impl Fold<'_> {
         cond: Value,
         ty: Type,
         [a, b]: [Value; 2],
-    ) -> Option<Simpler> {
+    ) -> Option<Rewrite> {
         if ty == Type::I1 {
             if self.not_of(a) == Some(b) {
-                return Some(Simpler::binary(BinaryOp::Xor, b, cond));
+                return Some(Rewrite::binary(BinaryOp::Xor, b, cond));
             }
             if self.not_of(b) == Some(a) {
                 let same = self.insert_binary(BinaryOp::Xor, a, cond);
-                return Some(Simpler::not(same));
+                return Some(Rewrite::not(same));
             }
             return None;
         }
@@ -67,7 +67,7 @@ impl Fold<'_> {
             }
         };
         let bit = self.truth_at(ty, cond, number);
-        Some(Simpler::binary(BinaryOp::Xor, same, bit))
+        Some(Rewrite::binary(BinaryOp::Xor, same, bit))
     }
 
     /// A truth value as bit `number` of an integer whose other bits are 0.
@@ -77,7 +77,7 @@ impl Fold<'_> {
     }
 
     /// A word of which bits are replaced, some of them by what was made of them by toggling.
-    pub(super) fn toggled_bits(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    pub(super) fn toggled_bits(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         if ty == Type::I1 {
             return None;
         }
@@ -86,7 +86,7 @@ impl Fold<'_> {
 
     /// `cleared | bits`, where `cleared` is a word without some bits, and `bits` are one or several of them, joined by
     /// ORs.
-    fn toggled_bits_of(&mut self, ty: Type, cleared: Value, bits: Value) -> Option<Simpler> {
+    fn toggled_bits_of(&mut self, ty: Type, cleared: Value, bits: Value) -> Option<Rewrite> {
         let [word, kept] = self.operands(cleared, BinaryOp::And)?;
         let mut kept = self.func.constant(kept)? as u64 & mask(ty);
         let joined = self.joined(bits);
@@ -131,11 +131,11 @@ impl Fold<'_> {
             false => self.insert_with(BinaryOp::And, word, ty.wrap(kept as i64)),
         };
         ors.append(&mut xors);
-        let Some((last, by)) = ors.pop() else { return Some(Simpler::Value(value)) };
+        let Some((last, by)) = ors.pop() else { return Some(Rewrite::Value(value)) };
         for (op, by) in ors {
             value = self.insert_binary(op, value, by);
         }
-        Some(Simpler::binary(last, value, by))
+        Some(Rewrite::binary(last, value, by))
     }
 
     /// The values that ORs join to a value. Of those ORs that are used elsewhere, too, it is the result.

@@ -23,7 +23,7 @@
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
-use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
+use crate::{Address, Block, ConvertOp, FuncData, InstData, StatementId, Type, Value};
 
 /// The forwarding window: a value is forwarded in this many statements after the one in which it
 /// was stored or loaded.
@@ -67,7 +67,7 @@ struct State<'a> {
     stamp: u32,
     /// The number of the current statement along the path.
     now: u32,
-    loc: SourceLoc,
+    loc: StatementId,
     /// Whether truth values are loaded again rather than forwarded.
     reload_bits: bool,
 }
@@ -76,7 +76,7 @@ struct State<'a> {
 struct End {
     facts: Vec<Fact>,
     now: u32,
-    loc: SourceLoc,
+    loc: StatementId,
 }
 
 /// Runs the pass; gives whether it changed anything.
@@ -102,7 +102,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool
         first_fact: 0,
         stamp,
         now: 0,
-        loc: SourceLoc::NONE,
+        loc: StatementId::NONE,
         reload_bits,
     };
     let mut changed = false;
@@ -126,10 +126,10 @@ impl State<'_> {
             Some(end) => {
                 (self.now, self.loc) = (end.now, end.loc);
                 for &fact in &end.facts {
-                    self.learn(fact);
+                    self.record(fact);
                 }
             }
-            None => (self.now, self.loc) = (0, SourceLoc::NONE),
+            None => (self.now, self.loc) = (0, StatementId::NONE),
         }
     }
 
@@ -204,7 +204,7 @@ impl State<'_> {
     }
 
     /// Adds a fact, which replaces the one at its address.
-    fn learn(&mut self, fact: Fact) {
+    fn record(&mut self, fact: Fact) {
         if let Some(number) = self.fact_at(fact.start) {
             self.facts[number].valid = false;
         }
@@ -234,7 +234,7 @@ impl State<'_> {
             return Some((fact.value, fact.ty));
         }
         let (start, since) = (bytes.start, self.now);
-        self.learn(Fact { start, ty, value: result, since, valid: true });
+        self.record(Fact { start, ty, value: result, since, valid: true });
         None
     }
 
@@ -258,7 +258,7 @@ impl State<'_> {
         }
         self.forget(bytes.start, bytes.end);
         let (start, since) = (bytes.start, self.now);
-        self.learn(Fact { start, ty, value, since, valid: true });
+        self.record(Fact { start, ty, value, since, valid: true });
         false
     }
 

@@ -20,7 +20,7 @@
 //! depends on the order of operands. It must keep the number of loads as it is, and where they stand.
 
 use super::graph::Graph;
-use crate::{BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value};
+use crate::{BinaryOp, Block, FuncData, Inst, InstData, StatementId, Type, UnaryOp, Value};
 
 /// Gates are rearranged together with the gates that are their inputs, and with the inputs of those, down
 /// to this depth; what is deeper is rearranged by itself.
@@ -279,7 +279,7 @@ impl Gates<'_> {
     }
 
     /// Appends a new instruction to `out`; returns its result.
-    fn insert(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
+    fn insert(&mut self, data: InstData, loc: StatementId, out: &mut Vec<Inst>) -> Value {
         let (inst, result) = self.func.append(data, loc);
         self.absorbed.push(false);
         self.places.push(self.block);
@@ -292,7 +292,7 @@ impl Gates<'_> {
         &mut self,
         node: usize,
         opposite: usize,
-        loc: SourceLoc,
+        loc: StatementId,
         out: &mut Vec<Inst>,
     ) -> Value {
         match &self.nodes[node].kind {
@@ -321,7 +321,7 @@ impl Gates<'_> {
         or: bool,
         opposite: usize,
         plan: Plan,
-        loc: SourceLoc,
+        loc: StatementId,
         out: &mut Vec<Inst>,
     ) -> Value {
         let mut value = None;
@@ -342,7 +342,7 @@ impl Gates<'_> {
         opposite: usize,
         mut inputs: Vec<usize>,
         first: Option<Value>,
-        loc: SourceLoc,
+        loc: StatementId,
         out: &mut Vec<Inst>,
     ) -> Option<Value> {
         inputs.sort_by_key(|&input| {

@@ -101,13 +101,13 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         }
     }
     if let Some((at, args)) = common {
-        let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+        let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
         let mut out = Cursor { func, out: &mut insts, loc };
         let value = out.insert(InstData::Select { cond, args });
         out.insert_store(at, value);
     }
     let to = then.to.block;
-    let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+    let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
     let mut args = vec![];
     for (&a, &b) in then.to.args.iter().zip(&otherwise.to.args) {
         let mut out = Cursor { func, out: &mut insts, loc };

@@ -5,7 +5,7 @@
 //! does not apply, and never that code has been written by halves.
 
 use crate::{
-    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, IntCond, SourceLoc, Type, UnaryOp,
+    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, IntCond, StatementId, Type, UnaryOp,
     Value,
 };
 
@@ -82,7 +82,7 @@ pub(super) fn constant(ty: Type, value: i64) -> InstData {
 pub(super) struct Cursor<'a> {
     pub(super) func: &'a mut FuncData,
     pub(super) out: &'a mut Vec<Inst>,
-    pub(super) loc: SourceLoc,
+    pub(super) loc: StatementId,
 }
 
 impl Insert for Cursor<'_> {

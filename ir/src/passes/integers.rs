@@ -25,7 +25,7 @@ use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
-    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, RegionId, SourceLoc,
+    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, RegionId, StatementId,
     Terminator, Type, UnaryOp, Value,
 };
 
@@ -39,7 +39,7 @@ struct Integers<'a> {
     /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<Inst>,
     /// The statement of the current instruction.
-    loc: SourceLoc,
+    loc: StatementId,
 }
 
 /// What an instruction becomes.
@@ -62,7 +62,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let floats = FloatRanges::new(func, finite_regions);
     let integer_of = vec![None; func.value_count()];
     let mut this =
-        Integers { func, integers, floats, integer_of, out: vec![], loc: SourceLoc::NONE };
+        Integers { func, integers, floats, integer_of, out: vec![], loc: StatementId::NONE };
     let mut passed = PassedRanges::new(&graph);
     let mut passed_bounds = PassedBounds::new(&graph);
     let before = graph.predecessors(this.func);

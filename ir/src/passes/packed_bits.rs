@@ -33,7 +33,7 @@ use super::substitution::Substitution;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastMap;
 use crate::{
-    Address, BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Terminator, Type, Value,
+    Address, BinaryOp, Block, FuncData, Inst, InstData, StatementId, Terminator, Type, Value,
 };
 
 /// Bits of at most so many words are collected at the same time. When there is one more, the word that has
@@ -56,7 +56,7 @@ struct Word {
     /// Values that are equal to the word with its replaced bits.
     current: Vec<Value>,
     /// The source place of the statement that replaced bits last.
-    loc: SourceLoc,
+    loc: StatementId,
 }
 
 /// How a value differs from a word: which of the word's bits it has, and what it has in the other
@@ -76,7 +76,7 @@ struct Collector<'a> {
     waiting: FastMap<Block, Vec<Word>>,
     /// The instructions of the current block so far.
     out: Vec<Inst>,
-    loc: SourceLoc,
+    loc: StatementId,
 }
 
 /// Runs the pass; gives whether it may have changed anything.
@@ -90,7 +90,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let ranges = ValueRanges::new(func);
     let (words, waiting, out) = (vec![], FastMap::default(), vec![]);
     let mut collector =
-        Collector { func, bytes, candidates, ranges, words, waiting, out, loc: SourceLoc::NONE };
+        Collector { func, bytes, candidates, ranges, words, waiting, out, loc: StatementId::NONE };
     for &block in &graph.order {
         collector.block(&graph, block, &mut values);
     }

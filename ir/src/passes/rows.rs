@@ -28,7 +28,8 @@ use super::insert::Insert;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastSet;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value,
+    Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, StatementId, Type, UnaryOp,
+    Value,
 };
 
 /// Words with fewer lanes than this stay as they are.
@@ -96,7 +97,7 @@ struct Rows<'a> {
     /// New instructions, each with the place of the instruction before which it stands.
     inserted: Vec<(usize, Inst)>,
     /// The source place of the store that is examined.
-    loc: SourceLoc,
+    loc: StatementId,
     /// The place of the instruction before which new ones are inserted.
     at: usize,
 }
@@ -123,7 +124,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let places = vec![0; func.value_count()];
     let first_load = (0..func.value_count() as u32).map(Value).collect();
     let uses = func.use_counts();
-    let (known, inserted, loc) = (VecDeque::new(), vec![], SourceLoc::NONE);
+    let (known, inserted, loc) = (VecDeque::new(), vec![], StatementId::NONE);
     let mut rows =
         Rows { func, bytes, ranges, places, first_load, known, uses, inserted, loc, at: 0 };
     let mut changed = false;

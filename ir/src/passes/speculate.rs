@@ -45,7 +45,7 @@ use super::speculation_plan::{Check, Mark, Plan, called_integer_form};
 use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    RegionId, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
+    RegionId, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 /// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
@@ -59,9 +59,13 @@ const UPPER_BITS: i64 = 13;
 
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
-    let gains =
+    let is_faster_on_integers =
         |inst: &InstData| called_integer_form(inst).is_some_and(|form| form != IntegerForm::Range);
-    if !func.blocks.iter().any(|block| block.insts.iter().any(|&i| gains(func.inst(i)))) {
+    if !func
+        .blocks
+        .iter()
+        .any(|block| block.insts.iter().any(|&i| is_faster_on_integers(func.inst(i))))
+    {
         return false;
     }
     let graph = Graph::new(func);
@@ -129,7 +133,7 @@ impl Uses {
             elsewhere: vec![false; count],
             by_terminator: vec![false; count],
         };
-        let mut home = vec![(u32::MAX, SourceLoc::NONE); count];
+        let mut home = vec![(u32::MAX, StatementId::NONE); count];
         for (block, data) in func.blocks() {
             for &inst in &data.insts {
                 if let Some(result) = func.result(inst) {
@@ -176,7 +180,7 @@ impl Speculate<'_> {
     fn block(&mut self, block: Block) {
         let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
         let terminator = self.func.blocks[block.index()].terminator.take();
-        let mut rest = Rest { block, out: Vec::with_capacity(insts.len()), terminator };
+        let mut rest = OutputTail { block, out: Vec::with_capacity(insts.len()), terminator };
         let mut from = 0;
         while let Some(&first) = insts.get(from) {
             let loc = self.func.loc(first);
@@ -193,14 +197,15 @@ impl Speculate<'_> {
 
     /// Examines a statement. `end` is the place after it among the instructions of its block, and `after` are those
     /// that stand there.
-    fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut Rest) {
+    fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut OutputTail) {
         let is_last = after.is_empty();
         let taken = self.whole_statement(insts, after, end, rest).unwrap_or(0);
         insts = insts.get(taken..).unwrap_or_default();
         let mut plan = self.plan_statement(insts);
         loop {
             if plan.is_none() {
-                let call = insts.iter().position(|&inst| self.gains(self.func.inst(inst)));
+                let call =
+                    insts.iter().position(|&inst| self.is_faster_on_integers(self.func.inst(inst)));
                 plan = call.map(|at| self.plan_call(insts, at));
             }
             let Some(now) = plan.take() else { break };
@@ -220,7 +225,7 @@ impl Speculate<'_> {
         done: &[Inst],
         next: usize,
         ends_block: bool,
-        rest: &mut Rest,
+        rest: &mut OutputTail,
     ) {
         let Some((&first, others)) = plan.checked.split_first() else {
             rest.out.extend(done);
@@ -228,7 +233,7 @@ impl Speculate<'_> {
         };
         self.changed = true;
         rest.out.extend(&plan.before);
-        let loc = plan.twice.first().map_or(SourceLoc::NONE, |&inst| self.func.loc(inst));
+        let loc = plan.twice.first().map_or(StatementId::NONE, |&inst| self.func.loc(inst));
         let may_be_nan = |&(value, _): &(Value, Check)| self.floats.get(value).may_be_nan();
         let never_nan = !plan.checked.iter().any(may_be_nan);
         // The checks succeed if none fails, or if all succeed.
@@ -324,7 +329,7 @@ impl Speculate<'_> {
     }
 
     /// The end of a list of instructions, for a statement.
-    pub(super) fn cursor<'b>(&'b mut self, out: &'b mut Vec<Inst>, loc: SourceLoc) -> Cursor<'b> {
+    pub(super) fn cursor<'b>(&'b mut self, out: &'b mut Vec<Inst>, loc: StatementId) -> Cursor<'b> {
         Cursor { func: self.func, out, loc }
     }
 
@@ -382,7 +387,7 @@ impl Check {
 }
 
 /// The last part of the block that is examined, after the copies that were made so far.
-pub(super) struct Rest {
+pub(super) struct OutputTail {
     /// The block that gets the instructions.
     pub(super) block: Block,
     /// Its instructions so far.

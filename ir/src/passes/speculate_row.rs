@@ -23,7 +23,7 @@
 
 use super::float_range::FloatRange;
 use super::index_bounds::index_bounds;
-use super::speculate::{Rest, Speculate};
+use super::speculate::{OutputTail, Speculate};
 use super::speculate_statement::{Checks, is_int32};
 use super::speculation_plan::{Check, MAX_STATEMENT};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
@@ -58,7 +58,12 @@ pub(super) struct Row {
 
 impl Speculate<'_> {
     /// The row that a statement may go on, if there is one. `is_last` says that the statement's block ends with it.
-    pub(super) fn row_before(&mut self, insts: &[Inst], is_last: bool, rest: &Rest) -> Option<Row> {
+    pub(super) fn row_before(
+        &mut self,
+        insts: &[Inst],
+        is_last: bool,
+        rest: &OutputTail,
+    ) -> Option<Row> {
         let row = self.row.take()?;
         if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_STATEMENT {
             return None;
@@ -69,7 +74,7 @@ impl Speculate<'_> {
         self.is_closed(insts, end).then_some(row)
     }
 
-    /// Whether the statement behind a statement could go on a row that begins with it, and gains by what its check finds: it
+    /// Whether the statement behind a statement could go on a row that begins with it, and is_faster_on_integers by what its check finds: it
     /// loads a variable that is checked there, or that gets an integer. `after` are the instructions behind the statement.
     pub(super) fn serves_next(&self, insts: &[Inst], after: &[Inst], checks: &Checks<'_>) -> bool {
         let Some(&first) = after.first() else { return false };
@@ -78,13 +83,15 @@ impl Speculate<'_> {
         let next: Vec<Inst> = same.copied().collect();
         let known = self.known_behind(vec![], checks, insts, &[]);
         let has_effect = |&&inst: &&Inst| self.func.inst(inst).has_effect();
-        let gains = |&inst: &Inst| self.gains(self.func.inst(inst));
+        let is_faster_on_integers = |&inst: &Inst| self.is_faster_on_integers(self.func.inst(inst));
         let loads_known = |&inst: &Inst| match *self.func.inst(inst) {
             InstData::Load { ty: Type::F64, at } => known.iter().any(|known| known.at == at),
             _ => false,
         };
         let before: Vec<Inst> = next.iter().take_while(|inst| !has_effect(inst)).copied().collect();
-        before.iter().any(gains) && before.iter().any(loads_known) && self.is_closed(&next, None)
+        before.iter().any(is_faster_on_integers)
+            && before.iter().any(loads_known)
+            && self.is_closed(&next, None)
     }
 
     /// Whether a statement, and the end of its block if that belongs to it, use only values that the statement computes.

@@ -26,12 +26,12 @@ use plcc_abi::IntegerForm;
 
 use super::float_range::FloatRange;
 use super::insert::Insert;
-use super::speculate::{Rest, Speculate, replace_all};
+use super::speculate::{OutputTail, Speculate, replace_all};
 use super::speculate_row::{KnownInteger, Row};
 use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
 use crate::tables::FastMap;
 use crate::{
-    BinaryOp, Block, BlockCall, Inst, InstData, SourceLoc, Terminator, Type, Value, ValueDef,
+    BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
 };
 
 /// A statement may have at most this many checks.
@@ -111,7 +111,7 @@ impl Speculate<'_> {
         insts: &[Inst],
         after: &[Inst],
         end: usize,
-        rest: &mut Rest,
+        rest: &mut OutputTail,
     ) -> Option<usize> {
         let is_last = after.is_empty();
         let row = self.row_before(insts, is_last, rest);
@@ -184,7 +184,7 @@ impl Speculate<'_> {
         let has_effect = |&inst: &Inst| self.func.inst(inst).has_effect();
         let effect = insts.iter().position(has_effect).unwrap_or(insts.len());
         let (before, rest) = insts.split_at_checked(effect)?;
-        if !before.iter().any(|&inst| self.gains(self.func.inst(inst))) {
+        if !before.iter().any(|&inst| self.is_faster_on_integers(self.func.inst(inst))) {
             return None;
         }
         let end = if rest.len() <= MAX_COPIED_FROM_EFFECT { insts.len() } else { effect };
@@ -193,7 +193,7 @@ impl Speculate<'_> {
         let mut checks = Checks { insts: before, same, known, values: vec![], end };
         for &inst in before {
             let data = self.func.inst(inst);
-            if self.gains(data) {
+            if self.is_faster_on_integers(data) {
                 self.add_checks(data, &mut checks);
             }
             if checks.values.len() > MAX_CHECKS {
@@ -342,13 +342,13 @@ impl Speculate<'_> {
         insts: &[Inst],
         checks: &Checks<'_>,
         cold: Block,
-        rest: &mut Rest,
+        rest: &mut OutputTail,
     ) -> Vec<(Value, Value)> {
         let mut copies = Copies::default();
         // The checks whose results no branch has tested yet.
         let mut waiting: Vec<WaitingCheck> = vec![];
         let mut repeated = vec![];
-        let mut loc = SourceLoc::NONE;
+        let mut loc = StatementId::NONE;
         for &inst in insts {
             if let Some(again) = self.func.result(inst).filter(|&v| checks.first_load(v) != v) {
                 repeated.push(again);
@@ -411,9 +411,9 @@ impl Speculate<'_> {
         &mut self,
         waiting: &mut Vec<WaitingCheck>,
         cold: Block,
-        rest: &mut Rest,
+        rest: &mut OutputTail,
         copies: &mut Copies,
-        loc: SourceLoc,
+        loc: StatementId,
     ) {
         let mut all = None;
         let mut fails = true;

@@ -40,7 +40,7 @@ pub(super) enum Check {
 
 /// How a double is computed, as far as it shows what numbers to expect.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Nature {
+enum ValueClass {
     /// By operations that make integers of 32 bits of integers as small as variables usually hold.
     Plain,
     /// By a product of two variables, among others, which may be a larger integer.
@@ -65,7 +65,7 @@ pub(super) struct Mark {
     assumed: Option<FloatRange>,
     /// Whether it depends on a load that may be checked.
     depends: bool,
-    /// Whether an operation that gains by integers needs it to be one.
+    /// Whether an operation that is_faster_on_integers by integers needs it to be one.
     needed: bool,
 }
 
@@ -86,7 +86,7 @@ pub(super) struct Plan {
 
 impl Speculate<'_> {
     /// Whether an operation is faster on integers, and single operands of it may be checked.
-    pub(super) fn gains(&self, data: &InstData) -> bool {
+    pub(super) fn is_faster_on_integers(&self, data: &InstData) -> bool {
         let InstData::HostCall { function: _, args } = data else { return false };
         match called_integer_form(data) {
             Some(IntegerForm::And | IntegerForm::Or | IntegerForm::Xor | IntegerForm::Bits) => true,
@@ -119,7 +119,7 @@ impl Speculate<'_> {
     /// than [`MAX_STATEMENT`] or would need more than [`MAX_CHECKED`] checks.
     pub(super) fn plan_statement(&mut self, insts: &[Inst]) -> Option<Plan> {
         if insts.len() > MAX_STATEMENT
-            || !insts.iter().any(|&inst| self.gains(self.func.inst(inst)))
+            || !insts.iter().any(|&inst| self.is_faster_on_integers(self.func.inst(inst)))
         {
             return None;
         }
@@ -127,7 +127,7 @@ impl Speculate<'_> {
         let mut same: Vec<(Value, Value)> = vec![];
         // The first instruction that writes to the image.
         let mut first_write = insts.len();
-        // The last operation that gains, and the first call that stays although the loads are integers:
+        // The last operation that is_faster_on_integers, and the first call that stays although the loads are integers:
         // nothing behind that is written twice.
         let (mut gain, mut barrier) = (None, insts.len());
         let mut replaced = vec![];
@@ -174,7 +174,7 @@ impl Speculate<'_> {
                         Some(_) => assumed.is_some_and(|range| range.integers().is_some()),
                         None => false,
                     };
-                if self.gains(&data) {
+                if self.is_faster_on_integers(&data) {
                     single_checks += self.operands_to_check(&data).len();
                 }
                 if !is_replaced {
@@ -317,7 +317,7 @@ impl Speculate<'_> {
         let mut operations = 0;
         for &inst in insts {
             let data = self.func.inst(inst);
-            if self.gains(data) {
+            if self.is_faster_on_integers(data) {
                 if called_integer_form(data) != Some(IntegerForm::Bits) {
                     return false;
                 }
@@ -356,11 +356,11 @@ impl Speculate<'_> {
     /// dividend probably has a fraction.
     pub(super) fn check_for(&self, form: Option<IntegerForm>, operands: &[Value]) -> Option<Check> {
         let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
-        match (form, nature.unwrap_or(Nature::Plain)) {
-            (_, Nature::Plain) => Some(Check::Narrow),
+        match (form, nature.unwrap_or(ValueClass::Plain)) {
+            (_, ValueClass::Plain) => Some(Check::Narrow),
             (Some(IntegerForm::Bits), _) => Some(Check::Rounded),
-            (Some(IntegerForm::Modulo), Nature::Fraction) => None,
-            (Some(IntegerForm::Modulo), Nature::Product) => Some(Check::Wide),
+            (Some(IntegerForm::Modulo), ValueClass::Fraction) => None,
+            (Some(IntegerForm::Modulo), ValueClass::Product) => Some(Check::Wide),
             // Bit operators are seldom used on fractions and on more than 32 bits.
             _ => Some(Check::Narrow),
         }
@@ -368,36 +368,36 @@ impl Speculate<'_> {
 
     /// How a double is computed. Its definition is followed back through at most `steps`
     /// instructions.
-    fn nature(&self, value: Value, steps: u32) -> Nature {
-        let Some(data) = self.func.def_inst(value) else { return Nature::Plain };
+    fn nature(&self, value: Value, steps: u32) -> ValueClass {
+        let Some(data) = self.func.def_inst(value) else { return ValueClass::Plain };
         let of = |value| match steps {
-            0 => Nature::Plain,
+            0 => ValueClass::Plain,
             _ => self.nature(value, steps - 1),
         };
         match *data {
             InstData::Fconst { .. } if self.floats.get(value).integers().is_none() => {
-                Nature::Fraction
+                ValueClass::Fraction
             }
-            InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => Nature::Fraction,
+            InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => ValueClass::Fraction,
             InstData::Unary { op: UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, arg: _ } => {
-                Nature::Plain
+                ValueClass::Plain
             }
             InstData::Unary { op: _, arg } => of(arg),
-            InstData::Binary { op: BinaryOp::Fdiv, args: _ } => Nature::Fraction,
+            InstData::Binary { op: BinaryOp::Fdiv, args: _ } => ValueClass::Fraction,
             InstData::Binary { op, args: [a, b] } => {
                 let nature = of(a).max(of(b));
                 let is_constant = |value| self.func.constant(value).is_some();
                 if op == BinaryOp::Fmul && !is_constant(a) && !is_constant(b) {
-                    nature.max(Nature::Product)
+                    nature.max(ValueClass::Product)
                 } else {
                     nature
                 }
             }
             InstData::HostCall { function, args: _ } if function.is_pure() => {
                 let integer = function.integer_form().is_some();
-                if integer { Nature::Plain } else { Nature::Fraction }
+                if integer { ValueClass::Plain } else { ValueClass::Fraction }
             }
-            _ => Nature::Plain,
+            _ => ValueClass::Plain,
         }
     }
 

@@ -24,7 +24,7 @@ use super::switches::compared_field;
 use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
-    SourceLoc, Terminator, Type, Value,
+    StatementId, Terminator, Type, Value,
 };
 
 /// Rows of fewer conditions stay as they are.
@@ -179,7 +179,7 @@ fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
         return;
     };
     let (args, then) = ([*cond, *first], then.clone());
-    let loc = func.definition(*cond).map_or(SourceLoc::NONE, |inst| func.loc(inst));
+    let loc = func.definition(*cond).map_or(StatementId::NONE, |inst| func.loc(inst));
     let (and, both) = func.append(InstData::Binary { op: BinaryOp::And, args }, loc);
     // The result is used by the branch alone.
     uses.resize(func.value_count(), 1);
@@ -217,7 +217,7 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
     let mut insts = std::mem::take(&mut data.insts);
     let (cold, optimize_for_size) = (data.cold, data.optimize_for_size);
     let Some(Terminator::Brif { cond, then, otherwise }) = data.terminator.take() else { return };
-    let loc = func.definition(cond).map_or(SourceLoc::NONE, |inst| func.loc(inst));
+    let loc = func.definition(cond).map_or(StatementId::NONE, |inst| func.loc(inst));
 
     // The instructions that nothing but the other operands needs go to the new block, as far as no effect comes
     // behind them. What only the comparison needed is dropped: it is computed again, for itself.

@@ -123,7 +123,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
         insts.extend(std::mem::replace(&mut func.blocks[link.index()], dropped).insts);
     }
-    let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+    let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
     merge_same(func, &mut targets);
     let mut out = Cursor { func, out: &mut insts, loc };
     let mut arg = value;

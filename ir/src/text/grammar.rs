@@ -17,7 +17,7 @@ use super::lex::{Token, unescaped};
 use crate::module::LOCAL_BITS_NAME;
 use crate::{
     Address, Args, BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond, Label,
-    RegionId, SourceFile, SourceLoc, Statement, Terminator, Type, UnaryOp, Value,
+    RegionId, SourceFile, Statement, StatementId, Terminator, Type, UnaryOp, Value,
 };
 
 /// What stands at the top of the text.
@@ -73,7 +73,7 @@ pub(super) enum Param {
 /// A line in a block.
 pub(super) enum Line {
     /// `@…`: the statement that the following instructions belong to.
-    Location(SourceLoc),
+    Location(StatementId),
     /// An instruction with its result.
     Inst(Option<(Value, Type)>, InstData),
 }
@@ -273,8 +273,8 @@ fn block_text<'t>() -> impl Grammar<'t, BlockText> {
 
 fn line<'t>() -> impl Grammar<'t, Line> {
     let location = word("a statement (`@0`, `@none`)", |word| match word {
-        "@none" => Some(SourceLoc::NONE),
-        _ => number_in_name("@", word).map(SourceLoc),
+        "@none" => Some(StatementId::NONE),
+        _ => number_in_name("@", word).map(StatementId),
     });
     let result = value().then_ignore(sign(':')).then(type_name()).then_ignore(sign('='));
     let with_result = result

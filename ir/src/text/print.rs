@@ -6,7 +6,7 @@ use plcc_abi::{SourceLine, TrapSite};
 
 use crate::module::LOCAL_BITS_NAME;
 use crate::{
-    Address, Block, BlockCall, FuncData, InstData, Module, RegionId, SourceLoc, Terminator, Value,
+    Address, Block, BlockCall, FuncData, InstData, Module, RegionId, StatementId, Terminator, Value,
 };
 
 /// The column in which a comment begins. After a longer line it follows at once.
@@ -134,7 +134,7 @@ impl<'a> Printer<'a> {
                 labels.push(label.to_string());
             }
         }
-        let mut loc = SourceLoc::NONE;
+        let mut loc = StatementId::NONE;
         for ((block, data), labels) in self.func.blocks().zip(&labels) {
             write!(out, "{block}")?;
             let typed = |&param: &Value| format!("{}: {}", self.value(param), self.func.ty(param));
@@ -170,8 +170,8 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    fn location(&self, out: &mut String, loc: SourceLoc) -> fmt::Result {
-        if loc == SourceLoc::NONE {
+    fn location(&self, out: &mut String, loc: StatementId) -> fmt::Result {
+        if loc == StatementId::NONE {
             out.push_str("    @none\n");
             return Ok(());
         }

@@ -14,7 +14,7 @@ use super::lex::{Token, Tokens};
 use crate::func::ValueData;
 use crate::module::LOCAL_BITS_NAME;
 use crate::{
-    Block, BlockData, FuncData, Inst, InstData, Label, Module, RegionId, SourceLoc, Terminator,
+    Block, BlockData, FuncData, Inst, InstData, Label, Module, RegionId, StatementId, Terminator,
     Type, Value, ValueDef,
 };
 
@@ -155,7 +155,7 @@ impl FuncResolver<'_> {
 
     /// Enters instructions and terminators, with what they use.
     fn fill(&mut self, text: Func) -> Result<(), ParseError> {
-        let mut loc = SourceLoc::NONE;
+        let mut loc = StatementId::NONE;
         for (block, text) in text.blocks.into_iter().enumerate() {
             let BlockText { lines, terminator, .. } = text;
             let mut insts = vec![];

@@ -61,7 +61,7 @@ fn mistakes_are_told_with_their_place() {
         ("return", "5:7: expected `}` or a block (`block0`), found the end of the text"),
         (
             "trap x\n}",
-            "5:6: expected a code (bad_label array_bounds timeout call_depth host_panic watchdog), found `x`",
+            "5:6: expected a code (internal array_bounds timeout call_depth host_panic watchdog), found `x`",
         ),
         ("return 1\n}", "5:8: expected the end of the line, found `1`"),
         (

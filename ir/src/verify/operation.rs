@@ -8,7 +8,7 @@ use plcc_abi::HostType;
 use super::Errors;
 use crate::{
     Address, BinaryOp, Block, ConvertOp, FuncData, InstData, IntCond, Label, Module, RegionId,
-    SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
+    StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Errors) {
@@ -35,7 +35,7 @@ pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Erro
                 errors.push("its result is defined by something else");
             }
             let loc = func.loc(inst);
-            if loc != SourceLoc::NONE && loc.index() >= module.statements.len() {
+            if loc != StatementId::NONE && loc.index() >= module.statements.len() {
                 errors.push(format!("belongs to statement {loc}, which is not there"));
             }
             if let Some(message) = mistake(module, func, instruction) {

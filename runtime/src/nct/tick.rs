@@ -218,7 +218,7 @@ impl NctExecutive {
                     at(", by the call in ")
                 ),
             ),
-            TrapCode::BadLabel | TrapCode::ArrayBounds | TrapCode::HostPanic => {
+            TrapCode::Internal | TrapCode::ArrayBounds | TrapCode::HostPanic => {
                 return Stop::internal_error(code);
             }
         };

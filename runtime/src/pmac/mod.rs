@@ -31,8 +31,8 @@ use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
     pmac::{
-        Definition, Definitions, Direct, Kind, Layout, Memory, PmacName, Run, Variable as Named,
-        View, arithmetic::finite, layout,
+        Definition, Definitions, DirectAccess, Kind, Layout, Memory, PmacName, Run,
+        Variable as Named, View, arithmetic::finite, layout,
     },
 };
 
@@ -324,8 +324,8 @@ impl Executive for PmacExecutive {
 
     fn used_ranges(&self) -> Vec<Range<u32>> {
         let layout = &self.host.layout;
-        let words = |number| match Direct::of(layout, self.view().definition(number)) {
-            Some(Direct::Word(offset, ..)) => {
+        let words = |number| match DirectAccess::of(layout, self.view().definition(number)) {
+            Some(DirectAccess::Word(offset, ..)) => {
                 let from = layout.words + offset;
                 Some(from..from + layout::WORD_SIZE)
             }

@@ -14,7 +14,7 @@
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 
-use plcc_abi::pmac::{Assumption, Controller, Definitions, Direct, Layout};
+use plcc_abi::pmac::{Assumption, Controller, Definitions, DirectAccess, Layout};
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use crate::NativeEngine;
@@ -214,7 +214,7 @@ impl Recompiling {
             let number = named.number;
             let is_assumed = definitions.is_assumed(number);
             let definition = definitions.get(number);
-            let direct = Direct::of(&self.layout, definition).map(|_| definition);
+            let direct = DirectAccess::of(&self.layout, definition).map(|_| definition);
             // The code fits an M-variable if it assumes the definition as it is, or if it calls the
             // host and no code could do without.
             let fits = if is_assumed {

@@ -510,7 +510,7 @@ fn a_tick_lasts_as_i10_says() {
 #[test]
 fn a_trap_stops_the_control() {
     let mut download = Download::new(Controller::Pmac);
-    let task = download.task("PLC1", |_| Outcome::trap(plcc_abi::TrapCode::BadLabel));
+    let task = download.task("PLC1", |_| Outcome::trap(plcc_abi::TrapCode::Internal));
     let entry = pmac::Program {
         number: 1,
         compiled: false,

@@ -1,6 +1,6 @@
 //! Why the control stops its program.
 
-use plcc_abi::{MissingElement, Trap, TrapCode};
+use plcc_abi::{OutOfBoundsAccess, Trap, TrapCode};
 
 use super::tick::PmiExecutive;
 use crate::{Place, Stop};
@@ -32,14 +32,14 @@ impl PmiExecutive {
                 ),
                 place,
             },
-            TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
+            TrapCode::Internal | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
                 Stop::internal_error(code)
             }
         }
     }
 
     /// Says which array has not the element with which index; `None` if there is no such array.
-    fn missing(&self, MissingElement { array, index }: MissingElement) -> Option<String> {
+    fn missing(&self, OutOfBoundsAccess { array, index }: OutOfBoundsAccess) -> Option<String> {
         let symbols = &self.names.symbols;
         let symbol = symbols.iter().find(|s| s.elements.is_some() && s.offset == array)?;
         let (name, last) = (&symbol.name, symbol.elements?.saturating_sub(1));

@@ -276,7 +276,7 @@ impl Executive for PmiExecutive {
             // No PMI program is ever suspended.
             Outcome::Suspended(_) => {
                 self.emergency_stop();
-                Err(Stop::internal_error(TrapCode::BadLabel))
+                Err(Stop::internal_error(TrapCode::Internal))
             }
             Outcome::Trap(trap) => {
                 self.emergency_stop();

@@ -16,7 +16,7 @@ use plcc_ir::Module;
 use plcc_ir::passes::{OptLevel, optimize};
 use plcc_random::seeds;
 use plcc_runtime::NativeEngine;
-use plcc_tests::compile::Way;
+use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
 use plcc_tests::{gen_ir, gen_program};
 
@@ -137,7 +137,7 @@ fn object(program: &Program, module: &Module, name: &str) -> Vec<u8> {
 /// Runs a program in its control.
 fn record(name: String, bench: &Bench) -> Recorded {
     // The same passes as in the object, since which pure functions are called depends on them.
-    let (program, engine) = bench.compiled.engine(Way::JitSpeed).unwrap();
+    let (program, engine) = bench.compiled.engine(EngineKind::JitSpeed).unwrap();
     let records = Records::default();
     let mut recorder = Recorder { engine, program: &program, records, scans: 0 };
     let mut machine = bench.machine(&program).unwrap();

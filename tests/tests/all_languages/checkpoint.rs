@@ -7,17 +7,17 @@ use std::path::Path;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
 use plcc_runtime::CheckpointError;
-use plcc_tests::compile::Way;
+use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::{gen_nct, gen_pmac, gen_program};
 
 /// The tick before which the checkpoint is taken, and the engines before and after it.
-type Cut = (u64, Way, Way);
+type Cut = (u64, EngineKind, EngineKind);
 
 /// Runs a program without a checkpoint, and once for each of `cuts`.
 fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
-    let (program, mut engine) = bench.compiled.engine(Way::Statements).unwrap();
+    let (program, mut engine) = bench.compiled.engine(EngineKind::Statements).unwrap();
     let mut whole = bench.machine(&program).unwrap();
     let expected: Vec<_> = (0..bench.ticks)
         .map(|_| (whole.step(engine.as_mut()).unwrap(), whole.state(&program)))
@@ -49,7 +49,7 @@ fn generated(dialect: Dialect, seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let case = gen_program::generate_short(dialect, seed);
         let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
-        let way = |n: u64| Way::ALL[(n % Way::ALL.len() as u64) as usize];
+        let way = |n: u64| EngineKind::ALL[(n % EngineKind::ALL.len() as u64) as usize];
         // Before the first tick, in the middle, and after the last but one.
         let cuts = [
             (0, way(seed), way(seed + 1)),
@@ -80,9 +80,9 @@ fn example(source: &str, stimulus: Option<&str>, ticks: u64, dialect: Dialect) {
     let stimulus = stimulus.map(|name| folder.join(name));
     let bench = Bench::open(&folder.join(source), stimulus.as_deref(), ticks, dialect).unwrap();
     let ways = [
-        (Way::Statements, Way::JitSpeed),
-        (Way::JitNone, Way::Ir),
-        (Way::Artifact, Way::Statements),
+        (EngineKind::Statements, EngineKind::JitSpeed),
+        (EngineKind::JitNone, EngineKind::Ir),
+        (EngineKind::Artifact, EngineKind::Statements),
     ];
     for ((before, behind), part) in ways.into_iter().zip(1..) {
         compare(&bench, &[(ticks * part / 4, before, behind)], source);
@@ -112,9 +112,9 @@ fn a_pmac_checkpoint_holds_the_state_outside_the_image() {
     let cuts: Vec<Cut> = [1, 10, 11, 12, 13, 17, 18, 30]
         .into_iter()
         .map(|cut| match cut % 3 {
-            0 => (cut, Way::Statements, Way::JitSpeed),
-            1 => (cut, Way::JitSpeed, Way::Ir),
-            _ => (cut, Way::Ir, Way::Statements),
+            0 => (cut, EngineKind::Statements, EngineKind::JitSpeed),
+            1 => (cut, EngineKind::JitSpeed, EngineKind::Ir),
+            _ => (cut, EngineKind::Ir, EngineKind::Statements),
         })
         .collect();
     compare(&bench, &cuts, &case.source);
@@ -140,7 +140,7 @@ fn a_refused_checkpoint_changes_nothing() {
     let mut machines: Vec<_> = benches
         .iter()
         .map(|bench| {
-            let (program, mut engine) = bench.compiled.engine(Way::Statements).unwrap();
+            let (program, mut engine) = bench.compiled.engine(EngineKind::Statements).unwrap();
             let mut machine = bench.machine(&program).unwrap();
             for _ in 0..2 {
                 machine.step(engine.as_mut()).unwrap();

@@ -19,7 +19,7 @@ use plcc_frontend::common::{Controller, Limits, Machine, Options};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::run::{Player, Run, Stimulus, Watch, dump};
 use plcc_runtime::session::executive;
-use plcc_tests::compile::{Compiled, Way, compile};
+use plcc_tests::compile::{Compiled, EngineKind, compile};
 
 /// What may stand in `args`.
 #[derive(Parser)]
@@ -77,7 +77,7 @@ fn cases(dialect: Dialect) -> Vec<(PathBuf, PathBuf)> {
 /// Runs the program of a source with the stimulus of a case.
 fn run(
     compiled: &Compiled,
-    way: Way,
+    way: EngineKind,
     dialect: Dialect,
     args: &Args,
     case: &Path,
@@ -152,7 +152,7 @@ fn check(dialect: Dialect, case: &Path, program: &Path) -> Result<(), String> {
         ..Options::default()
     };
     let compiled = compile(program, dialect, &options)?;
-    let [oracle, others @ ..] = Way::ALL;
+    let [oracle, others @ ..] = EngineKind::ALL;
     let first = run(&compiled, oracle, dialect, &args, case, program);
     for way in others {
         for ((file, expected), (_, found)) in
@@ -220,7 +220,7 @@ fn the_lathe_runs_alike_in_every_engine() {
     let case = std::env::temp_dir().join(format!("plcc-lathe-{}", std::process::id()));
     fs::create_dir_all(&case).unwrap();
     fs::copy(folder.join("lathe.csv"), case.join("stimulus.csv")).unwrap();
-    let all = Way::ALL.map(|way| run(&compiled, way, Dialect::Pmi, &args, &case, &lathe));
+    let all = EngineKind::ALL.map(|way| run(&compiled, way, Dialect::Pmi, &args, &case, &lathe));
     fs::remove_dir_all(&case).unwrap();
     let [first, others @ ..] = all;
     for other in others {

@@ -9,7 +9,7 @@ use plcc_abi::pmac::{Controller, Layout};
 use plcc_abi::{HostFn, HostType, TrapCode};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
-use plcc_tests::compile::{Way, compile_sources};
+use plcc_tests::compile::{EngineKind, compile_sources};
 
 /// The cells of the rows of the page's tables.
 fn rows() -> Vec<Vec<String>> {
@@ -110,7 +110,7 @@ fn every_region_is_documented() {
         let file = sources.add("case", source.as_bytes());
         let options = Options { limits: plcc_frontend::common::Limits::None, ..Options::default() };
         let compiled = compile_sources(&mut sources, &[file], dialect, &options).unwrap();
-        let (program, _) = compiled.engine(Way::Statements).unwrap();
+        let (program, _) = compiled.engine(EngineKind::Statements).unwrap();
         for region in &program.regions {
             assert!(named.contains(&format!("`{}`", region.name)), "{dialect:?} {}", region.name);
         }

@@ -5,7 +5,7 @@
 
 use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan, TrapCode};
 use plcc_frontend::common::Options;
-use plcc_tests::compile::Way;
+use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::{gen_nct, gen_pmac};
@@ -31,10 +31,10 @@ impl Engine for Relay {
 fn compare(case: &Case, dialect: Dialect) -> usize {
     let source = &case.source;
     let bench = Bench::new(case, dialect, &Options::default()).unwrap();
-    let (program, mut oracle) = bench.compiled.engine(Way::Statements).unwrap();
+    let (program, mut oracle) = bench.compiled.engine(EngineKind::Statements).unwrap();
     // Once more the statement interpreter: with an even number, tasks that run by turns would
     // always meet the same ones.
-    let ways = Way::ALL.into_iter().chain([Way::Statements]);
+    let ways = EngineKind::ALL.into_iter().chain([EngineKind::Statements]);
     let engines = ways.map(|way| bench.compiled.engine(way).unwrap().1).collect();
     let mut relay = Relay { engines, turn: 0, handed_over: 0 };
     let mut expected = bench.machine(&program).unwrap();
@@ -95,7 +95,7 @@ fn a_resume_point_that_does_not_exist_is_a_trap() {
     let nct = ":001 J1 :000 LF500 :003 +1 SF500 G003 J0";
     for (source, dialect, points) in [(pmac, Dialect::Pmac, 1), (nct, Dialect::Nct, 1)] {
         let bench = Bench::new(&case(source, 1), dialect, &Options::default()).unwrap();
-        for way in Way::ALL {
+        for way in EngineKind::ALL {
             let (program, mut engine) = bench.compiled.engine(way).unwrap();
             assert_eq!(program.tasks[0].resume_points.len(), points, "{way:?}");
             let before = bench.machine(&program).unwrap().executive.image().to_vec();
@@ -104,7 +104,7 @@ fn a_resume_point_that_does_not_exist_is_a_trap() {
                 let mut host = plcc_abi::engine::NoHost;
                 let mut scan = Scan::new(&mut image, &mut host);
                 let outcome = engine.call(0, Some(ResumePoint(beyond)), &mut scan);
-                assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{way:?}");
+                assert_eq!(outcome, Outcome::trap(TrapCode::Internal), "{way:?}");
                 assert!(image == before, "{way:?}");
             }
         }

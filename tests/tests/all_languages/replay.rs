@@ -14,7 +14,7 @@ use plcc_runtime::record::{
     Appending, Difference, Keep, RecordError, RecordFile, RecordedProgram, Recording, Replayer,
     RunHeader, differing_variables,
 };
-use plcc_tests::compile::Way;
+use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::gen_program;
@@ -48,7 +48,7 @@ impl Drop for Record {
 
 /// Records the whole run of a program in an engine, with checkpoints before random ticks. Gives the number
 /// of ticks.
-fn record(bench: &Bench, way: Way, record: &Record, keep: Keep, rng: &mut Rng) -> u64 {
+fn record(bench: &Bench, way: EngineKind, record: &Record, keep: Keep, rng: &mut Rng) -> u64 {
     let (program, mut engine) = bench.compiled.engine(way).unwrap();
     let file = record.create(keep);
     let wants_checkpoint = file.wants_checkpoint();
@@ -69,7 +69,7 @@ fn replay(
     bench: &Bench,
     recording: &Recording,
     (from, change): (u64, u64),
-    (first, then): (Way, Way),
+    (first, then): (EngineKind, EngineKind),
     what: &str,
 ) -> u64 {
     let run = recording.last_run().unwrap();
@@ -101,8 +101,8 @@ fn replay(
     ticks
 }
 
-fn way(rng: &mut Rng) -> Way {
-    *rng.pick(&Way::ALL)
+fn way(rng: &mut Rng) -> EngineKind {
+    *rng.pick(&EngineKind::ALL)
 }
 
 /// A random number from 0 to `limit - 1`.
@@ -216,14 +216,14 @@ fn a_record_keeps_no_more_than_it_should() {
     let bench = example("lathe.pmi", Some("lathe.csv"), 150_000, Dialect::Pmi);
     let file = Record::new("kept");
     let (mut rng, keep) = (Rng::new(1), Keep::Size(200_000));
-    let ticks = record(&bench, Way::JitSpeed, &file, keep, &mut rng);
+    let ticks = record(&bench, EngineKind::JitSpeed, &file, keep, &mut rng);
     let size = [file.0.clone(), file.older()].map(|path| fs::metadata(path).unwrap().len());
     assert!(size.iter().sum::<u64>() < 700_000, "{size:?}");
     let recording = Recording::open(&file.0).unwrap();
     assert_eq!(recording.runs().len(), 1, "the two parts are one run");
     let first = recording.last_run().unwrap().first_tick();
     assert!(first > 0 && first < ticks, "{first}");
-    let ways = (Way::JitSpeed, Way::JitSpeed);
+    let ways = (EngineKind::JitSpeed, EngineKind::JitSpeed);
     assert_eq!(replay(&bench, &recording, (first, 0), ways, "kept"), ticks - first);
 }
 
@@ -238,14 +238,14 @@ fn another_program_differs_from_the_record() {
     };
     let (recorded, other) = (bench(1), bench(2));
     let file = Record::new("differs");
-    record(&recorded, Way::JitSpeed, &file, Keep::default(), &mut Rng::new(3));
+    record(&recorded, EngineKind::JitSpeed, &file, Keep::default(), &mut Rng::new(3));
     let recording = Recording::open(&file.0).unwrap();
     let run = recording.last_run().unwrap();
-    let (program, mut engine) = other.compiled.engine(Way::Statements).unwrap();
+    let (program, mut engine) = other.compiled.engine(EngineKind::Statements).unwrap();
     let mut replayer = Replayer::new(&recording, run, 0, other.executive(&program).unwrap());
     let replayed = replayer.step(engine.as_mut(), &mut vec![]).unwrap().unwrap();
     assert_eq!(replayed.difference, Some(Difference::State));
-    let (program, mut engine) = recorded.compiled.engine(Way::Statements).unwrap();
+    let (program, mut engine) = recorded.compiled.engine(EngineKind::Statements).unwrap();
     let mut right = Replayer::new(&recording, run, 0, recorded.executive(&program).unwrap());
     assert!(right.step(engine.as_mut(), &mut vec![]).unwrap().unwrap().matches);
     let images = [&mut replayer, &mut right].map(|it| it.executive().image().to_vec());

@@ -10,7 +10,7 @@ use plcc_frontend::common::Options;
 use plcc_frontend::detect::{Ending, ending};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::session;
-use plcc_tests::compile::{Way, compile};
+use plcc_tests::compile::{EngineKind, compile};
 
 #[derive(Parser)]
 struct Args {
@@ -29,7 +29,7 @@ impl Engine for StopsAt {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         self.count += 1;
         if self.count > self.at {
-            return Outcome::trap(TrapCode::BadLabel);
+            return Outcome::trap(TrapCode::Internal);
         }
         self.engine.call(task, from, scan)
     }
@@ -45,7 +45,7 @@ fn run(file: &str, source: &str, at: u32, args: &str) -> (u8, Vec<String>) {
     std::fs::write(&path, source).unwrap();
     let Ending::Of(dialect) = ending(&path) else { panic!("{file} shows no language") };
     let compiled = compile(&path, dialect, &Options::default()).unwrap_or_else(|e| panic!("{e}"));
-    let (program, engine) = compiled.engine(Way::Statements).unwrap();
+    let (program, engine) = compiled.engine(EngineKind::Statements).unwrap();
     let trace = folder.join("t.csv");
     let words = ["run", "--trace", trace.to_str().unwrap()].map(str::to_owned).into_iter();
     let words = words.chain(args.split_whitespace().map(str::to_owned));

@@ -14,7 +14,7 @@ use plcc_frontend::common::Options;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::run::{Clock, SystemClock};
 use plcc_runtime::session;
-use plcc_tests::compile::{Way, compile};
+use plcc_tests::compile::{EngineKind, compile};
 
 #[derive(Parser)]
 struct Args {
@@ -70,18 +70,18 @@ impl Shop {
     /// Runs a program in the statement interpreter; words that begin with `%` are files of the
     /// folder.
     fn run(&self, program: &str, args: &str) -> u8 {
-        self.run_in(Way::Statements, program, args, |engine| engine)
+        self.run_in(EngineKind::Statements, program, args, |engine| engine)
     }
 
     /// The same, paced by a clock of the test.
     fn run_by_clock(&self, clock: &dyn Clock, program: &str, args: &str) -> u8 {
-        self.run_in_by_clock(Way::Statements, clock, program, args, |engine| engine)
+        self.run_in_by_clock(EngineKind::Statements, clock, program, args, |engine| engine)
     }
 
     /// Runs a program in an engine that `wrap` has put something around.
     fn run_in(
         &self,
-        way: Way,
+        way: EngineKind,
         program: &str,
         args: &str,
         wrap: impl FnOnce(Box<dyn Engine>) -> Box<dyn Engine>,
@@ -91,7 +91,7 @@ impl Shop {
 
     fn run_in_by_clock(
         &self,
-        way: Way,
+        way: EngineKind,
         clock: &dyn Clock,
         program: &str,
         args: &str,
@@ -236,7 +236,7 @@ fn a_panic_stops_the_control() {
     ];
     for (program, function, args, trace) in cases {
         let args = format!("{args} --ticks 9 --trace %t.csv --events %e.jsonl --dump %d.json");
-        for way in Way::ALL {
+        for way in EngineKind::ALL {
             let wrap = |engine| -> Box<dyn Engine> {
                 Box::new(Panicking { engine, function, at: 2, count: 0 })
             };
@@ -283,7 +283,11 @@ fn a_trap_that_the_language_does_not_have_is_an_internal_error() {
         for (program, stop) in stops {
             let wrap = |_| -> Box<dyn Engine> { Box::new(Trapping(code)) };
             let args = "--ticks 3 --events %e.jsonl";
-            assert_eq!(shop.run_in(Way::ALL[0], program, args, wrap), 3, "{program} {code:?}");
+            assert_eq!(
+                shop.run_in(EngineKind::ALL[0], program, args, wrap),
+                3,
+                "{program} {code:?}"
+            );
             let last = format!("{{\"tick\":0,\"kind\":\"stop\",\"code\":\"{stop}\"}}\n");
             let events = shop.read("e.jsonl");
             assert!(events.ends_with(&last), "{program} {code:?}: {events}");
@@ -418,7 +422,7 @@ fn skipped_ticks_move_what_time_moves() {
             };
             let args = format!("{args} {more}");
             let status =
-                shop.run_in_by_clock(Way::Statements, clock.as_ref(), program, &args, wrap);
+                shop.run_in_by_clock(EngineKind::Statements, clock.as_ref(), program, &args, wrap);
             (status, shop.read("d.json"))
         };
         let punctual = run(usize::MAX, "");

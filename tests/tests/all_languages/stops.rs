@@ -10,11 +10,11 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::{Stop, session};
-use plcc_tests::compile::{Compiled, Way, compile, compile_sources};
+use plcc_tests::compile::{Compiled, EngineKind, compile, compile_sources};
 
 /// The stop of a program, which must be the same in every engine. It happens within two ticks.
 fn stop(compiled: &Compiled, what: &str) -> Stop {
-    let stops = Way::ALL.map(|way| {
+    let stops = EngineKind::ALL.map(|way| {
         let (program, mut engine) = compiled.engine(way).unwrap();
         let args = ControlArgs::default();
         let mut executive = session::executive(&program, &args, false, None).unwrap();
@@ -22,7 +22,7 @@ fn stop(compiled: &Compiled, what: &str) -> Stop {
         tick().or_else(tick).unwrap_or_else(|| panic!("{way:?} does not stop: {what}"))
     });
     let [first, others @ ..] = stops;
-    for (other, way) in others.iter().zip(&Way::ALL[1..]) {
+    for (other, way) in others.iter().zip(&EngineKind::ALL[1..]) {
         assert_eq!(first, *other, "{way:?}: {what}");
     }
     first

@@ -11,7 +11,7 @@ use plcc_frontend::common::{Limits, Options};
 use plcc_frontend::detect::{Ending, ending};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::session;
-use plcc_tests::compile::{Way, compile};
+use plcc_tests::compile::{EngineKind, compile};
 use plcc_tests::loader::Folder;
 
 #[derive(Parser)]
@@ -25,7 +25,7 @@ struct Args {
 fn run(
     file: &str,
     source: &str,
-    way: Way,
+    way: EngineKind,
     args: &str,
     wrap: impl FnOnce(Box<dyn Engine>) -> Box<dyn Engine>,
 ) -> (u8, String, String, String) {
@@ -120,7 +120,7 @@ fn a_late_scan_ends_alike_in_every_engine() {
             "0,P1,1\n0,P2,1\n0,P3,1\n1,P1,2\n1,P2,2\n",
         ),
     ] {
-        for way in Way::ALL {
+        for way in EngineKind::ALL {
             let wrap = |engine| -> Box<dyn Engine> { Box::new(LateAt::new(engine, at)) };
             let args = format!("--ticks 9 --watch {watch}");
             let (status, rows, stop, message) = run(file, source, way, &args, wrap);
@@ -146,7 +146,12 @@ fn a_straight_scan_is_stopped_between_two_chunks() {
         ("a.nct", &nct, "PLC TIMEOUT1", "module :001"),
         ("a.pmc", &pmac, "WATCHDOG", "PLC 7 took longer"),
     ] {
-        for way in [Way::Statements, Way::IrSpeed, Way::JitSpeed, Way::Artifact] {
+        for way in [
+            EngineKind::Statements,
+            EngineKind::IrSpeed,
+            EngineKind::JitSpeed,
+            EngineKind::Artifact,
+        ] {
             let args = "--ticks 100000000 --watchdog 1us --watch *";
             let args = if file == "a.pmi" { args } else { "--ticks 100000000 --watchdog 1us" };
             // If the time is over in the last chunk, the scan has ended when that is noticed, and no line is
@@ -169,7 +174,9 @@ fn a_straight_scan_is_stopped_between_two_chunks() {
 #[test]
 fn endless_modules_of_nct_are_stopped() {
     let source = ":001\n:010\nLF500 +1 SF500\nG010\nJ1\n:000\nJ0\n";
-    for way in [Way::Statements, Way::IrSpeed, Way::JitSpeed, Way::Artifact] {
+    for way in
+        [EngineKind::Statements, EngineKind::IrSpeed, EngineKind::JitSpeed, EngineKind::Artifact]
+    {
         let (status, _, code, message) =
             run("a.nct", source, way, "--realtime --ticks 5", |engine| engine);
         assert_eq!((status, code.as_str()), (3, "PLC TIMEOUT1"), "{way:?}");
@@ -177,14 +184,15 @@ fn endless_modules_of_nct_are_stopped() {
     }
     // By its safepoints, as without a watchdog, if the watchdog allows them.
     for args in ["--ticks 5", "--ticks 5 --watchdog 1h", "--ticks 5 --watchdog off"] {
-        let (status, _, code, message) = run("a.nct", source, Way::JitSpeed, args, |engine| engine);
+        let (status, _, code, message) =
+            run("a.nct", source, EngineKind::JitSpeed, args, |engine| engine);
         assert_eq!((status, code.as_str()), (3, "PLC TIMEOUT1"), "{args}");
         assert!(message.contains("1000000 backward jumps"), "{args}: {message}");
     }
     // :000 that never ends is suspended at the end of each slice's share of the time.
     let source = ":001\nLF500 +1 SF500\nJ1\n:000\n:010\nLF502 +1 SF502\nG010\nJ0\n";
     let args = "--realtime --ticks 3 --watch F500";
-    let (status, trace, ..) = run("a.nct", source, Way::JitSpeed, args, |engine| engine);
+    let (status, trace, ..) = run("a.nct", source, EngineKind::JitSpeed, args, |engine| engine);
     assert_eq!((status, trace.as_str()), (0, "tick,name,value\n0,F500,1\n1,F500,2\n2,F500,3\n"));
 }
 
@@ -194,7 +202,7 @@ fn a_watchdog_that_stops_no_scan_changes_nothing() {
     let source = ":001\nLF500 +1 SF500 SY00\nC010\nJ1\n:010 LF502 +1 SF502 R\n:000\n:011\nLF504 +1 \
                   SF504\nG011\nJ0\n";
     let args = "--ticks 20 --watch F500,F502,F504,Y00";
-    for way in Way::ALL {
+    for way in EngineKind::ALL {
         let plain = run("a.nct", source, way, args, |engine| engine);
         let watched = run("a.nct", source, way, &format!("{args} --watchdog 1h"), |engine| engine);
         assert_eq!(plain, watched, "{way:?}");

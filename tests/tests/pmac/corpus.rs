@@ -12,7 +12,7 @@ use plcc_frontend::pmac;
 use plcc_random::{Rng, seeds};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, Purpose};
-use plcc_tests::compile::{Way, add, compile_sources};
+use plcc_tests::compile::{EngineKind, add, compile_sources};
 
 /// Servo cycles that each file runs for.
 const TICKS: u32 = 500;
@@ -111,7 +111,7 @@ fn stimulus(rng: &mut Rng, names: &[String]) -> Vec<(usize, String)> {
 }
 
 struct Machine {
-    way: Way,
+    way: EngineKind,
     engine: Box<dyn Engine>,
     executive: PmacExecutive,
 }
@@ -123,7 +123,7 @@ fn run(path: &Path, seed: u64) -> usize {
     let files = [add(&mut sources, path).unwrap(), sources.add("enable.pmc", ENABLE.as_bytes())];
     let compiled = compile_sources(&mut sources, &files, Dialect::Pmac, &options(path))
         .unwrap_or_else(|error| panic!("{what}: {error}"));
-    let ways = [Way::Statements, Way::Ir, Way::JitNone, Way::JitSpeed];
+    let ways = [EngineKind::Statements, EngineKind::Ir, EngineKind::JitNone, EngineKind::JitSpeed];
     let mut machines = ways.map(|way| {
         let (program, engine) = compiled.engine(way).unwrap();
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();

@@ -13,7 +13,7 @@ use plcc_runtime::args::ControlArgs;
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::executive;
 use plcc_runtime::{Purpose, Value};
-use plcc_tests::compile::{Compiled, Way, compile};
+use plcc_tests::compile::{Compiled, EngineKind, compile};
 
 const TICKS: u64 = 600;
 
@@ -59,7 +59,7 @@ fn compiled(folder: &Path, text: &str) -> Compiled {
 }
 
 /// The variables' values at the end of each tick.
-fn values(compiled: &Compiled, way: Way, table: &str, names: &[&str]) -> Vec<Vec<Value>> {
+fn values(compiled: &Compiled, way: EngineKind, table: &str, names: &[&str]) -> Vec<Vec<Value>> {
     let (program, mut engine) = compiled.engine(way).unwrap();
     let mut executive = executive(&program, &ControlArgs::default(), false, None).unwrap();
     let executive = executive.as_mut();
@@ -99,8 +99,8 @@ fn pins_assigned_by_program_or_stimulus_act_alike() {
             writeln!(pins, "{},{pin},{value}", tick + later).unwrap();
         }
     }
-    let expected = values(&outside, Way::Statements, &pins, &["Q", "DE", "DD"]);
-    for way in [Way::Statements, Way::Ir, Way::JitSpeed] {
+    let expected = values(&outside, EngineKind::Statements, &pins, &["Q", "DE", "DD"]);
+    for way in [EngineKind::Statements, EngineKind::Ir, EngineKind::JitSpeed] {
         let found = values(&inside, way, &inputs, &["Q", "SE", "SD"]);
         for (tick, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert_eq!(found, expected, "{way:?} tick {tick}");

@@ -41,7 +41,7 @@ impl Lowerer<'_> {
                 None => value,
                 Some(guard) => {
                     let old = self.bit(flag)?;
-                    self.builder.ins().select(guard, value, old)
+                    self.builder.func().select(guard, value, old)
                 }
             };
             bits.push((flag.bit, value));
@@ -58,7 +58,7 @@ impl Lowerer<'_> {
     pub(super) fn operand(&mut self, operand: Operand) -> Result<(Value, Option<Value>)> {
         let (negate, place) = match operand {
             Operand::Const(value) => {
-                return Ok((self.builder.ins().iconst(Type::I16, value.into()), None));
+                return Ok((self.builder.func().iconst(Type::I16, value.into()), None));
             }
             Operand::Load { negate, place } => (negate, place),
         };
@@ -68,7 +68,7 @@ impl Lowerer<'_> {
                 if negate {
                     value = self.not(value);
                 }
-                Ok((self.builder.ins().zextend_or_trunc(Type::I16, value), None))
+                Ok((self.builder.func().zextend_or_trunc(Type::I16, value), None))
             }
             Place::Word(word) => {
                 let (mut value, guard) = match word {
@@ -107,7 +107,7 @@ impl Lowerer<'_> {
         }
         match place {
             Place::Bit(bit) => {
-                let value = self.builder.ins().zextend_or_trunc(Type::I1, value);
+                let value = self.builder.func().zextend_or_trunc(Type::I1, value);
                 self.store_bit(bit, value)?;
             }
             Place::Word(Word::Indirect(at)) => {
@@ -127,7 +127,7 @@ impl Lowerer<'_> {
         let (mut with, guard) = self.operand(operand)?;
         if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {
             // AND with a bit changes only bit 0 of OP.
-            with = self.builder.ins().binary_imm(BinaryOp::Or, with, -2);
+            with = self.builder.func().binary_imm(BinaryOp::Or, with, -2);
         }
         let old = self.op();
         self.combine(op, old, with, guard, after)
@@ -146,7 +146,7 @@ impl Lowerer<'_> {
             Arith::Mul => self.multiply(a, b, guard, after)?,
             Arith::Div => self.divide(a, b, guard, after)?,
             _ => {
-                let value = self.builder.ins().binary(binary(op), a, b);
+                let value = self.builder.func().binary(binary(op), a, b);
                 self.sum_flags(op, (a, b), value, guard, after)?;
                 value
             }
@@ -172,7 +172,7 @@ impl Lowerer<'_> {
             _ => return Ok(()),
         };
         if let Some((less, than)) = carry.filter(|_| after.has(LiveSet::CARRY)) {
-            bits.push((CARRY, self.builder.ins().icmp(IntCond::Ult, less, than)));
+            bits.push((CARRY, self.builder.func().icmp(IntCond::Ult, less, than)));
         }
         bits.extend(self.value_flags(value, after));
         self.flags(guard, &bits)
@@ -185,14 +185,14 @@ impl Lowerer<'_> {
             bits.push((ZERO, self.is_zero(value)));
         }
         if after.has(LiveSet::SIGN) {
-            bits.push((SIGN, self.builder.ins().icmp_imm(IntCond::Slt, value, 0)));
+            bits.push((SIGN, self.builder.func().icmp_imm(IntCond::Slt, value, 0)));
         }
         bits
     }
 
     /// An i16 as an i32, without its sign.
     fn wide(&mut self, value: Value) -> Value {
-        self.builder.ins().zextend_or_trunc(Type::I32, value)
+        self.builder.func().zextend_or_trunc(Type::I32, value)
     }
 
     /// The low word of a product. Writes its high word and F0083 as far as they can be read.
@@ -204,21 +204,21 @@ impl Lowerer<'_> {
         after: LiveSet,
     ) -> Result<Value> {
         let (a, b) = (self.wide(a), self.wide(b));
-        let ins = self.builder.ins();
-        let product = ins.binary(BinaryOp::Mul, a, b);
-        let low = ins.zextend_or_trunc(Type::I16, product);
+        let func = self.builder.func();
+        let product = func.binary(BinaryOp::Mul, a, b);
+        let low = func.zextend_or_trunc(Type::I16, product);
         if !after.has(LiveSet::HIGH) && !after.has(LiveSet::MUL_OVERFLOW) {
             return Ok(low);
         }
-        let high = ins.binary_imm(BinaryOp::Lshr, product, 16);
-        let high = ins.zextend_or_trunc(Type::I16, high);
+        let high = func.binary_imm(BinaryOp::Lshr, product, 16);
+        let high = func.zextend_or_trunc(Type::I16, high);
         if after.has(LiveSet::HIGH) {
             let old = if guard.is_some() { self.word(HIGH_WORD)? } else { high };
             let value = self.guarded(guard, high, old);
             self.store_word(HIGH_WORD, value)?;
         }
         if after.has(LiveSet::MUL_OVERFLOW) {
-            let some = self.builder.ins().icmp_imm(IntCond::Ne, high, 0);
+            let some = self.builder.func().icmp_imm(IntCond::Ne, high, 0);
             self.flags(guard, &[(MUL_OVERFLOW, some)])?;
         }
         Ok(low)
@@ -236,23 +236,23 @@ impl Lowerer<'_> {
     ) -> Result<Value> {
         let high = self.word(HIGH_WORD)?;
         let (low, upper, divisor) = (self.wide(a), self.wide(high), self.wide(b));
-        let ins = self.builder.ins();
-        let upper = ins.binary_imm(BinaryOp::Shl, upper, 16);
-        let dividend = ins.binary(BinaryOp::Or, upper, low);
-        let quotient = ins.binary(BinaryOp::Udiv, dividend, divisor);
-        let rest = ins.binary(BinaryOp::Urem, dividend, divisor);
-        let quotient = ins.zextend_or_trunc(Type::I16, quotient);
-        let rest = ins.zextend_or_trunc(Type::I16, rest);
+        let func = self.builder.func();
+        let upper = func.binary_imm(BinaryOp::Shl, upper, 16);
+        let dividend = func.binary(BinaryOp::Or, upper, low);
+        let quotient = func.binary(BinaryOp::Udiv, dividend, divisor);
+        let rest = func.binary(BinaryOp::Urem, dividend, divisor);
+        let quotient = func.zextend_or_trunc(Type::I16, quotient);
+        let rest = func.zextend_or_trunc(Type::I16, rest);
         let by_zero = self.is_zero(b);
         if after.has(LiveSet::SYNTAX) {
             self.flags(guard, &[(SYNTAX, by_zero)])?;
         }
         if after.has(LiveSet::HIGH) {
-            let rest = self.builder.ins().select(by_zero, high, rest);
+            let rest = self.builder.func().select(by_zero, high, rest);
             let rest = self.guarded(guard, rest, high);
             self.store_word(HIGH_WORD, rest)?;
         }
-        Ok(self.builder.ins().select(by_zero, a, quotient))
+        Ok(self.builder.func().select(by_zero, a, quotient))
     }
 
     /// The variable becomes itself, or its complement, combined with OP.
@@ -270,15 +270,15 @@ impl Lowerer<'_> {
                 if negate {
                     old = self.not(old);
                 }
-                let with = self.builder.ins().zextend_or_trunc(Type::I1, with);
-                let value = self.builder.ins().binary(binary(op), old, with);
+                let with = self.builder.func().zextend_or_trunc(Type::I1, with);
+                let value = self.builder.func().binary(binary(op), old, with);
                 self.store_bit(bit, value)?;
             }
             Place::Word(Word::Indirect(at)) => {
                 let to = self.indirect(at)?;
                 let before = self.indirect_word(&to);
                 let old = if negate { self.not(before) } else { before };
-                let value = self.builder.ins().binary(binary(op), old, with);
+                let value = self.builder.func().binary(binary(op), old, with);
                 let kept = self.guarded(Some(to.ok), value, before);
                 self.store_indirect(&to, kept);
                 self.address_flags(&to)?;
@@ -289,7 +289,7 @@ impl Lowerer<'_> {
                 if negate {
                     old = self.not(old);
                 }
-                let value = self.builder.ins().binary(binary(op), old, with);
+                let value = self.builder.func().binary(binary(op), old, with);
                 self.store_word(word, value)?;
                 self.sum_flags(op, (old, with), value, None, after)?;
             }
@@ -303,11 +303,11 @@ impl Lowerer<'_> {
         let word = self.wide(op);
         let Bcd { number, wrong } = self.take_bcd(word);
         let sign = self.bit(BCD_SIGN)?;
-        let ins = self.builder.ins();
-        let value = ins.zextend_or_trunc(Type::I16, number);
-        let negative = ins.unary(plcc_ir::UnaryOp::Neg, value);
-        let value = ins.select(sign, negative, value);
-        let result = ins.select(wrong, op, value);
+        let func = self.builder.func();
+        let value = func.zextend_or_trunc(Type::I16, number);
+        let negative = func.unary(plcc_ir::UnaryOp::Neg, value);
+        let value = func.select(sign, negative, value);
+        let result = func.select(wrong, op, value);
         self.flags(None, &[(NOT_BCD, wrong)])?;
         let right = self.not(wrong);
         let bits = self.value_flags(value, after);
@@ -319,19 +319,19 @@ impl Lowerer<'_> {
     /// Binary to BCD.
     pub(super) fn bcd(&mut self, after: LiveSet) -> Result {
         let op = self.op();
-        let ins = self.builder.ins();
-        let negative = ins.icmp_imm(IntCond::Slt, op, 0);
-        let negated = ins.unary(plcc_ir::UnaryOp::Neg, op);
-        let value = ins.select(negative, negated, op);
-        let over = ins.icmp_imm(IntCond::Ugt, value, 9999);
-        let mut result = ins.binary_imm(BinaryOp::Urem, value, 10);
+        let func = self.builder.func();
+        let negative = func.icmp_imm(IntCond::Slt, op, 0);
+        let negated = func.unary(plcc_ir::UnaryOp::Neg, op);
+        let value = func.select(negative, negated, op);
+        let over = func.icmp_imm(IntCond::Ugt, value, 9999);
+        let mut result = func.binary_imm(BinaryOp::Urem, value, 10);
         for (divisor, shift) in [(10, 4), (100, 8), (1000, 12)] {
-            let digit = ins.binary_imm(BinaryOp::Udiv, value, divisor);
-            let digit = ins.binary_imm(BinaryOp::Urem, digit, 10);
-            let digit = ins.binary_imm(BinaryOp::Shl, digit, shift);
-            result = ins.binary(BinaryOp::Or, result, digit);
+            let digit = func.binary_imm(BinaryOp::Udiv, value, divisor);
+            let digit = func.binary_imm(BinaryOp::Urem, digit, 10);
+            let digit = func.binary_imm(BinaryOp::Shl, digit, shift);
+            result = func.binary(BinaryOp::Or, result, digit);
         }
-        let result = ins.select(over, op, result);
+        let result = func.select(over, op, result);
         self.flags(None, &[(OVERFLOW, over)])?;
         let within = self.not(over);
         let mut bits = vec![];

@@ -94,7 +94,7 @@ impl Lowerer<'_> {
         for (switch, when, unless) in then.chain(other) {
             let old = self.bit(switch.bit)?;
             let (op, with) = if switch.on { (BinaryOp::Or, when) } else { (BinaryOp::And, unless) };
-            let value = self.builder.ins().binary(op, old, with);
+            let value = self.builder.func().binary(op, old, with);
             self.store_bit(switch.bit, value)?;
         }
         Ok(())
@@ -119,7 +119,7 @@ impl Lowerer<'_> {
                         Arith::Or => BinaryOp::Or,
                         _ => BinaryOp::Xor,
                     };
-                    self.builder.ins().binary(op, a, b)
+                    self.builder.func().binary(op, a, b)
                 }
             };
             waiting.push(Waiting::Value(value));
@@ -132,7 +132,7 @@ impl Lowerer<'_> {
         for (slot, part) in waiting.iter_mut().enumerate() {
             if let Waiting::Value(value) = *part {
                 let at = Address::fixed(self.regions.waiting, slot as u32);
-                self.builder.ins().store(at, value);
+                self.builder.func().store(at, value);
                 *part = Waiting::Kept;
             }
         }
@@ -144,7 +144,7 @@ impl Lowerer<'_> {
             Some(Waiting::Value(value)) => Ok(value),
             Some(Waiting::Kept) => {
                 let at = Address::fixed(self.regions.waiting, waiting.len() as u32);
-                Ok(self.builder.ins().load(Type::I1, at))
+                Ok(self.builder.func().load(Type::I1, at))
             }
             None => Err(InternalError::missing("an operand of a condition")),
         }
@@ -160,7 +160,7 @@ impl Lowerer<'_> {
             Test::Word { negate, word } => {
                 let value = self.word(word)?;
                 let how = if negate { IntCond::Eq } else { IntCond::Ne };
-                Ok(self.builder.ins().icmp_imm(how, value, 0))
+                Ok(self.builder.func().icmp_imm(how, value, 0))
             }
             Test::Relation { relation, operand } => {
                 let (with, guard) = self.operand(operand)?;
@@ -172,7 +172,7 @@ impl Lowerer<'_> {
                     Relation::Le => IntCond::Ule,
                     Relation::Ge => IntCond::Uge,
                 };
-                let holds = self.builder.ins().icmp(how, op, with);
+                let holds = self.builder.func().icmp(how, op, with);
                 Ok(match guard {
                     Some(guard) => self.both(holds, guard),
                     None => holds,

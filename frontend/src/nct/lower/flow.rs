@@ -129,7 +129,7 @@ impl Lowerer<'_> {
             let entry = self.builder.place();
             self.builder.task(format!(":{module:03}"), entry);
             self.bind(entry);
-            let none = self.builder.ins().iconst(Type::I16, 0);
+            let none = self.builder.func().iconst(Type::I16, 0);
             self.set_context(context::DEPTH, none);
             let start = self.place(at);
             self.builder.jump(start);
@@ -159,23 +159,23 @@ impl Lowerer<'_> {
 
     /// Reads from the region `context`.
     fn context(&mut self, ty: Type, offset: u32) -> Value {
-        self.builder.ins().load(ty, Address::fixed(self.regions.context, offset))
+        self.builder.func().load(ty, Address::fixed(self.regions.context, offset))
     }
 
     /// Writes to the region `context`.
     fn set_context(&mut self, offset: u32, value: Value) {
-        self.builder.ins().store(Address::fixed(self.regions.context, offset), value);
+        self.builder.func().store(Address::fixed(self.regions.context, offset), value);
     }
 
     /// Passes a safepoint of the statement with this number and goes to a statement.
     fn safepoint(&mut self, from: Number, to: usize) {
         let target = self.place(to);
         let fuel = self.context(Type::I32, context::FUEL);
-        let fuel = self.builder.ins().binary_imm(BinaryOp::Sub, fuel, 1);
+        let fuel = self.builder.func().binary_imm(BinaryOp::Sub, fuel, 1);
         self.set_context(context::FUEL, fuel);
         let empty = self.is_zero(fuel);
-        let is_late = self.builder.ins().is_late();
-        let empty = self.builder.ins().binary(BinaryOp::Or, empty, is_late);
+        let is_late = self.builder.func().is_late();
+        let empty = self.builder.func().binary(BinaryOp::Or, empty, is_late);
         let emptied = match self.emptied.iter().find(|(place, _)| *place == target) {
             Some((_, emptied)) => *emptied,
             None => {
@@ -190,19 +190,19 @@ impl Lowerer<'_> {
                 let cold = self.builder.place();
                 self.builder.brif(empty, cold, target);
                 self.bind(cold);
-                let before = self.builder.ins().set_cold(true);
+                let before = self.builder.func().set_cold(true);
                 self.set_pending(number);
                 self.builder.jump(emptied);
-                self.builder.ins().set_cold(before);
+                self.builder.func().set_cold(before);
             }
         }
     }
 
     /// Leaves the number of a statement in the image.
     fn set_pending(&mut self, number: i64) {
-        let number = self.builder.ins().iconst(Type::I32, number);
+        let number = self.builder.func().iconst(Type::I32, number);
         let pending = self.pending();
-        self.builder.ins().store(pending, number);
+        self.builder.func().store(pending, number);
     }
 
     /// `G…`: jumps to a label. A jump back passes a safepoint.
@@ -244,18 +244,18 @@ impl Lowerer<'_> {
     fn enter(&mut self, call: Number, to: usize) {
         let depth = self.context(Type::I16, context::DEPTH);
         let max = context::MAX_DEPTH;
-        let full = self.builder.ins().icmp_imm(IntCond::Uge, depth, max.into());
+        let full = self.builder.func().icmp_imm(IntCond::Uge, depth, max.into());
         let go_on = self.builder.place();
         match call {
             Number::Known(number) => {
                 let cold = self.builder.place();
                 self.builder.brif(full, cold, go_on);
                 self.bind(cold);
-                let before = self.builder.ins().set_cold(true);
+                let before = self.builder.func().set_cold(true);
                 let site = self.first_depth_site() + number;
-                let site = self.builder.ins().iconst(Type::I32, site);
+                let site = self.builder.func().iconst(Type::I32, site);
                 self.trap_at(site);
-                self.builder.ins().set_cold(before);
+                self.builder.func().set_cold(before);
             }
             Number::Pending => {
                 let too_deep = match self.too_deep {
@@ -272,13 +272,13 @@ impl Lowerer<'_> {
         self.bind(go_on);
         let depth = self.context(Type::I16, context::DEPTH);
         let site = match call {
-            Number::Known(number) => self.builder.ins().iconst(Type::I32, number),
+            Number::Known(number) => self.builder.func().iconst(Type::I32, number),
             Number::Pending => self.load_pending(),
         };
-        let slot = self.builder.ins().zextend_or_trunc(Type::I32, depth);
+        let slot = self.builder.func().zextend_or_trunc(Type::I32, depth);
         let sites = Address::indexed(self.regions.context, context::SITES, slot, 4, u32::from(max));
-        self.builder.ins().store(sites, site);
-        let depth = self.builder.ins().binary_imm(BinaryOp::Add, depth, 1);
+        self.builder.func().store(sites, site);
+        let depth = self.builder.func().binary_imm(BinaryOp::Add, depth, 1);
         self.set_context(context::DEPTH, depth);
         self.safepoint(call, to);
     }
@@ -294,12 +294,12 @@ impl Lowerer<'_> {
         self.builder.ret();
         self.bind(back);
         let depth = self.context(Type::I16, context::DEPTH);
-        let depth = self.builder.ins().binary_imm(BinaryOp::Sub, depth, 1);
+        let depth = self.builder.func().binary_imm(BinaryOp::Sub, depth, 1);
         self.set_context(context::DEPTH, depth);
-        let slot = self.builder.ins().zextend_or_trunc(Type::I32, depth);
+        let slot = self.builder.func().zextend_or_trunc(Type::I32, depth);
         let max = u32::from(context::MAX_DEPTH);
         let at = Address::indexed(self.regions.context, context::SITES, slot, 4, max);
-        let site = self.builder.ins().load(Type::I32, at);
+        let site = self.builder.func().load(Type::I32, at);
         self.builder.goto_indirect(site);
     }
 
@@ -308,11 +308,11 @@ impl Lowerer<'_> {
     pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) -> Result {
         self.leave(LiveSet::ALL);
         let word = self.word(Word::Bytes { space: Space::F, byte: word })?;
-        let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
+        let word = self.builder.func().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong } = self.take_bcd(word);
-        let none = self.builder.ins().iconst(Type::I32, i64::from(u16::MAX));
-        let number = self.builder.ins().select(wrong, none, number);
-        let zero = self.builder.ins().iconst(Type::I1, 0);
+        let none = self.builder.func().iconst(Type::I32, i64::from(u16::MAX));
+        let number = self.builder.func().select(wrong, none, number);
+        let zero = self.builder.func().iconst(Type::I1, 0);
         self.store_bits(Space::F, SYNTAX.byte, &[(SYNTAX.bit, zero), (NOT_BCD.bit, wrong)])?;
         let statement = if call { self.site(at)? } else { self.jump_number(at)? };
         self.set_pending(statement);
@@ -335,7 +335,7 @@ impl Lowerer<'_> {
     /// The number that a statement has left in the image.
     fn load_pending(&mut self) -> Value {
         let pending = self.pending();
-        self.builder.ins().load(Type::I32, pending)
+        self.builder.func().load(Type::I32, pending)
     }
 
     /// Where a statement leaves its number.
@@ -390,15 +390,15 @@ impl Lowerer<'_> {
             self.bind(place);
             let call = self.load_pending();
             let first = self.first_depth_site();
-            let site = self.builder.ins().binary_imm(BinaryOp::Add, call, first);
+            let site = self.builder.func().binary_imm(BinaryOp::Add, call, first);
             self.trap_at(site);
         }
     }
 
     /// Stops the program at a trap site.
     fn trap_at(&mut self, site: Value) {
-        let none = self.builder.ins().iconst(Type::I32, 0);
-        self.builder.ins().trap_at(site, none);
+        let none = self.builder.func().iconst(Type::I32, 0);
+        self.builder.func().trap_at(site, none);
     }
 
     /// Where the program is stopped since it takes too long.

@@ -147,7 +147,7 @@ impl Lowerer<'_> {
         let (start, end) = (span.start, span.end);
         let line = self.program.lines.get(at).copied();
         let line = line.or_missing(|| format!("the line of statement {at}"))?;
-        let func = self.builder.ins().func();
+        let func = self.builder.func().func();
         if func.inst_count() >= self.limit || func.block_count() >= self.limit {
             self.leave(self.live_at(at));
             self.op = None;
@@ -188,7 +188,7 @@ impl Lowerer<'_> {
             && live.has(LiveSet::OP)
         {
             let at = Address::fixed(self.regions.context, context::OP);
-            self.builder.ins().store(at, op);
+            self.builder.func().store(at, op);
         }
         self.dirty = false;
     }
@@ -199,7 +199,7 @@ impl Lowerer<'_> {
             return op;
         }
         let at = Address::fixed(self.regions.context, context::OP);
-        let op = self.builder.ins().load(Type::I16, at);
+        let op = self.builder.func().load(Type::I16, at);
         self.op = Some(op);
         op
     }
@@ -236,7 +236,7 @@ impl Lowerer<'_> {
         match stmt.op {
             Op::Set(bit) | Op::Clear(bit) => {
                 let on = matches!(stmt.op, Op::Set(_));
-                let value = self.builder.ins().iconst(Type::I1, on.into());
+                let value = self.builder.func().iconst(Type::I1, on.into());
                 self.store_bit(bit, value)?;
             }
             Op::Count { counter, up } => self.count(counter, up)?,
@@ -247,7 +247,7 @@ impl Lowerer<'_> {
             Op::Shift { left, by } => {
                 let op = self.op();
                 let how = if left { BinaryOp::Shl } else { BinaryOp::Lshr };
-                let value = self.builder.ins().binary_imm(how, op, by.into());
+                let value = self.builder.func().binary_imm(how, op, by.into());
                 self.set_op(value);
             }
             Op::Bin => self.bin(after)?,
@@ -255,12 +255,12 @@ impl Lowerer<'_> {
             Op::Push(slot) => {
                 let op = self.op();
                 let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
-                self.builder.ins().store(at, op);
+                self.builder.func().store(at, op);
             }
             Op::Apply { op, slot } => {
                 let with = self.op();
                 let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
-                let kept = self.builder.ins().load(Type::I16, at);
+                let kept = self.builder.func().load(Type::I16, at);
                 self.combine(op, kept, with, None, after)?;
             }
             Op::If { first, count, otherwise } => {
@@ -282,10 +282,10 @@ impl Lowerer<'_> {
             }
             Op::Area { op, area } => {
                 let with = self.op();
-                let ins = self.builder.ins();
-                let with = ins.zextend_or_trunc(Type::I32, with);
-                let area = ins.iconst(Type::I32, area.into());
-                ins.host_call(op.host_function(), &[area, with]);
+                let func = self.builder.func();
+                let with = func.zextend_or_trunc(Type::I32, with);
+                let area = func.iconst(Type::I32, area.into());
+                func.host_call(op.host_function(), &[area, with]);
             }
             Op::EndIf | Op::Label(_) | Op::Text | Op::Bad { .. } => {}
         }
@@ -294,28 +294,28 @@ impl Lowerer<'_> {
 
     fn count(&mut self, counter: u8, up: bool) -> Result {
         let at = self.register(Word::Q(counter))?;
-        let old = self.builder.ins().load(Type::I16, at);
-        let value = self.builder.ins().binary_imm(BinaryOp::Add, old, if up { 1 } else { -1 });
-        self.builder.ins().store(at, value);
+        let old = self.builder.func().load(Type::I16, at);
+        let value = self.builder.func().binary_imm(BinaryOp::Add, old, if up { 1 } else { -1 });
+        self.builder.func().store(at, value);
         Ok(())
     }
 
     fn not(&mut self, value: Value) -> Value {
-        self.builder.ins().unary(UnaryOp::Not, value)
+        self.builder.func().unary(UnaryOp::Not, value)
     }
 
     fn both(&mut self, a: Value, b: Value) -> Value {
-        self.builder.ins().binary(BinaryOp::And, a, b)
+        self.builder.func().binary(BinaryOp::And, a, b)
     }
 
     fn is_zero(&mut self, value: Value) -> Value {
-        self.builder.ins().icmp_imm(IntCond::Eq, value, 0)
+        self.builder.func().icmp_imm(IntCond::Eq, value, 0)
     }
 
     /// `new` if the guard holds or there is none, otherwise `old`.
     fn guarded(&mut self, guard: Option<Value>, new: Value, old: Value) -> Value {
         match guard {
-            Some(guard) => self.builder.ins().select(guard, new, old),
+            Some(guard) => self.builder.func().select(guard, new, old),
             None => new,
         }
     }

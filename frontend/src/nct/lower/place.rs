@@ -65,13 +65,13 @@ impl Lowerer<'_> {
     fn bit_at(&mut self, space: Space, location: FlagLocation, bit: u8) -> Result<Value> {
         if location.unpacked {
             let at = self.address(location.offset + u32::from(bit))?;
-            return Ok(self.builder.ins().load(Type::I1, at));
+            return Ok(self.builder.func().load(Type::I1, at));
         }
         let at = self.byte_address(space, location)?;
-        let ins = self.builder.ins();
-        let byte = ins.load(Type::I8, at);
-        let byte = if bit == 0 { byte } else { ins.binary_imm(BinaryOp::Lshr, byte, bit.into()) };
-        Ok(ins.zextend_or_trunc(Type::I1, byte))
+        let func = self.builder.func();
+        let byte = func.load(Type::I8, at);
+        let byte = if bit == 0 { byte } else { func.binary_imm(BinaryOp::Lshr, byte, bit.into()) };
+        Ok(func.zextend_or_trunc(Type::I1, byte))
     }
 
     /// Reads a bit, as an i1.
@@ -83,7 +83,7 @@ impl Lowerer<'_> {
         }
         let location = self.previous(bit.byte)?;
         let before = self.bit_at(bit.space, location, bit.bit)?;
-        Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
+        Ok(self.builder.func().binary(BinaryOp::Xor, now, before))
     }
 
     /// Writes an i1 to a bit.
@@ -100,21 +100,21 @@ impl Lowerer<'_> {
         if location.unpacked {
             for (bit, value) in bits {
                 let at = self.address(location.offset + u32::from(*bit))?;
-                self.builder.ins().store(at, *value);
+                self.builder.func().store(at, *value);
             }
             return Ok(());
         }
         let at = self.byte_address(space, location)?;
-        let ins = self.builder.ins();
+        let func = self.builder.func();
         let mask: i64 = bits.iter().map(|(bit, _)| 1 << bit).sum();
-        let old = ins.load(Type::I8, at);
-        let mut new = ins.binary_imm(BinaryOp::And, old, !mask);
+        let old = func.load(Type::I8, at);
+        let mut new = func.binary_imm(BinaryOp::And, old, !mask);
         for (bit, value) in bits {
-            let wide = ins.zextend_or_trunc(Type::I8, *value);
-            let wide = ins.binary_imm(BinaryOp::Shl, wide, (*bit).into());
-            new = ins.binary(BinaryOp::Or, new, wide);
+            let wide = func.zextend_or_trunc(Type::I8, *value);
+            let wide = func.binary_imm(BinaryOp::Shl, wide, (*bit).into());
+            new = func.binary(BinaryOp::Or, new, wide);
         }
-        ins.store(at, new);
+        func.store(at, new);
         Ok(())
     }
 
@@ -123,14 +123,14 @@ impl Lowerer<'_> {
     fn bytes(&mut self, space: Space, byte: u16) -> Result<Value> {
         let location = self.location(space, byte)?;
         let at = self.byte_address(space, location)?;
-        let now = self.builder.ins().load(Type::I16, at);
+        let now = self.builder.func().load(Type::I16, at);
         if space != Space::V {
             return Ok(now);
         }
         let location = self.previous(byte)?;
         let at = self.address(location.offset)?;
-        let before = self.builder.ins().load(Type::I16, at);
-        Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
+        let before = self.builder.func().load(Type::I16, at);
+        Ok(self.builder.func().binary(BinaryOp::Xor, now, before))
     }
 
     /// Reads a word, an i16. It is none that is accessed indirectly.
@@ -139,14 +139,14 @@ impl Lowerer<'_> {
             return self.bytes(space, byte);
         }
         let at = self.register(word)?;
-        Ok(self.builder.ins().load(Type::I16, at))
+        Ok(self.builder.func().load(Type::I16, at))
     }
 
     /// Writes an i16 to a word. It is none that is accessed indirectly.
     pub(super) fn store_word(&mut self, word: Word, value: Value) -> Result {
         let Word::Bytes { space, byte } = word else {
             let at = self.register(word)?;
-            self.builder.ins().store(at, value);
+            self.builder.func().store(at, value);
             return Ok(());
         };
         let location = self.location(space, byte)?;
@@ -157,27 +157,27 @@ impl Lowerer<'_> {
             Space::F => FLAG_BYTES,
         } - 1;
         let ty = if byte as usize == last { Type::I8 } else { Type::I16 };
-        let value = self.builder.ins().zextend_or_trunc(ty, value);
-        self.builder.ins().store(at, value);
+        let value = self.builder.func().zextend_or_trunc(ty, value);
+        self.builder.func().store(at, value);
         Ok(())
     }
 
     /// Decodes a word, an i32, as BCD.
     pub(super) fn take_bcd(&mut self, word: Value) -> Bcd {
-        let ins = self.builder.ins();
+        let func = self.builder.func();
         // A digit is above 9 if its bit 3 is set and bit 1 or 2 too.
-        let once = ins.binary_imm(BinaryOp::Shl, word, 1);
-        let twice = ins.binary_imm(BinaryOp::Shl, word, 2);
-        let either = ins.binary(BinaryOp::Or, once, twice);
-        let wrong = ins.binary(BinaryOp::And, word, either);
-        let wrong = ins.binary_imm(BinaryOp::And, wrong, 0x8888);
-        let wrong = ins.icmp_imm(IntCond::Ne, wrong, 0);
-        let mut number = ins.binary_imm(BinaryOp::And, word, 15);
+        let once = func.binary_imm(BinaryOp::Shl, word, 1);
+        let twice = func.binary_imm(BinaryOp::Shl, word, 2);
+        let either = func.binary(BinaryOp::Or, once, twice);
+        let wrong = func.binary(BinaryOp::And, word, either);
+        let wrong = func.binary_imm(BinaryOp::And, wrong, 0x8888);
+        let wrong = func.icmp_imm(IntCond::Ne, wrong, 0);
+        let mut number = func.binary_imm(BinaryOp::And, word, 15);
         for (shift, weight) in [(4, 10), (8, 100), (12, 1000)] {
-            let digit = ins.binary_imm(BinaryOp::Lshr, word, shift);
-            let digit = ins.binary_imm(BinaryOp::And, digit, 15);
-            let digit = ins.binary_imm(BinaryOp::Mul, digit, weight);
-            number = ins.binary(BinaryOp::Add, number, digit);
+            let digit = func.binary_imm(BinaryOp::Lshr, word, shift);
+            let digit = func.binary_imm(BinaryOp::And, digit, 15);
+            let digit = func.binary_imm(BinaryOp::Mul, digit, weight);
+            number = func.binary(BinaryOp::Add, number, digit);
         }
         Bcd { number, wrong }
     }
@@ -185,9 +185,9 @@ impl Lowerer<'_> {
     /// Where the address at a byte of F leads.
     pub(super) fn indirect(&mut self, at: u16) -> Result<Indirect> {
         let word = self.bytes(Space::F, at)?;
-        let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
+        let word = self.builder.func().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong: not_bcd } = self.take_bcd(word);
-        let out = self.builder.ins().icmp_imm(IntCond::Ugt, number, 999);
+        let out = self.builder.func().icmp_imm(IntCond::Ugt, number, 999);
         let bcd = self.not(not_bcd);
         let syntax = self.both(out, bcd);
         let within = self.not(out);
@@ -199,21 +199,21 @@ impl Lowerer<'_> {
     pub(super) fn indirect_word(&mut self, to: &Indirect) -> Value {
         let count = FLAG_BYTES as u32;
         let at = Address::indexed(self.regions.flag_bytes, 0, to.index, 1, count);
-        self.builder.ins().load(Type::I16, at)
+        self.builder.func().load(Type::I16, at)
     }
 
     /// Writes the word that an indirect access leads to.
     pub(super) fn store_indirect(&mut self, to: &Indirect, value: Value) {
         let count = FLAG_BYTES as u32;
         let flags = self.regions.flag_bytes;
-        let ins = self.builder.ins();
-        let low = ins.zextend_or_trunc(Type::I8, value);
-        ins.store(Address::indexed(flags, 0, to.index, 1, count), low);
-        let high = ins.binary_imm(BinaryOp::Lshr, value, 8);
-        let high = ins.zextend_or_trunc(Type::I8, high);
-        ins.store(Address::indexed(flags, 1, to.index, 1, count), high);
+        let func = self.builder.func();
+        let low = func.zextend_or_trunc(Type::I8, value);
+        func.store(Address::indexed(flags, 0, to.index, 1, count), low);
+        let high = func.binary_imm(BinaryOp::Lshr, value, 8);
+        let high = func.zextend_or_trunc(Type::I8, high);
+        func.store(Address::indexed(flags, 1, to.index, 1, count), high);
         // The high byte of a word at F999 is dropped: the byte after F999 is always 0.
-        let zero = ins.iconst(Type::I8, 0);
-        ins.store(Address::fixed(flags, count), zero);
+        let zero = func.iconst(Type::I8, 0);
+        func.store(Address::fixed(flags, count), zero);
     }
 }

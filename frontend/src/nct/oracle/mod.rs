@@ -114,7 +114,7 @@ impl Interpreter {
             None => Some(entry),
             Some(ResumePoint(number)) => self.resume_points.get(number as usize).copied(),
         };
-        let Some(mut at) = start else { return Outcome::trap(TrapCode::BadLabel) };
+        let Some(mut at) = start else { return Outcome::trap(TrapCode::Internal) };
         let program = Arc::clone(&self.program);
         let layout = Arc::clone(&self.layout);
         let mut run = Run {
@@ -171,7 +171,7 @@ impl Interpreter {
                 Next::Suspend(next) => {
                     break match self.resume_points.binary_search(&next) {
                         Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
-                        Err(_) => Outcome::trap(TrapCode::BadLabel),
+                        Err(_) => Outcome::trap(TrapCode::Internal),
                     };
                 }
                 Next::End => break Outcome::End,

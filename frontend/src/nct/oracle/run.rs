@@ -230,7 +230,7 @@ impl<O: Observer> Run<'_, O> {
                 let slot = self.layout.context + context::SITES + u32::from(depth) * 4;
                 let number = read_u32(self.image, slot) as usize;
                 let Some(call) = self.calls.get(number) else {
-                    return Next::Trap(TrapCode::BadLabel);
+                    return Next::Trap(TrapCode::Internal);
                 };
                 return Next::At(call + 1);
             }

@@ -6,7 +6,7 @@
 //! host, and the executive may have the program recompiled.
 
 use plcc_abi::pmac::{
-    Assumption, Definition, Definitions, Direct, Kind, Layout, Place, Space, View,
+    Assumption, Definition, Definitions, DirectAccess, Kind, Layout, Place, Space, View,
 };
 
 use crate::pmac::analyse::load::Loaded;
@@ -121,7 +121,7 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
     }
     let assumed = |number, changed: bool| {
         let definition = view.definition(number);
-        Direct::of(&layout, definition).filter(|_| !changed).map(|_| definition)
+        DirectAccess::of(&layout, definition).filter(|_| !changed).map(|_| definition)
     };
     let numbers = (0..).zip(named.into_iter().zip(changed)).filter(|(_, (named, _))| *named);
     numbers
@@ -131,19 +131,20 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
 
 /// For each M-variable, by number, the place at which code may access it directly under the given
 /// assumptions; `None` where it must call the host.
-pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<Direct>> {
+pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<DirectAccess>> {
     let mut places = vec![None; layout.count as usize];
     for assumption in assumed {
         if let Some(slot) = places.get_mut(assumption.number as usize) {
-            *slot = assumption.definition.and_then(|definition| Direct::of(layout, definition));
+            *slot =
+                assumption.definition.and_then(|definition| DirectAccess::of(layout, definition));
         }
     }
     places
 }
 
 /// The same for the definitions after load of all M-variables, also of those that no PLC names.
-pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<Direct>> {
+pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<DirectAccess>> {
     let layout = loaded.layout;
     let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };
-    (0..layout.count).map(|number| Direct::of(&layout, view.definition(number))).collect()
+    (0..layout.count).map(|number| DirectAccess::of(&layout, view.definition(number))).collect()
 }

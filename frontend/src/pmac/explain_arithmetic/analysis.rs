@@ -8,7 +8,7 @@
 //! fails. This makes bit operators and remainders faster, but not sums, differences and
 //! comparisons: doubles compute those exactly for such integers, without conversions.
 
-use plcc_abi::pmac::{Definition, Direct, Kind};
+use plcc_abi::pmac::{Definition, DirectAccess, Kind};
 
 use super::range_analysis::Bounds;
 use crate::pmac::ast::{Bin, Download, Func, Op};
@@ -26,14 +26,14 @@ pub(crate) type Name = (Kind, u16);
 /// M-variable the place that is assumed.
 pub(crate) fn bounds_of(
     download: &Download,
-    places: &[Option<Direct>],
+    places: &[Option<DirectAccess>],
     kind: Kind,
     number: u16,
 ) -> Bounds {
     match kind {
         Kind::M => match places.get(usize::from(number)) {
-            Some(Some(Direct::Word(_, _, field))) => Bounds::field(*field),
-            Some(Some(Direct::Star)) => Bounds::STAR,
+            Some(Some(DirectAccess::Word(_, _, field))) => Bounds::field(*field),
+            Some(Some(DirectAccess::Star)) => Bounds::STAR,
             _ => Bounds::FINITE,
         },
         Kind::L => match download.l_defs.get(&number) {

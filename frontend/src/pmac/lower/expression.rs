@@ -26,23 +26,23 @@ impl Lowerer<'_> {
                     let number = pop()?;
                     self.read_indirect(kind, number)?
                 }
-                Op::Neg => emit::negate(self.builder.ins(), pop()?),
+                Op::Neg => emit::negate(self.builder.func(), pop()?),
                 Op::Bin(bin) => {
                     let right = pop()?;
                     let left = pop()?;
-                    emit::binary(self.builder.ins(), bin, left, right)?
+                    emit::binary(self.builder.func(), bin, left, right)?
                 }
                 Op::Cmp(cmp) => {
                     let right = pop()?;
                     let left = pop()?;
-                    emit::compare(self.builder.ins(), cmp, left, right)
+                    emit::compare(self.builder.func(), cmp, left, right)
                 }
                 Op::Call(func) => {
                     let x = pop()?;
                     self.call(func, x)?
                 }
                 Op::Both | Op::Either => {
-                    let b = self.builder.ins();
+                    let b = self.builder.func();
                     let right = pop()?.truth(b);
                     let left = pop()?.truth(b);
                     let op = match op {
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
         };
         if let Some(function) = trigonometric {
             let radians = self.radians();
-            let b = self.builder.ins();
+            let b = self.builder.func();
             let x = x.float(b);
             let value = emit::host_value(b, function, &[x, radians])?;
             return Ok(Operand::Double(value));
@@ -88,7 +88,7 @@ impl Lowerer<'_> {
             Func::Atan2 => {
                 let cosine = self.read(Kind::Q, 0)?;
                 let radians = self.radians();
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let (x, cosine) = (x.float(b), cosine.float(b));
                 let value = emit::host_value(b, HostFn::PmacAtan2, &[x, cosine, radians])?;
                 return Ok(Operand::Double(value));
@@ -98,13 +98,13 @@ impl Lowerer<'_> {
             Func::Sqrt => UnaryOp::Fsqrt,
             _ => {
                 let function = if func == Func::Ln { HostFn::PmacLn } else { HostFn::PmacExp };
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let x = x.float(b);
                 let value = emit::host_value(b, function, &[x])?;
                 return Ok(Operand::Double(value));
             }
         };
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let x = x.float(b);
         let value = Operand::Double(b.unary(simple, x));
         Ok(Operand::Double(value.stored(b)))

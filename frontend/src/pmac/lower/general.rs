@@ -28,7 +28,7 @@
 //! ```
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::{Direct, Kind};
+use plcc_abi::pmac::{DirectAccess, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
 use plcc_ir::{Address, BinaryOp, ConvertOp, FloatCond, IntCond, Place, Type, Value};
 
@@ -84,14 +84,14 @@ impl Lowerer<'_> {
         lowered?;
         self.builder.jump(next);
         self.builder.bind(differing);
-        self.builder.ins().set_cold(true);
+        self.builder.func().set_cold(true);
         let lowered = match number {
             Some(number) => self.host_statement(stmt, number, version),
             None => self.statement(stmt, version, resumes),
         };
         lowered?;
         self.builder.jump(next);
-        self.builder.ins().set_cold(false);
+        self.builder.func().set_cold(false);
         self.builder.bind(next);
         Ok(())
     }
@@ -101,7 +101,7 @@ impl Lowerer<'_> {
         let mut any = None;
         for &(kind, number) in variables {
             let at = self.integer_address(kind, number);
-            let b = self.builder.ins();
+            let b = self.builder.func();
             let double = b.load(Type::F64, at);
             let integer = b.convert(ConvertOp::FloatToInt, Type::I32, double);
             let converted = b.convert(ConvertOp::IntToFloat, Type::F64, integer);
@@ -193,7 +193,7 @@ impl Lowerer<'_> {
     /// Whether an M-variable holds integers at its assumed place.
     fn is_integer_variable(&self, number: u32) -> bool {
         let place = self.places_of_m.get((number & (self.layout.count - 1)) as usize);
-        matches!(place, Some(Some(Direct::Word(..) | Direct::Star)))
+        matches!(place, Some(Some(DirectAccess::Word(..) | DirectAccess::Star)))
     }
 
     /// The numbers of the M-variables that a statement names and whose definitions are assumed, by
@@ -215,7 +215,7 @@ impl Lowerer<'_> {
     fn definitions_differ(&mut self, numbers: &[u32]) -> Value {
         let region = self.regions.differing_definitions;
         let end = self.layout.count;
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let mut any = None;
         for &number in numbers {
             let at = Address::fixed(region, number);
@@ -239,7 +239,7 @@ impl Lowerer<'_> {
         number: u32,
         version: &StatementPlaces,
     ) -> Result<(), InternalError> {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let number = b.iconst(Type::I32, i64::from(number));
         let holds = emit::host_value(b, HostFn::PmacStatement, &[number])?;
         if let StmtKind::If(_, target) | StmtKind::While(_, target) = stmt.kind {

@@ -42,7 +42,7 @@ impl Lowerer<'_> {
         let value = self.integer(expr)?;
         if count > MAX_SEPARATE_STORES {
             // The host takes doubles, which hold every integer of 24 bits exactly.
-            let b = self.builder.ins();
+            let b = self.builder.func();
             let value = sign_extended(b, value);
             let value = b.convert(ConvertOp::IntToFloat, Type::F64, value);
             self.write_range(Kind::L, (first, count, step), value);
@@ -58,7 +58,7 @@ impl Lowerer<'_> {
     fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), InternalError> {
         let bits = match self.l_format(number)? {
             Format::D | Format::C => {
-                let value = sign_extended(self.builder.ins(), value);
+                let value = sign_extended(self.builder.func(), value);
                 let value = self.int_to_double(value);
                 self.encode_bcd(number, value)?
             }
@@ -79,31 +79,31 @@ impl Lowerer<'_> {
         for op in download.ops(expr) {
             let mut pop = || stack.pop().ok_or_else(super::lacks_operand);
             let value = match *op {
-                Op::Const(value) => (self.builder.ins().iconst(Type::I32, value as i64), true),
+                Op::Const(value) => (self.builder.func().iconst(Type::I32, value as i64), true),
                 Op::Var(_, number) => {
                     let number = u32::from(number);
                     let (_, _, field) = self.l_field(number)?;
                     let narrow = field.width < 24 || field.format != Format::U;
                     (self.read_l(number)?, narrow)
                 }
-                Op::Neg => (self.builder.ins().unary(UnaryOp::Neg, pop()?.0), false),
+                Op::Neg => (self.builder.func().unary(UnaryOp::Neg, pop()?.0), false),
                 Op::Bin(op) => {
                     let (right, left) = (pop()?, pop()?);
                     self.integer_binary(op, left, right)
                 }
                 Op::Cmp(cmp) => {
                     let (right, left) = (pop()?, pop()?);
-                    let b = self.builder.ins();
+                    let b = self.builder.func();
                     let (left, right) = (sign_extended(b, left), sign_extended(b, right));
                     (emit::compare_ints(b, cmp, left, right), true)
                 }
                 Op::Both | Op::Either => {
                     let (right, left) = (pop()?, pop()?);
                     let op = if *op == Op::Both { BinaryOp::And } else { BinaryOp::Or };
-                    (self.builder.ins().binary(op, left.0, right.0), true)
+                    (self.builder.func().binary(op, left.0, right.0), true)
                 }
                 Op::Call(Func::Abs) => {
-                    let b = self.builder.ins();
+                    let b = self.builder.func();
                     let value = sign_extended(b, pop()?);
                     let negative = b.unary(UnaryOp::Neg, value);
                     (b.binary(BinaryOp::Smax, value, negative), false)
@@ -119,7 +119,7 @@ impl Lowerer<'_> {
     }
 
     fn integer_binary(&mut self, op: Bin, left: Integer, right: Integer) -> Integer {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let plain = match op {
             Bin::Add => BinaryOp::Add,
             Bin::Sub => BinaryOp::Sub,

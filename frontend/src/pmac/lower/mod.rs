@@ -21,7 +21,7 @@ mod variables;
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{exec, region};
-use plcc_abi::pmac::{Assumption, Direct, Field, Layout, Range};
+use plcc_abi::pmac::{Assumption, DirectAccess, Field, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
@@ -158,7 +158,7 @@ pub(crate) struct Lowerer<'a> {
     /// The values that I-variables take, by rising number, for those whose range is limited.
     pub(crate) ranges: &'a [(u32, Range)],
     /// For each M-variable its place by the assumed definition; `None` if nothing is assumed of it.
-    pub(crate) places_of_m: Vec<Option<Direct>>,
+    pub(crate) places_of_m: Vec<Option<DirectAccess>>,
     /// How many tasks there are so far.
     task_count: usize,
     /// The number of the current task's context, which holds the coordinate system that the task
@@ -251,7 +251,7 @@ impl Lowerer<'_> {
             // The general version seldom runs, and saves registers over its calls of the host.
             self.builder.begin_function();
             self.lower_version(code, general, None, &resumes)?;
-            self.builder.ins().set_optimize_for_size(false);
+            self.builder.func().set_optimize_for_size(false);
             self.builder.begin_function();
         }
         Ok(())
@@ -333,7 +333,7 @@ impl Lowerer<'_> {
         let long = works_on_bits && !self.has_specialised_code;
         self.builder.set_limit(if long { BIT_CHUNK } else { CHUNK });
         self.builder.statement(Statement { file: span.file.0, line, start, end });
-        self.builder.ins().set_optimize_for_size(self.has_specialised_code);
+        self.builder.func().set_optimize_for_size(self.has_specialised_code);
     }
 
     /// The truth value of a condition, an `i1`; `integer` says that it is one of L-variables, which
@@ -343,7 +343,7 @@ impl Lowerer<'_> {
             return self.condition_integer(expr);
         }
         let value = self.value(expr)?;
-        Ok(value.truth(self.builder.ins()))
+        Ok(value.truth(self.builder.func()))
     }
 
     fn statement(
@@ -379,7 +379,7 @@ impl Lowerer<'_> {
             StmtKind::Address(_, Some(system)) => {
                 let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
                 let base = self.layout.q_base_of(u32::from(system));
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let base = b.iconst(Type::I32, i64::from(base));
                 b.store(at, base);
             }
@@ -388,23 +388,23 @@ impl Lowerer<'_> {
             StmtKind::AddressBy(..) => {}
             StmtKind::Text(index, value) => {
                 let value = value.map_or(Ok(Operand::Const(0.0)), |expr| self.value(expr))?;
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let value = value.stored(b);
                 let index = b.iconst(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacEvent, &[index, value]);
             }
             StmtKind::Define(index) => {
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let index = b.iconst(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacDefine, &[index]);
             }
             StmtKind::Word(space, address, expr) => {
                 let value = self.value(expr)?;
-                let word = value.bits(self.builder.ins())?;
+                let word = value.bits(self.builder.func())?;
                 self.write_sparse_word(space, address, word);
             }
             StmtKind::Save => {
-                self.builder.ins().host_call(HostFn::PmacSave, &[]);
+                self.builder.func().host_call(HostFn::PmacSave, &[]);
             }
         }
         Ok(())
@@ -418,7 +418,7 @@ impl Lowerer<'_> {
         let block = self.layout.q_base_of(2);
         let systems = self.layout.systems();
         let number = self.value(system)?;
-        let b = self.builder.ins();
+        let b = self.builder.func();
         // The low bits of a large number may be those of a coordinate system's.
         let value = number.float(b);
         let (first, end) = (b.fconst(0.5), b.fconst(f64::from(systems) + 0.5));
@@ -437,7 +437,7 @@ impl Lowerer<'_> {
     /// ENABLE, DISABLE and their kind: calls the host once for each run of consecutive PLC numbers.
     fn plc(&mut self, op: i64, plcs: PlcSet) {
         for (first, last) in runs_of_ones(plcs.bits) {
-            let b = self.builder.ins();
+            let b = self.builder.func();
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
                 .map(|arg| b.iconst(Type::I32, arg));
             b.host_call(HostFn::PmacPlc, &args);

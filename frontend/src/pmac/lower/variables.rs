@@ -5,7 +5,7 @@
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
-    Controller, Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space,
+    Controller, Definition, DirectAccess, Field, Format, Kind, Layout, Place, Range, Space,
 };
 use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
 
@@ -64,7 +64,7 @@ impl Lowerer<'_> {
     /// plus that of the addressed coordinate system's first Q-variable.
     fn q_number(&mut self, number: Value) -> Value {
         let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let base = b.load(Type::I32, at);
         let sum = b.binary(BinaryOp::Add, base, number);
         b.binary_imm(BinaryOp::And, sum, i64::from(self.layout.count - 1))
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
         if !self.has_address_statements {
             return self.variable_address(self.regions.q, number);
         }
-        let number = self.builder.ins().iconst(Type::I32, i64::from(number));
+        let number = self.builder.func().iconst(Type::I32, i64::from(number));
         let index = self.q_number(number);
         self.computed_address(self.regions.q, index)
     }
@@ -93,7 +93,7 @@ impl Lowerer<'_> {
             Kind::M => return self.read_m(number),
             Kind::L => {
                 let value = self.read_l(number)?;
-                return Ok(Operand::integer(self.builder.ins(), value));
+                return Ok(Operand::integer(self.builder.func(), value));
             }
         };
         let known = self.known_integers.iter().find(|(known, _)| *known == at);
@@ -116,31 +116,31 @@ impl Lowerer<'_> {
     }
 
     fn read_m_general(&mut self, number: u32) -> Result<Operand, InternalError> {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let number = b.iconst(Type::I32, i64::from(number));
         let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
         Ok(Operand::Double(value))
     }
 
-    fn read_m_direct(&mut self, number: u32, place: Direct) -> Operand {
+    fn read_m_direct(&mut self, number: u32, place: DirectAccess) -> Operand {
         let at = match place {
-            Direct::Word(offset, address, field) => {
+            DirectAccess::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 self.single_bits.add(&self.builder, field);
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let value = field::read_field(b, at, field);
                 return Operand::integer(b, value);
             }
-            Direct::Star => {
+            DirectAccess::Star => {
                 let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let word = b.load(Type::I32, at);
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
                 let value = b.binary_imm(BinaryOp::Ashr, left, 11);
                 return Operand::integer(b, value);
             }
-            Direct::P(number) => self.variable_address(self.regions.p, number),
-            Direct::Q(number) => self.variable_address(self.regions.q, number),
+            DirectAccess::P(number) => self.variable_address(self.regions.p, number),
+            DirectAccess::Q(number) => self.variable_address(self.regions.q, number),
         };
         Operand::Stored(at)
     }
@@ -161,7 +161,7 @@ impl Lowerer<'_> {
                 return Ok(Operand::Stored(at));
             }
             Kind::M => {
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let value = emit::host_value(b, HostFn::PmacMRead, &[index])?;
                 return Ok(Operand::Double(value));
             }
@@ -175,7 +175,7 @@ impl Lowerer<'_> {
     /// the bits that numbers of variables have.
     fn variable_number(&mut self, number: Operand) -> Result<Value, InternalError> {
         let mask = i64::from(self.layout.count - 1);
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let bits = number.bits(b)?;
         Ok(b.binary_imm(BinaryOp::And, bits, mask))
     }
@@ -194,14 +194,14 @@ impl Lowerer<'_> {
                 self.write_indirect(kind, index.ok_or_else(super::lacks_operand)?, value)
             }
             Target::Range { kind, first, count, step } if count > MAX_SEPARATE_STORES => {
-                let value = value.stored(self.builder.ins());
+                let value = value.stored(self.builder.func());
                 self.write_range(kind, (first, count, step), value);
                 Ok(())
             }
             Target::Range { kind, first, count, step } => {
                 // The value is read once, since a write may change the variable that it comes from.
                 let value = match value {
-                    Operand::Stored(_) => Operand::Double(value.float(self.builder.ins())),
+                    Operand::Stored(_) => Operand::Double(value.float(self.builder.func())),
                     other => other,
                 };
                 let specialised = self.specialised;
@@ -224,12 +224,12 @@ impl Lowerer<'_> {
         (first, count, step): (u16, u16, u16),
         value: Value,
     ) {
-        let first = self.builder.ins().iconst(Type::I32, i64::from(first));
+        let first = self.builder.func().iconst(Type::I32, i64::from(first));
         let first = match kind {
             Kind::Q if self.has_address_statements => self.q_number(first),
             _ => first,
         };
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let kind_number = b.iconst(Type::I32, i64::from(kind.number()));
         let count_and_step = b.iconst(Type::I32, i64::from(count) | i64::from(step) << 16);
         b.host_call(HostFn::PmacRangeWrite, &[kind_number, first, count_and_step, value]);
@@ -246,12 +246,12 @@ impl Lowerer<'_> {
             Kind::L => {
                 let bits = match self.l_format(number)? {
                     Format::D | Format::C => self.encode_bcd(number, value)?,
-                    Format::U | Format::S => value.bits(self.builder.ins())?,
+                    Format::U | Format::S => value.bits(self.builder.func())?,
                 };
                 return self.write_l(number, bits);
             }
         };
-        value.store(self.builder.ins(), at);
+        value.store(self.builder.func(), at);
         Ok(())
     }
 
@@ -259,7 +259,7 @@ impl Lowerer<'_> {
         let at = self.variable_address(self.regions.i, number);
         let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
         let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
-        let b = self.builder.ins();
+        let b = self.builder.func();
         match (range, value) {
             (None, _) => value.store(b, at),
             (Some(range), Operand::Const(value)) => {
@@ -293,7 +293,7 @@ impl Lowerer<'_> {
     }
 
     fn write_m_general(&mut self, number: u32, value: Operand) {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let value = value.stored(b);
         let number = b.iconst(Type::I32, i64::from(number));
         b.host_call(HostFn::PmacMWrite, &[number, value]);
@@ -303,30 +303,30 @@ impl Lowerer<'_> {
     fn write_m_direct(
         &mut self,
         number: u32,
-        place: Direct,
+        place: DirectAccess,
         value: Operand,
     ) -> Result<(), InternalError> {
         let at = match place {
-            Direct::Word(offset, address, field) => {
+            DirectAccess::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 self.single_bits.add(&self.builder, field);
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let bits = value.bits(b)?;
                 field::write_field(b, at, field, bits);
                 return Ok(());
             }
-            Direct::Star => {
+            DirectAccess::Star => {
                 let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
-                let b = self.builder.ins();
+                let b = self.builder.func();
                 let bits = value.bits(b)?;
                 let bits = b.binary_imm(BinaryOp::And, bits, 0x1F_FFFF);
                 b.store(at, bits);
                 return Ok(());
             }
-            Direct::P(number) => self.variable_address(self.regions.p, number),
-            Direct::Q(number) => self.variable_address(self.regions.q, number),
+            DirectAccess::P(number) => self.variable_address(self.regions.p, number),
+            DirectAccess::Q(number) => self.variable_address(self.regions.q, number),
         };
-        value.store(self.builder.ins(), at);
+        value.store(self.builder.func(), at);
         Ok(())
     }
 
@@ -346,7 +346,7 @@ impl Lowerer<'_> {
                         self.computed_address(self.regions.q, index)
                     }
                 };
-                value.store(self.builder.ins(), at);
+                value.store(self.builder.func(), at);
                 return Ok(());
             }
             Kind::I => HostFn::PmacIWrite,
@@ -356,7 +356,7 @@ impl Lowerer<'_> {
             }
             Kind::L => return Err(computed_number_of_l()),
         };
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let value = value.stored(b);
         b.host_call(function, &[index, value]);
         Ok(())
@@ -382,18 +382,18 @@ impl Lowerer<'_> {
             Place::Word(offset) => {
                 let at = self.word_address(offset - self.layout.words, address);
                 self.single_bits.add(&self.builder, field);
-                field::read_field(self.builder.ins(), at, field)
+                field::read_field(self.builder.func(), at, field)
             }
             _ => {
                 let word = self.sparse_word(space, address)?;
-                field::field_of(self.builder.ins(), word, field)
+                field::field_of(self.builder.func(), word, field)
             }
         })
     }
 
     /// Reads a word of sparse memory through the host, as an `i32`.
     fn sparse_word(&mut self, space: Space, address: u32) -> Result<Value, InternalError> {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
         emit::host_value(b, HostFn::PmacWordRead, &[space, address])
@@ -405,11 +405,11 @@ impl Lowerer<'_> {
         if let Place::Word(offset) = self.layout.place(space, address) {
             let at = self.word_address(offset - self.layout.words, address);
             self.single_bits.add(&self.builder, field);
-            field::write_field(self.builder.ins(), at, field, bits);
+            field::write_field(self.builder.func(), at, field, bits);
             return Ok(());
         }
         let old = self.sparse_word(space, address)?;
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let word = field::insert_field(b, old, field, bits);
         self.write_sparse_word(space, address, word);
         Ok(())
@@ -417,7 +417,7 @@ impl Lowerer<'_> {
 
     /// Writes a word through the host, which may change a definition.
     pub(crate) fn write_sparse_word(&mut self, space: Space, address: u32, word: Value) {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
         b.host_call(HostFn::PmacWordWrite, &[space, address, word]);
@@ -431,7 +431,7 @@ impl Lowerer<'_> {
         value: Operand,
     ) -> Result<Value, InternalError> {
         let complemented = self.l_format(number)? == Format::C;
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let value = value.float(b);
         let bits = emit::host_value(b, HostFn::PmacBcd, &[value])?;
         Ok(if complemented { b.binary_imm(BinaryOp::Xor, bits, -1) } else { bits })
@@ -449,7 +449,7 @@ impl Lowerer<'_> {
     /// I15 as an `i32`: 1 if angles are in radians, 0 if they are in degrees.
     pub(crate) fn radians(&mut self) -> Value {
         let at = self.variable_address(self.regions.i, 15);
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let value = b.load(Type::F64, at);
         let zero = b.fconst(0.0);
         let truth = b.fcmp(plcc_ir::FloatCond::Ne, value, zero);
@@ -459,14 +459,14 @@ impl Lowerer<'_> {
     /// Whether all definitions are the assumed ones, an `i1`.
     pub(crate) fn definitions_are_as_assumed(&mut self) -> Value {
         let at = Address::fixed(self.regions.exec, exec::INVALID_ASSUMPTIONS);
-        let b = self.builder.ins();
+        let b = self.builder.func();
         let invalid = b.load(Type::I32, at);
         b.icmp_imm(IntCond::Eq, invalid, 0)
     }
 
     /// An integer as a double.
     pub(crate) fn int_to_double(&mut self, value: Value) -> Operand {
-        let b = self.builder.ins();
+        let b = self.builder.func();
         Operand::integer(b, value)
     }
 }

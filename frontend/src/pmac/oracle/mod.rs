@@ -273,7 +273,7 @@ impl Interpreter {
             None => Some(0),
             Some(ResumePoint(number)) => task.resume_points.get(number as usize).copied(),
         };
-        let Some(mut at) = start else { return Outcome::trap(TrapCode::BadLabel) };
+        let Some(mut at) = start else { return Outcome::trap(TrapCode::Internal) };
         let memory = Memory {
             layout: &self.layout,
             map: &self.map,
@@ -348,7 +348,7 @@ impl Interpreter {
                 Statement::EndWhile(head) => {
                     return match task.resume_points.binary_search(&head) {
                         Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
-                        Err(_) => Outcome::trap(TrapCode::BadLabel),
+                        Err(_) => Outcome::trap(TrapCode::Internal),
                     };
                 }
                 Statement::Plc(op, compiled, set) => {

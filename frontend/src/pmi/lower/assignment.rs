@@ -41,8 +41,8 @@ impl Lowerer<'_> {
         let symbol = checked.symbol(id).or_missing(|| format!("symbol {}", id.0))?;
         let old_clock = match symbol.meaning {
             Meaning::ResetOnly => {
-                let old = self.builder.ins().load(ir_type(ty), at);
-                value = self.builder.ins().binary(BinaryOp::And, old, value);
+                let old = self.builder.func().load(ir_type(ty), at);
+                value = self.builder.func().binary(BinaryOp::And, old, value);
                 None
             }
             Meaning::Clock(index) => {
@@ -52,7 +52,7 @@ impl Lowerer<'_> {
             }
             _ => None,
         };
-        self.builder.ins().store(at, value);
+        self.builder.func().store(at, value);
         match symbol.meaning {
             Meaning::TimerControl(index) => {
                 let counter = self.layout.counters.get(index as usize).copied();
@@ -84,21 +84,21 @@ impl Lowerer<'_> {
         let delayed = self.offset(timer.delayed)?;
         let old_delayed = self.load(PmiType::Logical, delayed)?;
         let old = self.load(PmiType::Long, counter)?;
-        let ins = self.builder.ins();
-        let idle_mark = ins.iconst(Type::I32, -1);
-        let preset = ins.iconst(Type::I32, i64::from(timer.preset));
-        let idle = ins.icmp(IntCond::Eq, old, idle_mark);
+        let func = self.builder.func();
+        let idle_mark = func.iconst(Type::I32, -1);
+        let preset = func.iconst(Type::I32, i64::from(timer.preset));
+        let idle = func.icmp(IntCond::Eq, old, idle_mark);
         let (new_delayed, new) = match timer.kind {
             TimerKind::E => {
-                let running = ins.select(idle, preset, old);
-                let new = ins.select(control, running, idle_mark);
-                (ins.binary(BinaryOp::And, old_delayed, control), new)
+                let running = func.select(idle, preset, old);
+                let new = func.select(control, running, idle_mark);
+                (func.binary(BinaryOp::And, old_delayed, control), new)
             }
             TimerKind::D => {
-                let starts = ins.binary(BinaryOp::And, idle, old_delayed);
-                let running = ins.select(starts, preset, old);
-                let new = ins.select(control, idle_mark, running);
-                (ins.binary(BinaryOp::Or, old_delayed, control), new)
+                let starts = func.binary(BinaryOp::And, idle, old_delayed);
+                let running = func.select(starts, preset, old);
+                let new = func.select(control, idle_mark, running);
+                (func.binary(BinaryOp::Or, old_delayed, control), new)
             }
         };
         self.store(PmiType::Logical, delayed, new_delayed)?;
@@ -114,18 +114,18 @@ impl Lowerer<'_> {
         let mut state = self.load(logical, q)?;
         if let Some((last, old, new)) = clocked {
             let data = self.load(logical, d)?;
-            let ins = self.builder.ins();
-            let was_low = ins.unary(UnaryOp::Not, old);
-            let rising = ins.binary(BinaryOp::And, new, was_low);
-            state = ins.select(rising, data, state);
+            let func = self.builder.func();
+            let was_low = func.unary(UnaryOp::Not, old);
+            let rising = func.binary(BinaryOp::And, new, was_low);
+            state = func.select(rising, data, state);
             self.store(logical, last, new)?;
         }
         let preset = self.load(logical, preset)?;
         let clear = self.load(logical, clear)?;
-        let ins = self.builder.ins();
-        let set = ins.binary(BinaryOp::Or, state, preset);
-        let cleared = ins.unary(UnaryOp::Not, clear);
-        let state = ins.binary(BinaryOp::And, set, cleared);
+        let func = self.builder.func();
+        let set = func.binary(BinaryOp::Or, state, preset);
+        let cleared = func.unary(UnaryOp::Not, clear);
+        let state = func.binary(BinaryOp::And, set, cleared);
         self.store(logical, q, state)
     }
 }

@@ -195,12 +195,12 @@ impl Lowerer<'_> {
 
     fn load(&mut self, ty: PmiType, offset: u32) -> Result<Value> {
         let at = self.address(ty, offset)?;
-        Ok(self.builder.ins().load(ir_type(ty), at))
+        Ok(self.builder.func().load(ir_type(ty), at))
     }
 
     fn store(&mut self, ty: PmiType, offset: u32, value: Value) -> Result {
         let at = self.address(ty, offset)?;
-        self.builder.ins().store(at, value);
+        self.builder.func().store(at, value);
         Ok(())
     }
 
@@ -226,7 +226,7 @@ impl Lowerer<'_> {
         for (depth, &operand) in stack.iter().enumerate() {
             if let Operand::Value(..) = operand {
                 let value = self.as_type(operand, Type::I32);
-                self.builder.ins().store(slot(depth), value);
+                self.builder.func().store(slot(depth), value);
             }
         }
         let next = self.builder.place();
@@ -235,9 +235,9 @@ impl Lowerer<'_> {
             let operand = match operand {
                 Operand::Const(_) => operand,
                 Operand::Value(_, ty) => {
-                    let ins = self.builder.ins();
-                    let kept = ins.load(Type::I32, slot(depth));
-                    Operand::Value(ins.sextend_or_trunc(ty, kept), ty)
+                    let func = self.builder.func();
+                    let kept = func.load(Type::I32, slot(depth));
+                    Operand::Value(func.sextend_or_trunc(ty, kept), ty)
                 }
             };
             self.stack.push(operand);
@@ -260,13 +260,13 @@ impl Lowerer<'_> {
                 let index = self.check_index(id, index)?;
                 let at = self.element(id, index)?;
                 let ty = ir_type(self.type_of(id)?);
-                Ok(Operand::Value(self.builder.ins().load(ty, at), ty))
+                Ok(Operand::Value(self.builder.func().load(ty, at), ty))
             }
             Op::Neg { long } => {
                 let ty = if long { Type::I32 } else { Type::I16 };
                 let operand = self.pop()?;
                 let value = self.as_type(operand, ty);
-                Ok(Operand::Value(self.builder.ins().unary(UnaryOp::Neg, value), ty))
+                Ok(Operand::Value(self.builder.func().unary(UnaryOp::Neg, value), ty))
             }
             Op::Not => {
                 let operand = self.pop()?;
@@ -299,23 +299,23 @@ impl Lowerer<'_> {
             // A negative index becomes one of 2^15 or more, which no element has either. Its low 16
             // bits, which the trap is given, stay the same.
             Operand::Value(value, Type::I16) if elements <= 1 << 15 => {
-                self.builder.ins().zextend_or_trunc(Type::I32, value)
+                self.builder.func().zextend_or_trunc(Type::I32, value)
             }
             _ => self.as_type(index, Type::I32),
         };
         if !fits {
             let (code, statement) = (TrapCode::ArrayBounds, self.statement);
             let site = self.trap_site(TrapSite { code, statement, array: Some(array) });
-            let ins = self.builder.ins();
-            let inside = ins.icmp_imm(IntCond::Ult, index, i64::from(elements));
-            let (go, stop) = (ins.create_block(), ins.create_block());
-            ins.brif(inside, go, stop);
-            ins.switch_to(stop);
-            let before = ins.set_cold(true);
-            let site = ins.iconst(Type::I32, site.into());
-            ins.trap_at(site, index);
-            ins.set_cold(before);
-            ins.switch_to(go);
+            let func = self.builder.func();
+            let inside = func.icmp_imm(IntCond::Ult, index, i64::from(elements));
+            let (go, stop) = (func.create_block(), func.create_block());
+            func.brif(inside, go, stop);
+            func.switch_to(stop);
+            let before = func.set_cold(true);
+            let site = func.iconst(Type::I32, site.into());
+            func.trap_at(site, index);
+            func.set_cold(before);
+            func.switch_to(go);
         }
         Ok(index)
     }
@@ -341,37 +341,37 @@ impl Lowerer<'_> {
 
     /// An operand as a number of the type: truth values become 0 or 1.
     fn as_type(&mut self, operand: Operand, to: Type) -> Value {
-        let ins = self.builder.ins();
+        let func = self.builder.func();
         match operand {
-            Operand::Const(value) => ins.iconst(to, i64::from(value)),
-            Operand::Value(value, Type::I1) => ins.zextend_or_trunc(to, value),
-            Operand::Value(value, _) => ins.sextend_or_trunc(to, value),
+            Operand::Const(value) => func.iconst(to, i64::from(value)),
+            Operand::Value(value, Type::I1) => func.zextend_or_trunc(to, value),
+            Operand::Value(value, _) => func.sextend_or_trunc(to, value),
         }
     }
 
     /// An operand as a truth value.
     fn logical(&mut self, operand: Operand) -> Value {
-        let ins = self.builder.ins();
+        let func = self.builder.func();
         match operand {
-            Operand::Const(value) => ins.iconst(Type::I1, i64::from(value != 0)),
+            Operand::Const(value) => func.iconst(Type::I1, i64::from(value != 0)),
             Operand::Value(value, Type::I1) => value,
-            Operand::Value(value, _) => ins.icmp_imm(IntCond::Ne, value, 0),
+            Operand::Value(value, _) => func.icmp_imm(IntCond::Ne, value, 0),
         }
     }
 
     fn not(&mut self, operand: Operand) -> Value {
-        let ins = self.builder.ins();
+        let func = self.builder.func();
         match operand {
-            Operand::Const(value) => ins.iconst(Type::I1, i64::from(value == 0)),
-            Operand::Value(value, Type::I1) => ins.unary(UnaryOp::Not, value),
-            Operand::Value(value, _) => ins.icmp_imm(IntCond::Eq, value, 0),
+            Operand::Const(value) => func.iconst(Type::I1, i64::from(value == 0)),
+            Operand::Value(value, Type::I1) => func.unary(UnaryOp::Not, value),
+            Operand::Value(value, _) => func.icmp_imm(IntCond::Eq, value, 0),
         }
     }
 
     fn arithmetic(&mut self, op: BinaryOp, long: bool, a: Operand, b: Operand) -> Operand {
         let ty = if long { Type::I32 } else { Type::I16 };
         let (a, b) = (self.as_type(a, ty), self.as_type(b, ty));
-        Operand::Value(self.builder.ins().binary(op, a, b), ty)
+        Operand::Value(self.builder.func().binary(op, a, b), ty)
     }
 
     fn binary(&mut self, op: Binary, left: Operand, right: Operand) -> Operand {
@@ -394,19 +394,19 @@ impl Lowerer<'_> {
 
     fn logic(&mut self, op: BinaryOp, left: Operand, right: Operand) -> Operand {
         let (a, b) = (self.logical(left), self.logical(right));
-        Operand::Value(self.builder.ins().binary(op, a, b), Type::I1)
+        Operand::Value(self.builder.func().binary(op, a, b), Type::I1)
     }
 
     /// A quotient or remainder of 16 bits. If the divisor is 0, it is the dividend.
     fn divide(&mut self, op: BinaryOp, left: Operand, right: Operand) -> Operand {
         let (a, b) = (self.as_type(left, Type::I32), self.as_type(right, Type::I32));
-        let ins = self.builder.ins();
-        let mut result = ins.binary(op, a, b);
+        let func = self.builder.func();
+        let mut result = func.binary(op, a, b);
         if !matches!(right, Operand::Const(1..) | Operand::Const(..=-1)) {
-            let zero = ins.icmp_imm(IntCond::Eq, b, 0);
-            result = ins.select(zero, a, result);
+            let zero = func.icmp_imm(IntCond::Eq, b, 0);
+            result = func.select(zero, a, result);
         }
-        Operand::Value(ins.convert(ConvertOp::Trunc, Type::I16, result), Type::I16)
+        Operand::Value(func.convert(ConvertOp::Trunc, Type::I16, result), Type::I16)
     }
 
     fn compare(&mut self, cond: IntCond, left: Operand, right: Operand) -> Operand {
@@ -419,6 +419,6 @@ impl Lowerer<'_> {
         };
         let ty = type_of(left).max(type_of(right));
         let (a, b) = (self.as_type(left, ty), self.as_type(right, ty));
-        Operand::Value(self.builder.ins().icmp(cond, a, b), Type::I1)
+        Operand::Value(self.builder.func().icmp(cond, a, b), Type::I1)
     }
 }

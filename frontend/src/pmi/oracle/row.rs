@@ -6,7 +6,7 @@
 //! joined to one code, which is faster. Programs that were made from ladder diagrams consist mostly of them.
 
 use plcc_abi::{
-    MissingElement,
+    OutOfBoundsAccess,
     image::{read_i16, read_i32, read_u8},
     pmi::{Type, arithmetic},
 };
@@ -70,13 +70,13 @@ impl Array {
     ///
     /// # Errors
     /// When `index` is outside the array.
-    pub(super) fn at(self, index: i32) -> Result<Place, MissingElement> {
+    pub(super) fn at(self, index: i32) -> Result<Place, OutOfBoundsAccess> {
         let Place { offset, ty } = self.first;
         match u32::try_from(index) {
             Ok(index) if index < self.elements => {
                 Ok(Place { offset: offset + index * ty.size(), ty })
             }
-            _ => Err(MissingElement { array: offset, index: index as i16 }),
+            _ => Err(OutOfBoundsAccess { array: offset, index: index as i16 }),
         }
     }
 }
@@ -121,7 +121,7 @@ pub(super) struct Rows {
     arrays: Vec<Array>,
     stack: Vec<i32>,
     /// The element that does not exist and was accessed last.
-    pub(super) missing: Option<MissingElement>,
+    pub(super) missing: Option<OutOfBoundsAccess>,
 }
 
 impl Rows {

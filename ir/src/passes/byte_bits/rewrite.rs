@@ -6,7 +6,7 @@ use super::analysis::{Access, Found};
 use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
 use super::{WORD_BITS, Word, WordSet};
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, SourceLoc,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, StatementId,
     Terminator, Type, UnaryOp, Value,
 };
 
@@ -18,7 +18,7 @@ pub(super) fn rewrite(
     flow: &Flow,
     chosen: WordSet,
 ) {
-    let mut writer = Writer { func, found, out: vec![], loc: SourceLoc::NONE };
+    let mut writer = Writer { func, found, out: vec![], loc: StatementId::NONE };
     for &block in &graph.order {
         writer.block(flow, chosen, block);
     }
@@ -46,7 +46,7 @@ struct Writer<'a> {
     found: &'a Found,
     /// The instructions of the current block so far.
     out: Vec<Inst>,
-    loc: SourceLoc,
+    loc: StatementId,
 }
 
 impl Insert for Writer<'_> {
@@ -96,7 +96,7 @@ impl Writer<'_> {
 
     /// A block that unpacks words and goes on at another.
     fn entry_block(&mut self, to: Block, words: WordSet) -> Block {
-        self.loc = SourceLoc::NONE;
+        self.loc = StatementId::NONE;
         self.unpack(words);
         let block = Block(self.func.blocks.len() as u32);
         let BlockData { cold, optimize_for_size, .. } = *self.func.block(to);

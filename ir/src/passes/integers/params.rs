@@ -11,7 +11,7 @@ use super::{Integers, to_double, type_for};
 use crate::func::ValueData;
 use crate::passes::insert::Insert;
 use crate::passes::substitution::Substitution;
-use crate::{Block, FuncData, Inst, SourceLoc, Terminator, Type, Value, ValueDef};
+use crate::{Block, FuncData, Inst, StatementId, Terminator, Type, Value, ValueDef};
 
 impl Integers<'_> {
     /// Makes integers of those parameters of a block for which all branches to it pass integers. `before` are
@@ -86,6 +86,6 @@ impl Integers<'_> {
 }
 
 /// The statement of an instruction, if there is one.
-fn loc_of(func: &FuncData, inst: Option<&Inst>) -> SourceLoc {
-    inst.map_or(SourceLoc::NONE, |&inst| func.loc(inst))
+fn loc_of(func: &FuncData, inst: Option<&Inst>) -> StatementId {
+    inst.map_or(StatementId::NONE, |&inst| func.loc(inst))
 }

@@ -5,12 +5,12 @@ use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
 use super::super::insert::Insert;
 use super::super::value_range::ValueRanges;
-use super::{Check, gains};
+use super::{Check, is_faster_on_integers};
 use crate::func::ValueData;
 use crate::tables::FastMap;
 use crate::{
     Address, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond,
-    SourceLoc, Terminator, Type, Value, ValueDef,
+    StatementId, Terminator, Type, Value, ValueDef,
 };
 
 /// The bytes of a double.
@@ -38,7 +38,7 @@ pub(super) struct Copy<'a> {
     pub(super) other_operands: usize,
     /// The instructions of the block that is being written, and the statement of the current one.
     pub(super) out: Vec<Inst>,
-    pub(super) loc: SourceLoc,
+    pub(super) loc: StatementId,
 }
 
 impl Insert for Copy<'_> {
@@ -61,7 +61,7 @@ impl Insert for Copy<'_> {
 
 impl Copy<'_> {
     /// Makes the check of a variable.
-    pub(super) fn check(&mut self, at: Address, loc: SourceLoc) -> Check {
+    pub(super) fn check(&mut self, at: Address, loc: StatementId) -> Check {
         self.loc = loc;
         let load = self.insert_load(Type::F64, at);
         let integer = self.insert_convert(ConvertOp::FloatToInt, Type::I32, load);
@@ -206,7 +206,7 @@ impl Copy<'_> {
             InstData::HostCall { function, args: _ } if !function.is_pure() => known.fill(None),
             _ => {}
         }
-        if gains(self.func, &data) {
+        if is_faster_on_integers(self.func, &data) {
             self.gaining += 1;
             let mut all = true;
             data.for_each_arg(|arg| all &= self.floats.get(arg).integers().is_some());

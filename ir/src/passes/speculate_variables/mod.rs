@@ -36,8 +36,8 @@ use super::speculation_plan::called_integer_form;
 use super::value_range::ValueRanges;
 use crate::tables::FastMap;
 use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, FuncData, Inst, InstData, RegionId, SourceLoc,
-    Terminator, UnaryOp, Value,
+    Address, BinaryOp, Block, BlockCall, BlockData, FuncData, Inst, InstData, RegionId,
+    StatementId, Terminator, UnaryOp, Value,
 };
 
 /// The checked variables must be loaded at least this often on average: otherwise checking each costs more than it
@@ -63,7 +63,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     if variables.is_empty() || !is_suitable(func, &graph, entry) {
         return false;
     }
-    let loc = func.block(entry).insts.first().map_or(SourceLoc::NONE, |&inst| func.loc(inst));
+    let loc = func.block(entry).insts.first().map_or(StatementId::NONE, |&inst| func.loc(inst));
     let mut copy = Copy {
         integers: ValueRanges::new(func),
         floats,
@@ -132,8 +132,10 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
                 InstData::Load { ty: _, at } if is_needed && is_variable(floats, data) => {
                     *counts.entry((at.region, at.offset)).or_default() += 1;
                 }
-                _ if gains(func, data) || is_needed && keeps_integers(func, data) => {
-                    gaining += usize::from(gains(func, data));
+                _ if is_faster_on_integers(func, data)
+                    || is_needed && keeps_integers(func, data) =>
+                {
+                    gaining += usize::from(is_faster_on_integers(func, data));
                     data.for_each_arg(|value| needed[value.index()] = true);
                 }
                 InstData::Load { .. } | InstData::Binary { .. } if is_needed => others += 1,
@@ -166,7 +168,7 @@ fn is_variable(floats: &FloatRanges<'_>, data: &InstData) -> bool {
 }
 
 /// Whether an operation is faster on integers.
-fn gains(func: &FuncData, data: &InstData) -> bool {
+fn is_faster_on_integers(func: &FuncData, data: &InstData) -> bool {
     let InstData::HostCall { function: _, args } = data else { return false };
     match called_integer_form(data) {
         Some(IntegerForm::Modulo) => {

@@ -41,7 +41,7 @@ pub(super) fn value_out_of_range(checked: &mut Checked<'_>) {
         checked.add(at, |span| {
             Diagnostic::warning("PMAC-W9", span, message)
                 .note("the low bits of the value are stored")
-                .help(format!("mend the value, or the width in the definition of M{number}"))
+                .help(format!("fix the value, or the width in the definition of M{number}"))
         });
     }
 }
