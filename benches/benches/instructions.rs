@@ -24,7 +24,7 @@ use plcc_abi::{Engine, Scan};
 use plcc_benches::compiled;
 use plcc_benches::kernels::families;
 use plcc_benches::kernels::subject::Subject;
-use plcc_codegen::{PassSet, Target};
+use plcc_codegen::{Optimization, Target};
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Artifact, NativeEngine, session};
@@ -76,9 +76,9 @@ fn count_all(only: &str, folder: &Path) -> Result<Vec<Counted>, Box<dyn Error>> 
         let full_name = format!("tick of empty {name}");
         if full_name.contains(only) {
             let made = match name {
-                "pmi" => compiled::pmi(source, PassSet::ALL),
-                "nct" => compiled::nct(source, PassSet::ALL),
-                _ => compiled::pmac(source, PassSet::ALL),
+                "pmi" => compiled::pmi(source, Optimization::ALL),
+                "nct" => compiled::nct(source, Optimization::ALL),
+                _ => compiled::pmac(source, Optimization::ALL),
             }?;
             all.push(count(full_name, &made, None, folder)?);
         }
@@ -86,7 +86,7 @@ fn count_all(only: &str, folder: &Path) -> Result<Vec<Counted>, Box<dyn Error>> 
     for kernel in families::all(SEED, 100) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
         if name.contains(only) {
-            let subject = Subject::new(&kernel, SEED, PassSet::ALL)?;
+            let subject = Subject::new(&kernel, SEED, Optimization::ALL)?;
             let start = subject.start_with_inputs();
             all.push(count(name, &subject.compiled, Some(start), folder)?);
         }
@@ -101,7 +101,7 @@ fn count(
     scan: Option<(usize, Vec<u8>)>,
     folder: &Path,
 ) -> Result<Counted, Box<dyn Error>> {
-    let code = plcc_codegen::compile(&made.module, &Target::host_baseline()?)?;
+    let code = plcc_codegen::compile(&made.module, &Target::host_baseline()?, made.codegen)?;
     std::fs::write(artifact_in(folder), compile::artifact(&made.program, &code)?)?;
     let (task, image) =
         scan.map_or(("tick".into(), vec![]), |(task, image)| (task.to_string(), image));

@@ -34,7 +34,7 @@ use plcc_benches::kernels::c::Variant;
 use plcc_benches::kernels::c_process::{CProcess, Compiler};
 use plcc_benches::kernels::subject::Subject;
 use plcc_benches::kernels::{Inputs, Kernel, families};
-use plcc_codegen::PassSet;
+use plcc_codegen::Optimization;
 
 /// About how long one measurement takes, in nanoseconds.
 const ROUND_NS: f64 = 1e6;
@@ -91,7 +91,7 @@ struct Ratios([f64; 4]);
 fn main() -> Result<(), Box<dyn Error>> {
     let options = options()?;
     if let Some(without) = &options.without {
-        return compare_passes(&options, PassSet::ALL.with_changes(without)?);
+        return compare_passes(&options, Optimization::ALL.with_changes(without)?);
     }
     if let Some(folder) = &options.write {
         return write_sources(&options, Path::new(folder));
@@ -161,7 +161,7 @@ fn write_sources(options: &Options, folder: &Path) -> Result<(), Box<dyn Error>>
 /// Runs scans of each kernel with static inputs.
 fn run_scans(options: &Options, scans: usize) -> Result<(), Box<dyn Error>> {
     for (name, kernel) in chosen(options) {
-        let mut subject = Subject::new(&kernel, options.seed, PassSet::ALL)?;
+        let mut subject = Subject::new(&kernel, options.seed, Optimization::ALL)?;
         subject.run(Inputs::Static, scans, true);
         println!("{name}: {scans} scans, {} bytes of code", subject.compiled.code_bytes);
     }
@@ -169,7 +169,7 @@ fn run_scans(options: &Options, scans: usize) -> Result<(), Box<dyn Error>> {
 }
 
 /// Compares native code that all passes have worked on with such that a set of passes has.
-fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Error>> {
+fn compare_passes(options: &Options, without: Optimization) -> Result<(), Box<dyn Error>> {
     println!(
         "{:<24} {:>8} {:>8} {:>6} {:>9} {:>9} {:>6} {:>9} {:>9} {:>6}",
         "kernel",
@@ -185,7 +185,7 @@ fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Err
     );
     for (name, kernel) in chosen(options) {
         let mut subjects = [
-            Subject::new(&kernel, options.seed, PassSet::ALL)?,
+            Subject::new(&kernel, options.seed, Optimization::ALL)?,
             Subject::new(&kernel, options.seed, without)?,
         ];
         let states =
@@ -234,7 +234,7 @@ fn measure(
 ) -> Result<Ratios, Box<dyn Error>> {
     let name = format!("{} {}", kernel.language.group(), kernel.name);
     let fail = |error: String| format!("{name}: {error}");
-    let mut subject = Subject::new(kernel, options.seed, PassSet::ALL).map_err(fail)?;
+    let mut subject = Subject::new(kernel, options.seed, Optimization::ALL).map_err(fail)?;
     let variants = Variant::all(kernel);
     let mut programs = vec![];
     for compiler in compilers {

@@ -11,7 +11,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use plcc::compile::jit;
+use plcc::compile::{Optimized, jit};
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::image::write_u32;
 use plcc_abi::pmac::{
@@ -21,7 +21,7 @@ use plcc_abi::{Engine, Scan};
 use plcc_benches::pmac::{BITS, INPUT_WORDS, download, patterns};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
-use plcc_frontend::common::{Lowered, MemoryLoader, Options};
+use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::pmac::{self, Program};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiling, Settings};
 
@@ -69,8 +69,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
     let (program, _) =
         pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
     let program = program.ok_or("the kernel has errors")?;
-    let mut lowered = program.lower()?;
-    plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
+    let (lowered, _) = Optimized::of(program.lower()?, OptLevel::Speed);
     let number = program.assumptions().first().ok_or("the kernel names no M-variable")?.number;
     let scans = (5_000_000 / size).max(64);
     let [mut before, mut moved, mut recompiled, mut left, mut compile_ms] =
@@ -154,7 +153,7 @@ struct Machine {
 impl Machine {
     fn new(
         program: &Program,
-        lowered: &Lowered,
+        lowered: &Optimized,
         settings: Settings,
     ) -> Result<Self, Box<dyn Error>> {
         let (native, _) = jit(lowered)?;
@@ -182,7 +181,7 @@ impl Machine {
 }
 
 /// Checks that recompiled code and the interpreter come to the same state.
-fn agree(program: &Program, lowered: &Lowered, number: u32) -> Result<(), Box<dyn Error>> {
+fn agree(program: &Program, lowered: &Optimized, number: u32) -> Result<(), Box<dyn Error>> {
     let mut machine =
         Machine::new(program, lowered, Settings { settled_after: 0, ..never_recompiling() })?;
     let mut oracle = Machine::new(program, lowered, never_recompiling())?.executive;

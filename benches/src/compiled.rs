@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
-use plcc_codegen::{PassSet, Target};
+use plcc_codegen::{CodegenOptions, Optimization, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Lowered, MemoryLoader, Options};
 use plcc_frontend::{nct, pmac, pmi};
@@ -36,6 +36,8 @@ pub struct Compiled {
     pub program: Program,
     /// Its IR after the passes.
     pub module: Module,
+    /// How code generation treats it.
+    pub codegen: CodegenOptions,
     /// Native code.
     pub native: NativeEngine,
     /// The statement interpreter.
@@ -55,7 +57,7 @@ fn unlimited() -> Options {
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn pmi(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
+pub fn pmi(source: &str, how: impl Into<Optimization>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -71,14 +73,14 @@ pub fn pmi(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times, passes.into())
+    finish(lowered, program.interpreter(), times, how.into())
 }
 
 /// Compiles a PMAC download for this machine.
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn pmac(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
+pub fn pmac(source: &str, how: impl Into<Optimization>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -93,14 +95,14 @@ pub fn pmac(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times, passes.into())
+    finish(lowered, program.interpreter(), times, how.into())
 }
 
 /// Compiles an NCT program for this machine.
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn nct(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
+pub fn nct(source: &str, how: impl Into<Optimization>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -114,27 +116,29 @@ pub fn nct(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times, passes.into())
+    finish(lowered, program.interpreter(), times, how.into())
 }
 
 fn finish(
     lowered: Lowered,
     interpreter: Box<dyn Engine>,
     mut times: Times,
-    passes: PassSet,
+    how: Optimization,
 ) -> Result<Compiled, String> {
     let start = Instant::now();
     let mut module = lowered.module;
-    plcc_ir::passes::optimize(&mut module, passes);
+    let codegen = how.run(&mut module).0;
     times.optimize = start.elapsed();
     let start = Instant::now();
     let target = Target::host().map_err(|error| error.to_string())?;
-    let code = plcc_codegen::compile(&module, &target).map_err(|error| error.to_string())?;
+    let code =
+        plcc_codegen::compile(&module, &target, codegen).map_err(|error| error.to_string())?;
     let native = NativeEngine::new(&code, &lowered.program).map_err(|error| error.to_string())?;
     times.codegen = start.elapsed();
     Ok(Compiled {
         program: lowered.program,
         module,
+        codegen,
         native,
         interpreter,
         code_bytes: code.bytes.len(),

@@ -6,8 +6,7 @@ use plcc_benches::kernels::c::Variant;
 use plcc_benches::kernels::c_process::{CProcess, Compiler};
 use plcc_benches::kernels::subject::Subject;
 use plcc_benches::kernels::{Inputs, families};
-use plcc_codegen::PassSet;
-use plcc_ir::passes::Pass;
+use plcc_codegen::Optimization;
 
 const SEED: u64 = 3;
 const SCANS: usize = 100;
@@ -19,11 +18,11 @@ fn kernels_end_in_the_same_state_as_their_c() {
     let compiler = Compiler { command: "cc".into(), level: "-O1" };
     for kernel in families::all(SEED, 6) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
-        let mut subject =
-            Subject::new(&kernel, SEED, PassSet::ALL).unwrap_or_else(|e| panic!("{name}: {e}"));
-        // A set without some pass is taken as it is, so that also these short programs have truth values
-        // in 32 bits.
-        let with_wide_bits = PassSet::ALL.without(Pass::ReloadBits);
+        let mut subject = Subject::new(&kernel, SEED, Optimization::ALL)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        // These programs are short; here they have truth values in 32 bits nevertheless.
+        let mut with_wide_bits = Optimization::ALL;
+        with_wide_bits.passes.by_length = false;
         let mut wide = Subject::new(&kernel, SEED, with_wide_bits).unwrap();
         let mut program = CProcess::start(&kernel, &compiler, &folder, SEED).unwrap();
         for inputs in Inputs::ALL {

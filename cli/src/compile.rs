@@ -2,7 +2,7 @@
 
 use plcc_abi::{Code, Dialect, Engine, Program};
 use plcc_codegen::emit::{ObjectOptions, debug_object};
-use plcc_codegen::{CodegenError, JitMemory, PassSet, Target};
+use plcc_codegen::{CodegenError, CodegenOptions, JitMemory, Optimization, Target};
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
     CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
@@ -73,12 +73,12 @@ impl Checked {
         self.0.cross_reference()
     }
 
-    /// The same as [`lower`](Self::lower) after the passes of a level, or of a set.
+    /// The same as [`lower`](Self::lower) after the passes of a level, or of a choice.
     ///
     /// # Errors
     /// When the program is too long, or the front end notices a mistake of its own.
-    pub fn optimized(&self, passes: impl Into<PassSet>) -> Result<Lowered, CompileError> {
-        Ok(self.optimized_timed(passes)?.0)
+    pub fn optimized(&self, how: impl Into<Optimization>) -> Result<Optimized, CompileError> {
+        Ok(self.optimized_timed(how)?.0)
     }
 
     /// The same as [`optimized`](Self::optimized), with the time that each pass took.
@@ -87,11 +87,9 @@ impl Checked {
     /// As there.
     pub fn optimized_timed(
         &self,
-        passes: impl Into<PassSet>,
-    ) -> Result<(Lowered, PassTimes), CompileError> {
-        let mut lowered = self.lower()?;
-        let times = plcc_ir::passes::optimize(&mut lowered.module, passes);
-        Ok((lowered, times))
+        how: impl Into<Optimization>,
+    ) -> Result<(Optimized, PassTimes), CompileError> {
+        Ok(Optimized::of(self.lower()?, how))
     }
 
     /// Optimises the program and has `make` make something of it. If that refuses what the passes made of a function, it
@@ -101,10 +99,37 @@ impl Checked {
     /// When the program is too long, or `make` fails for another reason.
     pub fn compiled<T>(
         &self,
-        passes: impl Into<PassSet>,
-        make: impl Fn(&Lowered) -> Result<T, CompileError>,
-    ) -> Result<(Lowered, T), CompileError> {
-        fallback::compiled(|| self.lower(), passes.into(), make)
+        how: impl Into<Optimization>,
+        make: impl Fn(&Optimized) -> Result<T, CompileError>,
+    ) -> Result<(Optimized, T), CompileError> {
+        fallback::compiled(|| self.lower(), how.into(), make)
+    }
+}
+
+/// A program whose IR has been optimised, or left as it was, with what code generation has to know of that.
+#[derive(Clone, Debug)]
+pub struct Optimized {
+    /// For the executive: layout, tasks, tables.
+    pub program: Program,
+    /// The code.
+    pub module: Module,
+    /// How machine code is made of it.
+    pub codegen: CodegenOptions,
+}
+
+impl Optimized {
+    /// Runs the passes over a program. Returns the time that each pass took too.
+    pub fn of(lowered: Lowered, how: impl Into<Optimization>) -> (Self, PassTimes) {
+        let Lowered { program, mut module, return_stack: _ } = lowered;
+        let (codegen, times) = how.into().run(&mut module);
+        (Self { program, module, codegen }, times)
+    }
+}
+
+impl From<Lowered> for Optimized {
+    /// The program as the front end wrote it.
+    fn from(lowered: Lowered) -> Self {
+        Self::of(lowered, Optimization::NONE).0
     }
 }
 
@@ -169,13 +194,26 @@ fn too_long(code: &'static str, statement: Statement, what: impl Into<MessageTex
     Diagnostic::error(code, Span { file: FileId(file), start, end }, what).help("split the program")
 }
 
-/// Compiles a module. Code that is too long becomes a diagnostic.
-pub(crate) fn generate(
-    module: &Module,
-    dialect: Dialect,
+/// Code for a target. Code that is too long becomes a diagnostic.
+///
+/// # Errors
+/// When it can't be made.
+pub fn code(optimized: &Optimized, target: &Target) -> Result<Code, CompileError> {
+    code_with(optimized, target, optimized.codegen)
+}
+
+/// The same for a [part](Module::split_off_rare) of a program.
+pub(crate) fn code_of_part(optimized: &Optimized, target: &Target) -> Result<Code, CompileError> {
+    code_with(optimized, target, optimized.codegen.of_part())
+}
+
+fn code_with(
+    optimized: &Optimized,
     target: &Target,
+    options: CodegenOptions,
 ) -> Result<Code, CompileError> {
-    plcc_codegen::compile(module, target).map_err(|error| match error {
+    let dialect = optimized.program.dialect();
+    plcc_codegen::compile(&optimized.module, target, options).map_err(|error| match error {
         CodegenError::TooLong(Some(statement)) => {
             let code = match dialect {
                 Dialect::Pmi => "PMI-X5",
@@ -194,10 +232,10 @@ pub(crate) fn generate(
 ///
 /// # Errors
 /// When the code can't be made or mapped.
-pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
-    let code = code(lowered, &Target::host()?)?;
+pub fn jit(optimized: &Optimized) -> Result<(NativeEngine, usize), CompileError> {
+    let code = code(optimized, &Target::host()?)?;
     let memory = Box::new(JitMemory::new(&code)?);
-    Ok((NativeEngine::with_memory(&code, &lowered.program, memory)?, code.bytes.len()))
+    Ok((NativeEngine::with_memory(&code, &optimized.program, memory)?, code.bytes.len()))
 }
 
 /// Does what [`jit`] does, and shows the code to gdb, with what debuggers need by these options.
@@ -205,24 +243,16 @@ pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
 /// # Errors
 /// When the code can't be made or mapped.
 pub fn jit_for_gdb(
-    lowered: &Lowered,
+    optimized: &Optimized,
     options: &ObjectOptions,
 ) -> Result<NativeEngine, CompileError> {
     let target = Target::host()?;
-    let code = code(lowered, &target)?;
-    let debug = debug_object(&lowered.program, &code, &target, options)?;
+    let code = code(optimized, &target)?;
+    let debug = debug_object(&optimized.program, &code, &target, options)?;
     let memory = Box::new(JitMemory::new(&code)?);
-    let mut engine = NativeEngine::with_memory(&code, &lowered.program, memory)?;
+    let mut engine = NativeEngine::with_memory(&code, &optimized.program, memory)?;
     engine.show_to_gdb(&debug).map_err(NativeError::Misfit)?;
     Ok(engine)
-}
-
-/// Code for a target.
-///
-/// # Errors
-/// When it can't be made.
-pub fn code(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
-    generate(&lowered.module, lowered.program.dialect(), target)
 }
 
 /// An artifact's bytes, without a debug part.
@@ -267,9 +297,9 @@ pub fn artifact_with(
 ///
 /// # Errors
 /// When any step fails.
-pub fn aot(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
-    let code = code(lowered, &Target::host_baseline()?)?;
-    let loaded = Artifact::parse(&artifact(&lowered.program, &code)?, None)?;
+pub fn aot(optimized: &Optimized) -> Result<(NativeEngine, usize), CompileError> {
+    let code = code(optimized, &Target::host_baseline()?)?;
+    let loaded = Artifact::parse(&artifact(&optimized.program, &code)?, None)?;
     Ok((NativeEngine::new(&loaded.code, &loaded.program)?, loaded.code.bytes.len()))
 }
 
@@ -278,12 +308,12 @@ pub fn aot(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
 /// # Errors
 /// When any step fails.
 pub fn aot_for_gdb(
-    lowered: &Lowered,
+    optimized: &Optimized,
     options: &ObjectOptions,
 ) -> Result<NativeEngine, CompileError> {
     let target = Target::host_baseline()?;
-    let code = code(lowered, &target)?;
-    let bytes = artifact_with_debug(&lowered.program, &code, &target, options)?;
+    let code = code(optimized, &target)?;
+    let bytes = artifact_with_debug(&optimized.program, &code, &target, options)?;
     let loaded = Artifact::parse(&bytes, None)?;
     let mut engine = NativeEngine::new(&loaded.code, &loaded.program)?;
     engine.show_to_gdb(&loaded.debug).map_err(NativeError::Misfit)?;

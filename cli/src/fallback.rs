@@ -11,12 +11,11 @@ use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use plcc_abi::printable;
-use plcc_codegen::{CodegenError, InternalError, PassSet, panic_text};
+use plcc_codegen::{CodegenError, CodegenOptions, InternalError, Optimization, panic_text};
 use plcc_frontend::common::Lowered;
-use plcc_ir::passes::optimize;
 use plcc_ir::{FuncData, Module};
 
-use crate::compile::CompileError;
+use crate::compile::{CompileError, Optimized};
 use crate::failure;
 
 /// After this many refused functions all are compiled as the front end wrote them.
@@ -29,21 +28,23 @@ const MOST_REFUSED: usize = 8;
 /// Those of `lower` and `make`. A mistake of the passes is an error only if it is still there without them.
 pub(crate) fn compiled<T>(
     lower: impl Fn() -> Result<Lowered, CompileError>,
-    passes: PassSet,
-    make: impl Fn(&Lowered) -> Result<T, CompileError>,
-) -> Result<(Lowered, T), CompileError> {
-    let mut lowered = lower()?;
+    how: Optimization,
+    make: impl Fn(&Optimized) -> Result<T, CompileError>,
+) -> Result<(Optimized, T), CompileError> {
+    let lowered = lower()?;
     if !is_allowed() {
-        optimize(&mut lowered.module, passes);
-        let made = make(&lowered)?;
-        return Ok((lowered, made));
+        let optimized = Optimized::of(lowered, how).0;
+        let made = make(&optimized)?;
+        return Ok((optimized, made));
     }
-    let optimized = catch_unwind(AssertUnwindSafe(|| optimize(&mut lowered.module, passes)));
-    if let Err(panic) = optimized {
-        lowered = lower()?;
-        warn("the program is", panic_text(&*panic));
-    }
-    without_refused(lowered, || Ok(lower()?.module), make)
+    let optimized = match catch_unwind(AssertUnwindSafe(|| Optimized::of(lowered, how).0)) {
+        Ok(optimized) => optimized,
+        Err(panic) => {
+            warn("the program is", panic_text(&*panic));
+            lower()?.into()
+        }
+    };
+    without_refused(optimized, || Ok(lower()?.module), make)
 }
 
 /// Whether a mistake of the compiler is no error while the program can be compiled without optimisation.
@@ -54,14 +55,15 @@ pub(crate) fn is_allowed() -> bool {
 /// Has `make` make what is wanted of an optimised program, and puts functions that it refuses back to what the front end
 /// wrote. `plain` gives the program as the front end wrote it.
 fn without_refused<T>(
-    mut lowered: Lowered,
+    mut optimized: Optimized,
     plain: impl Fn() -> Result<Module, CompileError>,
-    make: impl Fn(&Lowered) -> Result<T, CompileError>,
-) -> Result<(Lowered, T), CompileError> {
+    make: impl Fn(&Optimized) -> Result<T, CompileError>,
+) -> Result<(Optimized, T), CompileError> {
+    let mut is_plain = optimized.codegen == CodegenOptions::NONE;
     let mut refused: Vec<String> = vec![];
     loop {
-        let error = match make(&lowered) {
-            Ok(made) => return Ok((lowered, made)),
+        let error = match make(&optimized) {
+            Ok(made) => return Ok((optimized, made)),
             Err(error) => error,
         };
         let CompileError::Codegen(CodegenError::Internal(internal)) = &error else {
@@ -72,17 +74,18 @@ fn without_refused<T>(
         let Some((_, own)) = plain.funcs().find(|(_, func)| func.name() == name) else {
             return Err(error);
         };
-        if lowered.module.passes == PassSet::NONE {
+        if is_plain {
             return Err(error);
         }
         warn(&lines(&plain, own), &reason(internal));
         if refused.contains(name) || refused.len() == MOST_REFUSED {
             // Code generation has techniques of its own, which are left out with the passes.
-            lowered.module = plain;
+            optimized = Optimized { module: plain, codegen: CodegenOptions::NONE, ..optimized };
+            is_plain = true;
             continue;
         }
         refused.push(name.clone());
-        lowered.module.replace_function(own);
+        optimized.module.replace_function(own);
     }
 }
 
@@ -143,7 +146,7 @@ mod tests {
         checked.unwrap_or_else(|| panic!("{found:?}"))
     }
 
-    fn optimized(checked: &Checked) -> Lowered {
+    fn optimized(checked: &Checked) -> Optimized {
         checked.optimized(OptLevel::Speed).unwrap()
     }
 
@@ -153,13 +156,13 @@ mod tests {
     }
 
     /// A module in which the last function adds a double to an integer.
-    fn broken(lowered: &Lowered) -> Lowered {
-        let text = print(&lowered.module);
+    fn broken(optimized: &Optimized) -> Optimized {
+        let text = print(&optimized.module);
         let at = text.rfind("    return").unwrap();
         let (before, after) = text.split_at(at);
         let wrong = "    v9001: f64 = fconst 1.0\n    v9002: i32 = iconst 1\n    v9003: f64 = fadd v9001, v9002\n";
         let module = parse(&format!("{before}{wrong}{after}")).unwrap();
-        Lowered { module, ..lowered.clone() }
+        Optimized { module, ..optimized.clone() }
     }
 
     #[test]
@@ -169,9 +172,9 @@ mod tests {
         let best = optimized(&checked);
         let (plain_texts, best_texts) = (functions(&plain.module), functions(&best.module));
         let tried = RefCell::new(0);
-        let make = |lowered: &Lowered| {
+        let make = |optimized: &Optimized| {
             *tried.borrow_mut() += 1;
-            if *tried.borrow() == 1 { jit(&broken(lowered)) } else { jit(lowered) }
+            if *tried.borrow() == 1 { jit(&broken(optimized)) } else { jit(optimized) }
         };
         let (made, _) =
             without_refused(optimized(&checked), || Ok(plain.module.clone()), make).unwrap();
@@ -188,9 +191,9 @@ mod tests {
     fn what_is_refused_in_every_form_is_an_error_after_a_bounded_number_of_trials() {
         let checked = program();
         let tried = RefCell::new(0);
-        let make = |lowered: &Lowered| {
+        let make = |optimized: &Optimized| {
             *tried.borrow_mut() += 1;
-            jit(&broken(lowered))
+            jit(&broken(optimized))
         };
         let plain = || Ok(checked.lower()?.module);
         let error = without_refused(optimized(&checked), plain, make).map(drop).unwrap_err();

@@ -7,15 +7,13 @@
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use plcc_abi::{Code, CodeMemory, Dialect, Program, printable};
-use plcc_codegen::{JitMemory, PassSet, Target};
+use plcc_abi::{Code, CodeMemory, Program, printable};
+use plcc_codegen::{JitMemory, Optimization, Target};
 use plcc_frontend::common::Lowered;
-use plcc_ir::Module;
-use plcc_ir::passes::optimize;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::native::LaterCode;
 
-use crate::compile::{CompileError, generate, jit};
+use crate::compile::{CompileError, Optimized, code, code_of_part, jit};
 use crate::fallback;
 
 /// The most IR instructions that are left for later. Their code, of some ten bytes each, is far shorter than the longest
@@ -40,35 +38,39 @@ pub struct Jit {
 /// When the code can't be made or mapped.
 pub fn jit_in_parts(
     lower: impl Fn() -> Result<Lowered, CompileError>,
-    passes: impl Into<PassSet>,
+    how: impl Into<Optimization>,
 ) -> Result<Jit, CompileError> {
-    let passes = passes.into();
+    let how = how.into();
     if !fallback::is_allowed() {
-        return in_parts(lower()?, passes);
+        return in_parts(lower()?, how);
     }
-    match catch_unwind(AssertUnwindSafe(|| in_parts(lower()?, passes))) {
+    match catch_unwind(AssertUnwindSafe(|| in_parts(lower()?, how))) {
         Ok(Ok(made)) => Ok(made),
         Ok(Err(error)) if !error.is_internal() => Err(error),
         // All is compiled at once where the compiler has made a mistake.
         _ => {
-            let (lowered, (engine, bytes_of_code)) = fallback::compiled(lower, passes, jit)?;
-            Ok(Jit { program: lowered.program, engine, bytes_of_code })
+            let (optimized, (engine, bytes_of_code)) = fallback::compiled(lower, how, jit)?;
+            Ok(Jit { program: optimized.program, engine, bytes_of_code })
         }
     }
 }
 
 /// Compiles those functions of a program that run as a rule.
-fn in_parts(lowered: Lowered, passes: PassSet) -> Result<Jit, CompileError> {
+fn in_parts(mut lowered: Lowered, how: Optimization) -> Result<Jit, CompileError> {
     let target = Target::host()?;
-    let Lowered { program, mut module } = lowered;
-    let rest = module.split_off_rare(MOST_LATER);
-    optimize(&mut module, passes);
-    let (code, memory) = make(&module, program.dialect(), &target)?;
+    let rest = lowered.module.split_off_rare(MOST_LATER);
+    let optimized = Optimized::of(lowered, how).0;
+    let code = match rest {
+        None => code(&optimized, &target)?,
+        Some(_) => code_of_part(&optimized, &target)?,
+    };
+    let program = optimized.program;
+    let memory = Box::new(JitMemory::new(&code)?);
     let bytes_of_code = code.bytes.len();
     let mut engine = NativeEngine::with_memory(&code, &program, memory)?;
     if let Some(module) = rest {
-        let lowered = Lowered { program: program.clone(), module };
-        engine.make_later(Box::new(LaterFunctions { lowered, passes, target }));
+        let lowered = Lowered { program: program.clone(), module, return_stack: None };
+        engine.make_later(Box::new(LaterFunctions { lowered, how, target }));
     }
     Ok(Jit { program, engine, bytes_of_code })
 }
@@ -76,18 +78,19 @@ fn in_parts(lowered: Lowered, passes: PassSet) -> Result<Jit, CompileError> {
 /// The part of a program that has not been compiled.
 struct LaterFunctions {
     lowered: Lowered,
-    passes: PassSet,
+    how: Optimization,
     target: Target,
 }
 
 impl LaterCode for LaterFunctions {
     fn make(self: Box<Self>) -> Result<(Code, Box<dyn CodeMemory>), String> {
-        let Self { lowered, passes, target } = *self;
-        let made = fallback::compiled(
-            || Ok(lowered.clone()),
-            passes,
-            |lowered| make(&lowered.module, lowered.program.dialect(), &target),
-        );
+        let Self { lowered, how, target } = *self;
+        let make = |optimized: &Optimized| -> Result<(Code, Box<dyn CodeMemory>), CompileError> {
+            let code = code_of_part(optimized, &target)?;
+            let memory = Box::new(JitMemory::new(&code)?);
+            Ok((code, memory))
+        };
+        let made = fallback::compiled(|| Ok(lowered.clone()), how, make);
         made.map(|(_, made)| made).map_err(|error| {
             // The control stops with an error that can't say more than that there is no code.
             let error = error.to_string();
@@ -95,15 +98,4 @@ impl LaterCode for LaterFunctions {
             error
         })
     }
-}
-
-/// Compiles a part of a program.
-fn make(
-    module: &Module,
-    dialect: Dialect,
-    target: &Target,
-) -> Result<(Code, Box<dyn CodeMemory>), CompileError> {
-    let code = generate(module, dialect, target)?;
-    let memory = Box::new(JitMemory::new(&code)?);
-    Ok((code, memory))
 }

@@ -6,7 +6,7 @@
 
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Program, Tables};
-use plcc_codegen::PassSet;
+use plcc_codegen::Optimization;
 use plcc_codegen::emit::ObjectOptions;
 use plcc_frontend::Recompilable;
 use plcc_runtime::NativeEngine;
@@ -19,15 +19,15 @@ use crate::later_code::jit_in_parts;
 /// Compiles a PMAC program again for other definitions of its M-variables.
 pub struct PmacRecompiler {
     program: Box<dyn Recompilable>,
-    passes: PassSet,
+    how: Optimization,
     gdb: Option<ObjectOptions>,
     in_parts: bool,
 }
 
 impl PmacRecompiler {
-    /// A compiler for one program, with the passes of a level or of a set.
-    pub fn new(program: Box<dyn Recompilable>, passes: impl Into<PassSet>) -> Self {
-        Self { program, passes: passes.into(), gdb: None, in_parts: true }
+    /// A compiler for one program, for a level or a choice of passes.
+    pub fn new(program: Box<dyn Recompilable>, how: impl Into<Optimization>) -> Self {
+        Self { program, how: how.into(), gdb: None, in_parts: true }
     }
 
     /// Whether code that seldom runs is made only when a scan first comes to it, which then takes long; all code is
@@ -49,9 +49,9 @@ impl Recompiler for PmacRecompiler {
             lowered.map_err(|error| CompileError::of_lowering(Dialect::Pmac, error))
         };
         let made = if self.in_parts && self.gdb.is_none() {
-            jit_in_parts(lower, self.passes).map(|made| made.engine)
+            jit_in_parts(lower, self.how).map(|made| made.engine)
         } else {
-            let made = fallback::compiled(lower, self.passes, |lowered| match &self.gdb {
+            let made = fallback::compiled(lower, self.how, |lowered| match &self.gdb {
                 None => Ok(jit(lowered)?.0),
                 Some(options) => jit_for_gdb(lowered, options),
             });
@@ -68,14 +68,14 @@ pub fn recompiling(
     checked: &Checked,
     tables: &Program,
     native: NativeEngine,
-    passes: PassSet,
+    how: Optimization,
     settings: Settings,
     gdb: Option<ObjectOptions>,
 ) -> Box<dyn Engine> {
     match (checked.recompilable(), &tables.tables) {
         (Some(program), Tables::Pmac(tables)) => {
             let assumptions = program.assumptions().to_vec();
-            let compiler = PmacRecompiler::new(program, passes).with_gdb(gdb);
+            let compiler = PmacRecompiler::new(program, how).with_gdb(gdb);
             let compiler = Box::new(compiler.in_parts(!settings.in_thread));
             let controller = tables.controller;
             Box::new(Recompiling::new(native, &assumptions, controller, compiler, settings))

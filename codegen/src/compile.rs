@@ -15,7 +15,7 @@ use plcc_ir::threads::in_threads;
 use plcc_ir::{FuncData, Module, verify};
 
 use crate::error::panic_text;
-use crate::{CodegenError, InternalError, Target, lower, unwind};
+use crate::{CodegenError, CodegenOptions, InternalError, Target, lower, unwind};
 
 /// Functions begin at multiples of this, in bytes, with their markers in front of them.
 const ALIGNMENT: usize = function_marker::LENGTH;
@@ -40,14 +40,24 @@ struct Compiled {
 /// # Errors
 /// [`CodegenError::Internal`] when the module breaks a rule of the [verifier](plcc_ir::verify) or
 /// Cranelift refuses a function, [`CodegenError::TooLong`] when the code exceeds [`MAX_CODE`].
-pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
-    compile_within(module, target, MAX_CODE)
+pub fn compile(
+    module: &Module,
+    target: &Target,
+    options: CodegenOptions,
+) -> Result<Code, CodegenError> {
+    compile_within(module, target, options, MAX_CODE)
 }
 
 /// The same with another limit of the code's length in bytes.
-fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<Code, CodegenError> {
+fn compile_within(
+    module: &Module,
+    target: &Target,
+    options: CodegenOptions,
+    max_code: usize,
+) -> Result<Code, CodegenError> {
     // What is checked here and in `compile_function` is what makes the code safe to run.
-    if let Some(error) = verify::module(module).first() {
+    let errors = if options.is_part { verify::part(module) } else { verify::module(module) };
+    if let Some(error) = errors.first() {
         return Err(CodegenError::internal(format!("the IR is not valid: {error}")));
     }
     if module.trap_sites.len() > RawOutcome::MAX_TRAP_SITES as usize {
@@ -67,7 +77,8 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
             let Some(&(index, func)) = order.get(number) else { break };
-            let result = compile_to_bytes(module, func, target, &mut context, &mut builder_context);
+            let result =
+                compile_to_bytes(module, func, target, options, &mut context, &mut builder_context);
             let failed = result.is_err();
             done.push((index, result));
             if failed {
@@ -87,7 +98,7 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     if compiled.len() != count {
         return Err(CodegenError::internal("a thread of the compiler was lost"));
     }
-    let mut parts = assemble(module, &compiled, max_code)?;
+    let mut parts = assemble(module, &compiled, options, max_code)?;
     let pieces = parts.functions.iter().zip(&compiled);
     let infos = pieces.map(|(function, piece)| (function.offset, &piece.unwind));
     parts.eh_frame = unwind::section(&*target.isa, parts.bytes.len(), infos)?;
@@ -110,10 +121,11 @@ fn compile_to_bytes(
     module: &Module,
     func: &FuncData,
     target: &Target,
+    options: CodegenOptions,
     context: &mut Context,
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<Compiled, CodegenError> {
-    compile_function(module, func, target, context, builder_context)?;
+    compile_function(module, func, target, options, context, builder_context)?;
     let fail = |reason: &str| InternalError::new(module, func, None, reason);
     let code = context.compiled_code().ok_or_else(|| fail("there is no code"))?;
     if !code.buffer.relocs().is_empty() {
@@ -141,6 +153,7 @@ pub fn compile_function(
     module: &Module,
     func: &FuncData,
     target: &Target,
+    options: CodegenOptions,
     context: &mut Context,
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<(), CodegenError> {
@@ -152,7 +165,7 @@ pub fn compile_function(
     // Cranelift panics where it finds an error of its own.
     let result = catch_unwind(AssertUnwindSafe(|| {
         let isa = target.isa_for(module, func);
-        lower::function(module, func, isa, &mut context.func, builder_context)?;
+        lower::function(module, func, isa, options, &mut context.func, builder_context)?;
         let compiled = context.compile(isa, &mut ControlPlane::default());
         compiled.map(|_| ()).map_err(|error| {
             InternalError::new(module, func, None, format!("Cranelift: {:?}", error.inner))
@@ -173,6 +186,7 @@ pub fn compile_function(
 fn assemble(
     module: &Module,
     compiled: &[Compiled],
+    options: CodegenOptions,
     max_code: usize,
 ) -> Result<CodeParts, CodegenError> {
     let too_long = |piece: &Compiled| {
@@ -206,7 +220,7 @@ fn assemble(
     let labels = targets.iter().enumerate().map(|(label, target)| {
         let function = target.and_then(|(func, _)| code.functions.get(func.index()));
         let offset = function.map(|function| function.offset);
-        let offset = offset.or(module.is_part.then_some(CodeParts::NO_CODE));
+        let offset = offset.or(options.is_part.then_some(CodeParts::NO_CODE));
         offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
@@ -241,9 +255,10 @@ mod tests {
         builder.ret();
         let module = builder.finish();
         let target = Target::host().unwrap();
-        let length = compile_within(&module, &target, MAX_CODE).unwrap().bytes.len();
-        assert!(compile_within(&module, &target, length).is_ok());
-        let error = compile_within(&module, &target, length - 1).unwrap_err();
+        let length =
+            compile_within(&module, &target, CodegenOptions::NONE, MAX_CODE).unwrap().bytes.len();
+        assert!(compile_within(&module, &target, CodegenOptions::NONE, length).is_ok());
+        let error = compile_within(&module, &target, CodegenOptions::NONE, length - 1).unwrap_err();
         let CodegenError::TooLong(Some(statement)) = error else { panic!("{error}") };
         assert!(statement.line > 350, "{statement:?}");
     }

@@ -97,7 +97,7 @@ mod tests {
     use plcc_ir::ChunkBuilder;
 
     use super::{JitMemory, guard};
-    use crate::{CodegenError, Target};
+    use crate::{CodegenError, CodegenOptions, Target};
 
     /// The permissions of the page at an address, as Linux shows them: `r-xp`.
     #[cfg(target_os = "linux")]
@@ -118,7 +118,8 @@ mod tests {
         b.bind(start);
         b.task("t", start);
         b.ret();
-        let code = crate::compile(&b.finish(), &Target::host().unwrap()).unwrap();
+        let code =
+            crate::compile(&b.finish(), &Target::host().unwrap(), CodegenOptions::NONE).unwrap();
         let memory = JitMemory::new(&code).unwrap();
         let memory = Box::new(memory);
         assert_eq!(memory.bytes(), code.bytes);

@@ -40,11 +40,13 @@ mod jit_memory;
     reason = "functions are verified, and tables have a place for each of their blocks and values"
 )]
 mod lower;
+mod optimization;
 mod target;
 mod unwind;
 
 pub use compile::{MAX_CODE, compile, compile_function};
 pub use error::{CodegenError, InternalError, panic_text};
 pub use jit_memory::JitMemory;
-pub use plcc_ir::passes::{OptLevel, PassSet};
+pub use optimization::{CodegenOptions, Optimization};
+pub use plcc_ir::passes::OptLevel;
 pub use target::Target;

@@ -12,7 +12,7 @@ use plcc_abi::{
     Code, CodeMemory, Engine, Host, HostFn, OutOfBoundsAccess, Outcome, Program, Region,
     ResumePoint, Scan, SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
 };
-use plcc_codegen::{JitMemory, Target, compile};
+use plcc_codegen::{CodegenOptions, JitMemory, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{Address, BinaryOp, ChunkBuilder, IntCond, Module, Statement, Type};
 use plcc_runtime::NativeEngine;
@@ -48,7 +48,7 @@ fn engines(make: impl Fn(&mut ChunkBuilder)) -> Vec<(String, Box<dyn Engine>)> {
         make(&mut b);
         let module = b.finish();
         for target in [Target::host().unwrap(), Target::host_baseline().unwrap()] {
-            let code = compile(&module, &target).unwrap();
+            let code = compile(&module, &target, CodegenOptions::NONE).unwrap();
             let engine = NativeEngine::new(&code, &program(&module)).unwrap();
             let features = target.features().len();
             engines.push((format!("native, {features} features, {limit}"), Box::new(engine)));
@@ -409,7 +409,7 @@ fn labels_far_apart_are_found() {
     assert!(module.funcs.len() > 1);
     let order: Vec<usize> =
         (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))).collect();
-    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    let code = compile(&module, &Target::host().unwrap(), CodegenOptions::NONE).unwrap();
     let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
     for (task, &i) in order.iter().enumerate() {
         let mut image = [0xFF; IMAGE as usize];
@@ -425,7 +425,7 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     calls(&mut b);
     let module = b.finish();
     let program = program(&module);
-    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    let code = compile(&module, &Target::host().unwrap(), CodegenOptions::NONE).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
     let outcome = engine.call(0, None, &mut Scan::new(&mut image, &mut NoHost));
@@ -441,7 +441,7 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     refuse(&code, &other);
     let foreign = Target::baseline("aarch64-unknown-linux-gnu").unwrap();
     if std::env::consts::ARCH != "aarch64" {
-        refuse(&compile(&module, &foreign).unwrap(), &program);
+        refuse(&compile(&module, &foreign, CodegenOptions::NONE).unwrap(), &program);
     }
 }
 
@@ -453,7 +453,7 @@ impl LaterCode for Slow {
         let Self(module, epoch, time) = *self;
         std::thread::sleep(time);
         epoch.store(time.as_nanos() as u64, Ordering::Relaxed);
-        let code = compile(&module, &Target::host().unwrap()).unwrap();
+        let code = compile(&module, &Target::host().unwrap(), CodegenOptions::NONE).unwrap();
         let memory = JitMemory::new(&code).unwrap();
         Ok((code, Box::new(memory)))
     }
@@ -491,7 +491,8 @@ fn making_code_later_takes_none_of_the_time_of_the_scan() {
     let mut module = whole.clone();
     let rest = module.split_off_rare(usize::MAX).unwrap();
     assert_eq!((module.funcs.len(), rest.funcs.len()), (2, 1));
-    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    let of_part = CodegenOptions::NONE.of_part();
+    let code = compile(&module, &Target::host().unwrap(), of_part).unwrap();
     assert!(!code.is_complete());
     let run = |host: &mut dyn Host, slow: bool| {
         EPOCH.store(0, Ordering::Relaxed);

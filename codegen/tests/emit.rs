@@ -6,7 +6,7 @@ mod support;
 use std::process::Command;
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
-use plcc_codegen::{Target, compile, emit};
+use plcc_codegen::{CodegenOptions, Target, compile, emit};
 
 const TARGETS: [&str; 2] = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"];
 
@@ -15,8 +15,8 @@ fn listings_contain_the_source_lines() {
     let (_, module) = support::counter();
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
-        let clif = emit::clif(&module, &target).unwrap();
-        let asm = emit::asm(&module, &target).unwrap();
+        let clif = emit::clif(&module, &target, CodegenOptions::NONE).unwrap();
+        let asm = emit::asm(&module, &target, CodegenOptions::NONE).unwrap();
         for text in [&clif, &asm] {
             assert!(text.contains(triple));
             assert!(text.contains("(task scan)"), "{text}");
@@ -48,7 +48,8 @@ fn cold_blocks_stand_behind_the_others() {
             marks[0], marks[1]
         );
         let module = plcc_ir::text::parse(&text).unwrap();
-        let code = compile(&module, &Target::baseline(TARGETS[0]).unwrap()).unwrap();
+        let code =
+            compile(&module, &Target::baseline(TARGETS[0]).unwrap(), CodegenOptions::NONE).unwrap();
         [[0x11; 4], [0x22; 4]]
             .map(|constant| code.bytes.windows(4).position(|window| window == constant).unwrap())
     };
@@ -79,14 +80,14 @@ fn every_statement_keeps_its_source_line() {
     let module = b.finish();
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
-        let asm = emit::asm(&module, &target).unwrap();
-        for text in [emit::clif(&module, &target).unwrap(), asm] {
+        let asm = emit::asm(&module, &target, CodegenOptions::NONE).unwrap();
+        for text in [emit::clif(&module, &target, CodegenOptions::NONE).unwrap(), asm] {
             for line in 1..=6 {
                 assert!(text.contains(&format!("; x.nct:{line}  ")), "{line} in\n{text}");
             }
         }
         // A table for each statement, and one to enter by.
-        let asm = emit::asm(&module, &target).unwrap();
+        let asm = emit::asm(&module, &target, CodegenOptions::NONE).unwrap();
         assert_eq!(asm.matches(".long -> ").count(), 7 * 7, "{asm}");
     }
 }
@@ -135,7 +136,7 @@ fn objects_have_symbols_and_lines() {
     let (program, module) = support::counter();
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
-        let code = compile(&module, &target).unwrap();
+        let code = compile(&module, &target, CodegenOptions::NONE).unwrap();
         let bytes =
             emit::object(&program, &code, &target, &emit::ObjectOptions::default()).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
@@ -168,7 +169,7 @@ fn objects_have_symbols_and_lines() {
 fn an_object_runs_in_c() {
     let (program, module) = support::counter();
     let target = Target::host_baseline().unwrap();
-    let code = compile(&module, &target).unwrap();
+    let code = compile(&module, &target, CodegenOptions::NONE).unwrap();
     let folder = std::env::temp_dir().join(format!("plcc-emit-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(

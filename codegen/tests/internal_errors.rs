@@ -2,7 +2,7 @@
 //! where, and never code.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc_codegen::{CodegenError, InternalError, Target, compile, emit};
+use plcc_codegen::{CodegenError, CodegenOptions, InternalError, Target, compile, emit};
 use plcc_ir::Module;
 use plcc_ir::text::parse;
 
@@ -40,8 +40,8 @@ fn invalid_instructions_are_named_with_their_place() {
         for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
             let target = Target::baseline(triple).unwrap();
             for error in [
-                internal(compile(&module, &target), body),
-                internal(emit::asm(&module, &target), body),
+                internal(compile(&module, &target, CodegenOptions::NONE), body),
+                internal(emit::asm(&module, &target, CodegenOptions::NONE), body),
             ] {
                 assert_eq!(error.function.as_deref(), Some("chunk0"), "{body}");
                 let found = error.instruction.as_deref().unwrap();
@@ -66,9 +66,10 @@ fn what_belongs_to_no_instruction_is_found_too() {
     ];
     for (reason, change) in changes {
         let mut module = module("v0: i16 = load data:0\nstore data:2, v0\nreturn");
-        assert!(compile(&module, &Target::host().unwrap()).is_ok());
+        assert!(compile(&module, &Target::host().unwrap(), CodegenOptions::NONE).is_ok());
         change(&mut module);
-        let error = internal(compile(&module, &Target::host().unwrap()), reason);
+        let error =
+            internal(compile(&module, &Target::host().unwrap(), CodegenOptions::NONE), reason);
         assert!(error.reason.contains(reason), "{}", error.reason);
     }
 }

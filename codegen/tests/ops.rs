@@ -5,7 +5,7 @@
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{Engine, Outcome, Program, Region, Scan, Tables, image};
-use plcc_codegen::{Target, compile};
+use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp,
@@ -120,7 +120,7 @@ fn engines(module: plcc_ir::Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         tables: Tables::Pmi(PmiTables::default()),
     };
     let native = |target: Target| -> Box<dyn Engine> {
-        let code = compile(&module, &target).unwrap();
+        let code = compile(&module, &target, CodegenOptions::NONE).unwrap();
         Box::new(NativeEngine::new(&code, &program).unwrap())
     };
     vec![

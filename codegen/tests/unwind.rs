@@ -13,7 +13,7 @@ use gimli::{
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::unwind::ALIGNMENT;
 use plcc_abi::{HostFn, Program, Tables};
-use plcc_codegen::{Target, compile, emit};
+use plcc_codegen::{CodegenOptions, Target, compile, emit};
 use plcc_ir::{Address, BinaryOp, ChunkBuilder, Module, Type};
 
 /// A program whose function calls the host and needs registers and a frame.
@@ -49,7 +49,8 @@ fn every_function_is_described() {
         // Bytes between the stack pointer and the caller's frame when a function is entered.
         for (triple, entered) in [("x86_64-unknown-linux-gnu", 8), ("aarch64-unknown-linux-gnu", 0)]
         {
-            let code = compile(&module, &Target::baseline(triple).unwrap()).unwrap();
+            let code =
+                compile(&module, &Target::baseline(triple).unwrap(), CodegenOptions::NONE).unwrap();
             let section = EhFrame::new(&code.eh_frame, LittleEndian);
             let place = code.bytes.len().next_multiple_of(ALIGNMENT) as u64;
             let bases = BaseAddresses::default().set_eh_frame(place);
@@ -124,7 +125,7 @@ end
 fn build(folder: &Path) {
     let (program, module) = caller();
     let target = Target::host_baseline().unwrap();
-    let code = compile(&module, &target).unwrap();
+    let code = compile(&module, &target, CodegenOptions::NONE).unwrap();
     fs::create_dir_all(folder).unwrap();
     fs::write(
         folder.join("scan.o"),

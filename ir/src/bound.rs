@@ -58,10 +58,10 @@ pub struct Bound {
     pub path: Vec<StatementId>,
 }
 
-/// The bound of each task of a verified module, in the tasks' order. In a module without a
-/// [return stack](Module::return_stack) a jump to a label by number counts as a loop.
-pub fn bounds(module: &Module) -> Vec<Bound> {
-    let mut analysis = Analysis::new(module, module.return_stack);
+/// The bound of each task of a verified module, in the tasks' order. `returns` says where its subroutines find out
+/// where to return to; in a module without such a stack a jump to a label by number counts as a loop.
+pub fn bounds(module: &Module, returns: Option<ReturnStack>) -> Vec<Bound> {
+    let mut analysis = Analysis::new(module, returns);
     let tasks = module.tasks.iter();
     tasks.map(|task| analysis.task(task.entry, &task.resume_points)).collect()
 }
@@ -424,9 +424,8 @@ mod tests {
     use crate::text;
 
     fn bounds_of(text: &str, returns: Option<ReturnStack>) -> Vec<Bound> {
-        let mut module = text::parse(text).unwrap_or_else(|error| panic!("{error}"));
-        module.return_stack = returns;
-        bounds(&module)
+        let module = text::parse(text).unwrap_or_else(|error| panic!("{error}"));
+        bounds(&module, returns)
     }
 
     #[test]

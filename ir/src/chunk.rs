@@ -24,7 +24,6 @@
 
 use plcc_abi::{Region, Task, TrapCode, TrapSite};
 
-use crate::bound::ReturnStack;
 use crate::tables::FastMap;
 use crate::{
     Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, Statement,
@@ -119,11 +118,6 @@ impl ChunkBuilder {
     /// ([`Module::finite_regions`]).
     pub fn finite_region(&mut self, region: RegionId) {
         self.module.finite_regions.push(region);
-    }
-
-    /// Says where subroutines find out where to return to.
-    pub fn return_stack(&mut self, stack: ReturnStack) {
-        self.module.return_stack = Some(stack);
     }
 
     /// Adds a source file and gives its number, by which statements refer to it.

@@ -22,35 +22,8 @@ use std::ops::Range;
 
 use plcc_abi::HostFn;
 
+use crate::words::words;
 use crate::{RegionId, Type, Value};
-
-/// Makes an enumeration whose variants each have a word in the text form.
-macro_rules! words {
-    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum $name {
-            $($(#[$vdoc])* $variant,)*
-        }
-
-        impl $name {
-            /// Every one, in the order of definition.
-            pub const ALL: &[Self] = &[$(Self::$variant,)*];
-
-            /// Its word in the [text form](crate::text).
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $text,)*
-                }
-            }
-
-            /// The one with this word in the text form; `None` if there is none.
-            pub fn from_name(name: &str) -> Option<Self> {
-                Self::ALL.iter().copied().find(|op| op.name() == name)
-            }
-        }
-    };
-}
 
 words! {
     /// Operations on one operand, whose result has the same type.

@@ -78,6 +78,7 @@ pub mod text;
 pub mod threads;
 pub mod types;
 pub mod verify;
+mod words;
 
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};

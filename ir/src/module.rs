@@ -7,8 +7,6 @@
 
 use plcc_abi::{SourceLine, Task, TrapSite};
 
-use crate::bound::ReturnStack;
-use crate::passes::PassSet;
 use crate::{Block, Func, FuncData, Label, RegionId, StatementId, Terminator};
 
 /// In how many blocks after a label the first statement is looked for. Blocks without instructions stand
@@ -81,15 +79,6 @@ pub struct Module {
     pub label_count: u32,
     /// The functions.
     pub funcs: Vec<FuncData>,
-    /// The passes that [`optimize`](crate::passes::optimize) could run, and the techniques that code
-    /// generation may use; none before the module is optimised.
-    pub passes: PassSet,
-    /// Whether this is a [part](Self::split_off_rare) of a program. Then labels may stand in no function of it, but in
-    /// one of the other part.
-    pub is_part: bool,
-    /// Where subroutines find out where to return to, if the program has any. Code does not need it;
-    /// it is for [`bounds`](crate::bound::bounds), and the text form does not have it.
-    pub return_stack: Option<ReturnStack>,
 }
 
 impl Module {

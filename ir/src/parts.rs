@@ -8,7 +8,8 @@ use crate::{FuncData, Module};
 
 impl Module {
     /// Takes the functions that seldom run out of the module; `None` if it has none, or if they have more than `most`
-    /// instructions. The module and the result are [parts](Module::is_part) of the program then.
+    /// instructions. The module and the result are parts of the program then: a label that is in no function of one
+    /// of them is in a function of the other.
     pub fn split_off_rare(&mut self, most: usize) -> Option<Self> {
         let mut rare = self.funcs.iter().filter(|func| seldom_runs(func)).peekable();
         rare.peek()?;
@@ -17,7 +18,6 @@ impl Module {
         }
         let all = std::mem::take(&mut self.funcs);
         let (rare, usual) = all.into_iter().partition(seldom_runs);
-        self.is_part = true;
         // Neither code nor its tables need the texts of the sources, which may be long.
         let files = std::mem::take(&mut self.files);
         let mut rest = self.clone();
@@ -67,14 +67,13 @@ mod tests {
         let rest = module.split_off_rare(rare).unwrap();
         assert_eq!((module.funcs.len(), rest.funcs.len()), (2, 1));
         for (part, labels) in [(&module, 2), (&rest, 1)] {
-            assert_eq!(verify::verify(part), []);
+            assert_eq!(verify::part(part), []);
             let targets = part.label_targets();
             assert_eq!(targets.len(), whole.label_targets().len());
             assert_eq!(targets.iter().filter(|target| target.is_some()).count(), labels);
         }
         assert!(module.split_off_rare(rare).is_none());
-        // Both functions have to be somewhere if the module is no part.
-        module.is_part = false;
+        // A whole program has all of its labels.
         assert_eq!(verify::verify(&module).len(), 1);
     }
 }

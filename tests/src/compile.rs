@@ -3,14 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use plcc::compile::{Checked, artifact, check, code, jit};
+use plcc::compile::{Checked, Optimized, artifact, check, code, jit};
 use plcc::disk::Disk;
 use plcc::later_code::jit_in_parts;
 use plcc_abi::{Dialect, Engine, Program};
-use plcc_codegen::{OptLevel, Target};
+use plcc_codegen::{OptLevel, Optimization, Target};
 use plcc_diag::{FileId, SourceMap, render};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
-use plcc_ir::passes::{Pass, PassSet};
 use plcc_ir::{Module, interp, verify};
 use plcc_random::Rng;
 use plcc_runtime::{Artifact, NativeEngine};
@@ -45,18 +44,17 @@ pub struct Compiled {
     /// As the front end lowers it.
     plain: Lowered,
     /// After all passes.
-    best: Lowered,
+    best: Optimized,
     /// After some passes.
-    some: Lowered,
+    some: Optimized,
 }
 
-/// A set of passes that depends on the program only, so that a failure can be repeated, and is
+/// A choice of passes and techniques that depends on the program only, so that a failure can be repeated, and is
 /// different for most programs.
-fn some_passes(module: &Module) -> PassSet {
+fn some_passes(module: &Module) -> Optimization {
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
     let mut rng = Rng::new(size as u64);
-    let some = Pass::ALL.into_iter().filter(|_| rng.chance(60));
-    some.fold(PassSet::NONE, PassSet::with)
+    Optimization::some(|| rng.chance(60))
 }
 
 /// Checks and lowers a file.
@@ -114,14 +112,14 @@ impl Compiled {
     /// # Errors
     /// The code can't be made, written, read back or mapped.
     pub fn engine(&self, way: EngineKind) -> Result<(Program, Box<dyn Engine>), String> {
-        let interpret = |lowered: &Lowered| -> Box<dyn Engine> {
-            Box::new(interp::Interpreter::new(Arc::new(lowered.module.clone())))
+        let interpret = |module: &Module| -> Box<dyn Engine> {
+            Box::new(interp::Interpreter::new(Arc::new(module.clone())))
         };
         let engine: Box<dyn Engine> = match way {
             EngineKind::Statements => self.checked.interpreter(),
-            EngineKind::Ir => interpret(&self.plain),
-            EngineKind::IrSpeed => interpret(&self.best),
-            EngineKind::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
+            EngineKind::Ir => interpret(&self.plain.module),
+            EngineKind::IrSpeed => interpret(&self.best.module),
+            EngineKind::JitNone => Box::new(jit(&self.plain.clone().into()).map_err(text)?.0),
             EngineKind::JitSpeed => {
                 let made = jit_in_parts(|| Ok(self.plain.clone()), OptLevel::Speed);
                 Box::new(made.map_err(text)?.engine)

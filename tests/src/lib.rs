@@ -20,6 +20,8 @@
 //! ```
 #![allow(clippy::indexing_slicing)]
 
+use plcc_codegen::Optimization;
+
 pub mod arithmetic;
 pub mod compile;
 pub mod drive;
@@ -34,3 +36,10 @@ pub mod mutate;
 pub mod no_fault;
 pub mod promises;
 pub mod shrink;
+
+/// What is done in long programs, also in short ones.
+pub fn as_if_long() -> Optimization {
+    let mut as_if_long = Optimization::ALL;
+    as_if_long.passes.by_length = false;
+    as_if_long
+}

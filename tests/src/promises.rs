@@ -9,12 +9,12 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use clap::{Arg, Args, Command};
-use plcc::compile::{Checked, CompileError, check};
+use plcc::compile::{Checked, CompileError, check, code};
 use plcc_abi::{Dialect, Program};
-use plcc_codegen::{OptLevel, Target, emit};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
 use plcc_diag::{Diagnostic, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
-use plcc_ir::{Module, passes, text, verify};
+use plcc_ir::{Module, text, verify};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::artifact::header;
 use plcc_runtime::artifact::signature::{self, PublicKey};
@@ -160,7 +160,7 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
         let (checked, _) = check(&mut sources, &[file], dialect, &MemoryLoader::new(), &options);
         let lowered = checked?.optimized(OptLevel::Speed).ok()?;
         let target = Target::host_baseline().ok()?;
-        let code = plcc_codegen::compile(&lowered.module, &target).ok()?;
+        let code = code(&lowered, &target).ok()?;
         Some((name, artifact::encode(&lowered.program, &code).ok()?))
     };
     sources.into_iter().filter_map(make).collect()
@@ -307,13 +307,13 @@ pub fn ir_text(bytes: &[u8]) {
         Err(error) => panic!("what was printed can't be read: {error:?}\n{printed}"),
     }
     let mut best: Module = module.clone();
-    passes::optimize(&mut best, OptLevel::Speed);
+    let options = Optimization::from(OptLevel::Speed).run(&mut best).0;
     assert_eq!(verify::verify(&best), [], "optimised IR breaks a rule");
     let Ok(target) = Target::baseline("x86_64-unknown-linux-gnu") else { return };
-    for module in [&module, &best] {
-        let found = emit::clif(module, &target).map(|clif| faults(&clif));
+    for (module, options) in [(&module, CodegenOptions::NONE), (&best, options)] {
+        let found = emit::clif(module, &target, options).map(|clif| faults(&clif));
         assert!(matches!(&found, Ok(faults) if faults.is_empty()), "{found:?}");
     }
-    let code = plcc_codegen::compile(&best, &target);
+    let code = plcc_codegen::compile(&best, &target, options);
     assert!(code.is_ok(), "{:?}", code.err());
 }

@@ -7,7 +7,7 @@ use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_f64, read_i16, read_u16, read_u32, write_f64, write_i16, write_u32};
 use plcc_abi::pmac::{Controller, Layout, Place, Space};
 use plcc_abi::{Engine, Scan, Tables};
-use plcc_codegen::PassSet;
+use plcc_codegen::Optimization;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
 use super::plc::{
@@ -102,12 +102,12 @@ impl Subject {
     ///
     /// # Errors
     /// When the program has errors.
-    pub fn new(kernel: &Kernel, seed: u64, passes: PassSet) -> Result<Self, String> {
+    pub fn new(kernel: &Kernel, seed: u64, how: Optimization) -> Result<Self, String> {
         let source = kernel.source();
         let compiled = match kernel.language {
-            Language::Pmi => compiled::pmi(&source, passes),
-            Language::Nct => compiled::nct(&source, passes),
-            _ => compiled::pmac(&source, passes),
+            Language::Pmi => compiled::pmi(&source, how),
+            Language::Nct => compiled::nct(&source, how),
+            _ => compiled::pmac(&source, how),
         }?;
         let spots = spots(kernel, &compiled)?;
         let mut executive = None;

@@ -4,7 +4,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use plcc_abi::Dialect;
-use plcc_codegen::{OptLevel, PassSet};
+use plcc_codegen::{OptLevel, Optimization};
 use plcc_diag::lints::{LINTS, Lint, find_lint};
 use plcc_frontend::LANGUAGES;
 use plcc_frontend::common::{Controller, Limits, closest};
@@ -75,9 +75,9 @@ pub(crate) struct PassArgs {
 }
 
 impl PassArgs {
-    /// The passes that run at a level.
-    pub(crate) fn at(&self, level: OptArg) -> PassSet {
-        let all = PassSet::from(OptLevel::from(level));
+    /// What is done at a level.
+    pub(crate) fn at(&self, level: OptArg) -> Optimization {
+        let all = Optimization::from(OptLevel::from(level));
         // The text was checked when the command line was read.
         all.with_changes(self.passes.as_deref().unwrap_or_default()).unwrap_or(all)
     }
@@ -85,7 +85,7 @@ impl PassArgs {
 
 /// Checks the text of `--passes`.
 pub(super) fn pass_changes(text: &str) -> Result<String, String> {
-    PassSet::NONE.with_changes(text).map(|_| text.to_owned())
+    Optimization::NONE.with_changes(text).map(|_| text.to_owned())
 }
 
 impl From<OptArg> for OptLevel {

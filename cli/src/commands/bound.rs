@@ -1,8 +1,8 @@
 //! `plcc check --bound`: prints for each task how many operations one scan can execute at most, and the
 //! lines on the way, an object of JSON a line. [`plcc_ir::bound`] finds both.
 
-use plcc_codegen::OptLevel;
 use plcc_ir::bound::bounds;
+use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::{Module, StatementId};
 use serde_json::{Value, json};
 
@@ -21,13 +21,14 @@ pub(crate) fn bound(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
         return Ok(ERRORS);
     };
-    let lowered = match checked.optimized(OptLevel::Speed) {
+    let mut lowered = match checked.lower() {
         Ok(lowered) => lowered,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
+    optimize(&mut lowered.module, OptLevel::Speed);
     let module = &lowered.module;
     let mut text = String::new();
-    for (task, bound) in module.tasks.iter().zip(bounds(module)) {
+    for (task, bound) in module.tasks.iter().zip(bounds(module, lowered.return_stack)) {
         let path = lines(module, &bound.path);
         let line = json!({"entry": task.name, "operations": bound.operations, "path": path});
         text.push_str(&format!("{line}\n"));

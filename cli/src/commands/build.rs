@@ -7,11 +7,10 @@ use std::path::PathBuf;
 use plcc_abi::Program;
 use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{Target, emit};
-use plcc_frontend::common::Lowered;
 use plcc_frontend::language;
 
 use crate::args::{BuildArgs, Emit};
-use crate::compile::{self, CompileError};
+use crate::compile::{self, CompileError, Optimized};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input, machine_text};
 use crate::object_args::ObjectArgs;
@@ -22,7 +21,7 @@ use crate::signing;
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let passes = args.passes.at(args.opt);
+    let how = args.passes.at(args.opt);
     let target = match &args.target {
         Some(triple) => Target::baseline(triple),
         None => Target::host_baseline(),
@@ -69,7 +68,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         _ => vec![],
     };
     if args.time_passes {
-        let times = checked.optimized_timed(passes).map_or(vec![], |(_, times)| times);
+        let times = checked.optimized_timed(how).map_or(vec![], |(_, times)| times);
         for (pass, time) in times {
             let ms = time.as_secs_f64() * 1e3;
             report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
@@ -77,8 +76,8 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     }
     let debug = !args.object.no_debug;
     let made = checked
-        .compiled(passes, |lowered| make(lowered, &target, args.emit, &object, debug, &sources));
-    let (lowered, mut bytes) = match made {
+        .compiled(how, |optimized| make(optimized, &target, args.emit, &object, debug, &sources));
+    let (optimized, mut bytes) = match made {
         Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
@@ -86,7 +85,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         bytes = signing::sign(bytes, key)?;
     }
     if is_text {
-        let mut listing = listing_comments(&lowered.program);
+        let mut listing = listing_comments(&optimized.program);
         listing.append(&mut bytes);
         bytes = listing;
     }
@@ -157,7 +156,7 @@ fn listing_comments(program: &Program) -> Vec<u8> {
 
 /// The bytes of the form that was asked for.
 fn make(
-    lowered: &Lowered,
+    optimized: &Optimized,
     target: &Target,
     form: Emit,
     object: &ObjectOptions,
@@ -166,16 +165,16 @@ fn make(
 ) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
-            let code = compile::code(lowered, target)?;
+            let code = compile::code(optimized, target)?;
             let debug = debug.then_some((target, object));
-            compile::artifact_with(&lowered.program, &code, debug, sources)?
+            compile::artifact_with(&optimized.program, &code, debug, sources)?
         }
         Emit::Obj => {
-            let code = compile::code(lowered, target)?;
-            emit::object(&lowered.program, &code, target, object)?
+            let code = compile::code(optimized, target)?;
+            emit::object(&optimized.program, &code, target, object)?
         }
-        Emit::Ir => plcc_ir::text::print(&lowered.module).into_bytes(),
-        Emit::Clif => emit::clif(&lowered.module, target)?.into_bytes(),
-        Emit::Asm => emit::asm(&lowered.module, target)?.into_bytes(),
+        Emit::Ir => plcc_ir::text::print(&optimized.module).into_bytes(),
+        Emit::Clif => emit::clif(&optimized.module, target, optimized.codegen)?.into_bytes(),
+        Emit::Asm => emit::asm(&optimized.module, target, optimized.codegen)?.into_bytes(),
     })
 }

@@ -4,12 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use plcc_codegen::{OptLevel, Target};
-use plcc_frontend::common::Lowered;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::session;
 
 use crate::args::HalArgs;
-use crate::compile::{self, Checked, CompileError};
+use crate::compile::{self, Checked, CompileError, Optimized};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::hal::pins::{Pin, Wanted, pins};
 use crate::hal::{component, example};
@@ -79,7 +78,7 @@ fn counted(pins: &[Pin]) -> String {
 }
 
 /// The optimised program and its artifact.
-fn build(checked: &Checked) -> Result<(Lowered, Vec<u8>), CompileError> {
+fn build(checked: &Checked) -> Result<(Optimized, Vec<u8>), CompileError> {
     checked.compiled(OptLevel::Speed, |lowered| {
         let code = compile::code(lowered, &Target::host_baseline()?)?;
         compile::artifact(&lowered.program, &code)

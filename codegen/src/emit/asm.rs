@@ -10,7 +10,7 @@ use target_lexicon::Architecture;
 use yaxpeax_arch::{Decoder as _, LengthedInstruction as _, U8Reader};
 
 use super::source;
-use crate::{CodegenError, Target, compile_function};
+use crate::{CodegenError, CodegenOptions, Target, compile_function};
 
 /// A verified module's machine code, disassembled.
 ///
@@ -18,7 +18,11 @@ use crate::{CodegenError, Target, compile_function};
 ///
 /// # Errors
 /// When Cranelift refuses a function.
-pub fn asm(module: &Module, target: &Target) -> Result<String, CodegenError> {
+pub fn asm(
+    module: &Module,
+    target: &Target,
+    options: CodegenOptions,
+) -> Result<String, CodegenError> {
     let mut out = format!("; machine code for {}", target.triple());
     if !target.features().is_empty() {
         let _ = write!(out, " with {}", target.features().join(", "));
@@ -31,7 +35,7 @@ pub fn asm(module: &Module, target: &Target) -> Result<String, CodegenError> {
     let mut context = Context::new();
     let mut builder_context = FunctionBuilderContext::new();
     for (_, func) in module.funcs() {
-        compile_function(module, func, target, &mut context, &mut builder_context)?;
+        compile_function(module, func, target, options, &mut context, &mut builder_context)?;
         let Some(code) = context.compiled_code() else { continue };
         let _ = writeln!(out, "\n{}:{}", func.name(), source::entries(module, func));
         let locs = code.buffer.get_srclocs_sorted().iter();

@@ -9,18 +9,22 @@ use cranelift_frontend::FunctionBuilderContext;
 use plcc_ir::Module;
 
 use super::source;
-use crate::{CodegenError, Target, lower};
+use crate::{CodegenError, CodegenOptions, Target, lower};
 
 /// A verified module's CLIF as it is handed to Cranelift.
 ///
 /// # Errors
 /// When the module breaks a rule of the verifier.
-pub fn clif(module: &Module, target: &Target) -> Result<String, CodegenError> {
+pub fn clif(
+    module: &Module,
+    target: &Target,
+    options: CodegenOptions,
+) -> Result<String, CodegenError> {
     let mut out = format!("; CLIF for {}, before Cranelift's passes\n", target.triple());
     let mut builder_context = FunctionBuilderContext::new();
     for (_, func) in module.funcs() {
         let mut function = Function::new();
-        lower::function(module, func, &*target.isa, &mut function, &mut builder_context)?;
+        lower::function(module, func, &*target.isa, options, &mut function, &mut builder_context)?;
         // `FunctionBuilder` makes aliases of values for its variables; the listing has none.
         function.dfg.resolve_all_aliases();
         let mut locs = SecondaryMap::with_default(SourceLoc::default());

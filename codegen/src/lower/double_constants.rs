@@ -8,10 +8,10 @@
 
 use cranelift_codegen::ir::{Value as ClifValue, types};
 use cranelift_frontend::{FunctionBuilder, Variable};
-use plcc_ir::passes::Pass;
-use plcc_ir::{FuncData, InstData, Module, Value};
+use plcc_ir::{FuncData, InstData, Value};
 
 use super::Lowering;
+use crate::CodegenOptions;
 
 /// The largest number of constants, of 16 registers for doubles.
 const MAX_CONSTANTS: usize = 6;
@@ -26,14 +26,12 @@ pub(super) type DoubleConstants = Vec<(u64, Variable)>;
 /// Chooses a function's constants. There are none where code calls the host outside of cold blocks, since a call
 /// leaves no register for doubles as it was.
 pub(super) fn choose(
-    module: &Module,
     func: &FuncData,
     builder: &mut FunctionBuilder<'_>,
-    is_x86: bool,
+    options: CodegenOptions,
 ) -> DoubleConstants {
     let mut counts: Vec<(u64, u32)> = vec![];
-    let enabled = is_x86 && module.passes.contains(Pass::DoubleConstants);
-    if !enabled || func.is_optimized_for_size() {
+    if !options.double_constants || func.is_optimized_for_size() {
         return vec![];
     }
     for (_, block) in func.blocks().filter(|(_, block)| !block.cold) {

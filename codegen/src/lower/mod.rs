@@ -30,7 +30,7 @@ use plcc_ir::tables::FastMap;
 use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
 use target_lexicon::Architecture;
 
-use crate::InternalError;
+use crate::{CodegenOptions, InternalError};
 use double_constants::DoubleConstants;
 use local_bits::LocalBits;
 use memory::Base;
@@ -53,6 +53,7 @@ pub(crate) fn function(
     module: &Module,
     func: &FuncData,
     isa: &dyn TargetIsa,
+    options: CodegenOptions,
     out: &mut Function,
     context: &mut FunctionBuilderContext,
 ) -> Result<(), InternalError> {
@@ -72,6 +73,8 @@ pub(crate) fn function(
     let context_value = builder.block_params(start)[0];
     let label = builder.block_params(start)[1];
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
+    // These techniques are written for the instructions of this architecture.
+    let options = if is_x86 { options } else { CodegenOptions::NONE };
     let local_bits = LocalBits::new(module, func, &mut builder, is_x86);
     let places = base_registers::bases(module, func, is_x86);
     let changes = has_cold_calls(func) && !func.is_optimized_for_size();
@@ -81,7 +84,7 @@ pub(crate) fn function(
     };
     let image = base();
     let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
-    let double_constants = double_constants::choose(module, func, &mut builder, is_x86);
+    let double_constants = double_constants::choose(func, &mut builder, options);
     let uses = func.use_counts();
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
@@ -98,7 +101,7 @@ pub(crate) fn function(
         indices: indices::Indices::new(func),
         cold: false,
         is_x86,
-        variable_checks: VariableChecks::new(module, func, &uses, is_x86),
+        variable_checks: VariableChecks::new(module, func, &uses, options),
         uses,
         truncated: FastMap::default(),
         double_constants,
@@ -107,8 +110,8 @@ pub(crate) fn function(
         trap_exit: None,
         host_signature: None,
         inst: None,
-        truth_values: TruthValues::new(module, func, is_x86),
-        vectors: Vectors::new(module, func, is_x86),
+        truth_values: TruthValues::new(func, options),
+        vectors: Vectors::new(module, func, options),
     };
     if let Err(InvalidIr(reason)) = lowering.run(label) {
         return Err(InternalError::new(module, func, lowering.inst, reason));

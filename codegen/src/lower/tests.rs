@@ -4,26 +4,29 @@
 use cranelift_codegen::ir::Function;
 use cranelift_frontend::FunctionBuilderContext;
 use plcc_ir::Module;
-use plcc_ir::passes::{Pass, PassSet};
 use plcc_ir::text::parse;
 
-use crate::{InternalError, Target};
+use crate::{CodegenOptions, InternalError, Target};
 
 fn module(body: &str) -> Module {
     let head = "image 16\nregion data at 0 size 16\ntask \"scan\" L0\n";
     parse(&format!("{head}fn \"f\" {{\nblock0 (L0):\n{body}\n}}\n")).unwrap()
 }
 
-fn lower(module: &Module) -> Result<(), InternalError> {
-    clif(module).map(|_| ())
+fn lower(module: &Module, options: CodegenOptions) -> Result<(), InternalError> {
+    clif_with(module, options).map(|_| ())
 }
 
 fn clif(module: &Module) -> Result<String, InternalError> {
+    clif_with(module, CodegenOptions::NONE)
+}
+
+fn clif_with(module: &Module, options: CodegenOptions) -> Result<String, InternalError> {
     let target = Target::host().unwrap();
     let (_, func) = module.funcs().next().unwrap();
     let mut context = FunctionBuilderContext::new();
     let mut function = Function::new();
-    super::function(module, func, &*target.isa, &mut function, &mut context)?;
+    super::function(module, func, &*target.isa, options, &mut function, &mut context)?;
     Ok(function.to_string())
 }
 
@@ -36,17 +39,25 @@ fn impossible_ir_is_an_internal_error() {
         ("v0: i32 = load data:0\nv1: i8 = load data:1[v0 * 4, 5]\nreturn", "it leaves its region"),
         ("goto_indirect v0\nblock1 (L1):\nv0: i32 = load data:0\nreturn", "v0 is used"),
     ] {
-        let error = lower(&module(body)).unwrap_err();
+        let error = lower(&module(body), CodegenOptions::NONE).unwrap_err();
         assert!(error.reason.contains(reason), "{body}: {}", error.reason);
     }
     let valid = "v0: i32 = load data:0\nv1: i8 = load data:3[v0 * 4, 4]\nstore data:15, v1\nreturn";
-    assert_eq!(lower(&module(valid)), Ok(()));
+    assert_eq!(lower(&module(valid), CodegenOptions::NONE), Ok(()));
     let mut short = module(valid);
     short.image_size = 15;
-    assert!(lower(&short).unwrap_err().reason.contains("it leaves its region `data`"));
+    assert!(
+        lower(&short, CodegenOptions::NONE)
+            .unwrap_err()
+            .reason
+            .contains("it leaves its region `data`")
+    );
     let mut without = module(valid);
     without.regions.clear();
-    assert_eq!(lower(&without).unwrap_err().reason, "its region is not there");
+    assert_eq!(
+        lower(&without, CodegenOptions::NONE).unwrap_err().reason,
+        "its region is not there"
+    );
 }
 
 /// An index is compared once more only where no comparison before it shows that it is inside.
@@ -172,9 +183,9 @@ fn conditions_of_a_guard_that_were_joined_in_32_bits_are_not_computed_again() {
     let text = "image 16\nregion bits at 0 size 16 bits\ntask \"scan\" L0\nfn \"f\" {\nblock0 (L0):\n\
                 v0: i1 = iconst 0\nv1: i1 = load bits:12\nv2: i1 = and v0, v1\nbrif v2, block1, block2\n\
                 block1:\nreturn\nblock2 cold:\nreturn\n}\n";
-    let mut module = parse(text).unwrap();
-    module.passes = PassSet::NONE.with(Pass::WideBits);
-    assert_eq!(lower(&module), Ok(()));
+    let module = parse(text).unwrap();
+    let wide_bits = CodegenOptions { wide_bits: true, ..CodegenOptions::NONE };
+    assert_eq!(lower(&module, wide_bits), Ok(()));
 }
 
 /// A constant that is often used is loaded once, where the function is entered, and in cold code that calls the host.
@@ -191,15 +202,16 @@ fn doubles_that_are_used_often_are_loaded_once() {
         let body: String = (0..count).map(one).collect();
         format!("v0: f64 = fconst 0.3\n{body}return")
     };
-    let loads = |body: &str, passes: PassSet| {
-        let mut module = module(body);
-        module.passes = passes;
-        clif(&module).unwrap().matches("vconst").count()
+    let loads = |body: &str, options: CodegenOptions| {
+        clif_with(&module(body), options).unwrap().matches("vconst").count()
     };
     if cfg!(target_arch = "x86_64") {
-        assert_eq!(loads(&multiply(6), PassSet::ALL), 1);
-        assert_eq!(loads(&multiply(6), PassSet::ALL.without(Pass::DoubleConstants)), 6);
-        assert_eq!(loads(&multiply(5), PassSet::ALL), 5);
+        assert_eq!(loads(&multiply(6), CodegenOptions::ALL), 1);
+        assert_eq!(
+            loads(&multiply(6), CodegenOptions { double_constants: false, ..CodegenOptions::ALL }),
+            6
+        );
+        assert_eq!(loads(&multiply(5), CodegenOptions::ALL), 5);
     }
 }
 
@@ -229,15 +241,16 @@ fn checks_of_variables_are_made_in_vectors() {
             count + 1
         )
     };
-    let has_vectors = |text: &str, passes: PassSet| {
-        let mut module = parse(text).unwrap();
-        module.passes = passes;
-        clif(&module).unwrap().contains("vany_true")
+    let has_vectors = |text: &str, options: CodegenOptions| {
+        clif_with(&parse(text).unwrap(), options).unwrap().contains("vany_true")
     };
     if cfg!(target_arch = "x86_64") {
-        assert!(has_vectors(&text(4, " finite"), PassSet::ALL));
-        assert!(!has_vectors(&text(3, " finite"), PassSet::ALL));
-        assert!(!has_vectors(&text(4, ""), PassSet::ALL));
-        assert!(!has_vectors(&text(4, " finite"), PassSet::ALL.without(Pass::Vectors)));
+        assert!(has_vectors(&text(4, " finite"), CodegenOptions::ALL));
+        assert!(!has_vectors(&text(3, " finite"), CodegenOptions::ALL));
+        assert!(!has_vectors(&text(4, ""), CodegenOptions::ALL));
+        assert!(!has_vectors(
+            &text(4, " finite"),
+            CodegenOptions { vectors: false, ..CodegenOptions::ALL }
+        ));
     }
 }

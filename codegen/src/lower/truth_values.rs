@@ -15,12 +15,13 @@
 //! take the value from the store, and waits until it is in the cache. Such a byte is loaded alone.
 
 use cranelift_codegen::ir::{BlockArg, InstBuilder, Value as ClifValue, types};
-use plcc_ir::passes::{Pass, thresholds::STORED_RECENTLY};
+use plcc_ir::passes::thresholds::STORED_RECENTLY;
 use plcc_ir::tables::FastMap;
-use plcc_ir::{Address, BinaryOp, Block, FuncData, Module, Type, Value};
+use plcc_ir::{Address, BinaryOp, Block, FuncData, Type, Value};
 
 use super::memory::flags;
 use super::{LowerResult, Lowering};
+use crate::CodegenOptions;
 
 /// The number of bytes of the widest store without an index.
 const WIDEST_STORE: i64 = 16;
@@ -43,8 +44,8 @@ pub(super) struct TruthValues {
 
 impl TruthValues {
     /// For a function of a module.
-    pub(super) fn new(module: &Module, func: &FuncData, is_x86: bool) -> Self {
-        let enabled = is_x86 && module.passes.contains(Pass::WideBits);
+    pub(super) fn new(func: &FuncData, options: CodegenOptions) -> Self {
+        let enabled = options.wide_bits;
         let mut uses = vec![(0, Block(0)); if enabled { func.value_count() } else { 0 }];
         if enabled {
             for (block, data) in func.blocks() {

@@ -22,7 +22,6 @@ use cranelift_codegen::ir::{
     Endianness, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
     Value as ClifValue, types,
 };
-use plcc_ir::passes::Pass;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
     Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, Terminator, Type, Value,
@@ -30,6 +29,7 @@ use plcc_ir::{
 
 use super::memory::flags;
 use super::{LowerResult, Lowering};
+use crate::CodegenOptions;
 
 /// The number of checks from which on they are made in vectors.
 const MIN_CHECKS: usize = 4;
@@ -68,10 +68,14 @@ pub(super) struct VariableChecks {
 
 impl VariableChecks {
     /// For a function of a module; `uses` says how often each value is used.
-    pub(super) fn new(module: &Module, func: &FuncData, uses: &[u32], is_x86: bool) -> Self {
-        let enabled = is_x86 && module.passes.contains(Pass::Vectors);
+    pub(super) fn new(
+        module: &Module,
+        func: &FuncData,
+        uses: &[u32],
+        options: CodegenOptions,
+    ) -> Self {
         let &[(_, first)] = func.entries() else { return Self::default() };
-        if !enabled || func.block(first).insts.len() != CHECK {
+        if !options.vectors || func.block(first).insts.len() != CHECK {
             return Self::default();
         }
         let Some(first_check) = check(module, func, uses, first) else {

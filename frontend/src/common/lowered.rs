@@ -7,4 +7,6 @@ pub struct Lowered {
     pub program: plcc_abi::Program,
     /// The code.
     pub module: plcc_ir::Module,
+    /// Where subroutines find out where to return to, if the program has any: for [`bounds`](plcc_ir::bound::bounds).
+    pub return_stack: Option<plcc_ir::bound::ReturnStack>,
 }

@@ -84,8 +84,7 @@ impl Program {
     /// # Errors
     /// When the program is too long, or the compiler finds its own data inconsistent.
     pub fn lower(&self) -> Result<Lowered, LowerError> {
-        let module = lower::lower(&self.checked, &self.layout)?;
-        Ok(self.with_tables(module))
+        Ok(self.with_tables(lower::lower(&self.checked, &self.layout)?))
     }
 
     /// The same, but a new function begins after `limit` instructions or blocks. This is for tests
@@ -94,15 +93,15 @@ impl Program {
     /// # Errors
     /// When the program is too long, or the compiler finds its own data inconsistent.
     pub fn lower_with_limit(&self, limit: usize) -> Result<Lowered, LowerError> {
-        let module = lower::lower_with(&self.checked, &self.layout, limit)?;
-        Ok(self.with_tables(module))
+        Ok(self.with_tables(lower::lower_with(&self.checked, &self.layout, limit)?))
     }
 
-    fn with_tables(&self, module: plcc_ir::Module) -> Lowered {
+    fn with_tables(&self, code: lower::Code) -> Lowered {
+        let lower::Code { module, return_stack } = code;
         let settings = self.settings.clone();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.checked, &self.layout, settings, tasks);
-        Lowered { program, module }
+        Lowered { program, module, return_stack }
     }
 
     /// Where each variable is read, written and tested.

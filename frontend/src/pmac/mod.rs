@@ -129,7 +129,7 @@ impl Program {
         let names = self.files().map(str::to_owned).collect();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.download, &self.loaded, names, tasks);
-        Ok(Lowered { program, module })
+        Ok(Lowered { program, module, return_stack: None })
     }
 
     /// The statement interpreter, as an engine like the others.

@@ -77,7 +77,7 @@ impl Program {
         let ids = (0..self.sources.len() as u32).map(FileId);
         let names = ids.map(|id| self.sources.path(id).to_owned()).collect();
         let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone())?;
-        Ok(Lowered { program, module })
+        Ok(Lowered { program, module, return_stack: None })
     }
 
     /// Where each variable is read, written and tested.

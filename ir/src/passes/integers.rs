@@ -50,11 +50,10 @@ enum Change {
     Inst(InstData),
 }
 
-/// Runs the pass; gives whether the function computes with doubles at all, also where nothing was
-/// changed. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
+/// Runs the pass. `finite_regions` are those of the module.
+pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
     if !has_doubles(func) {
-        return false;
+        return;
     }
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
@@ -102,11 +101,10 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
             passed_bounds.note(this.func, terminator, &this.integers);
         }
     }
-    true
 }
 
 /// Whether a function computes with doubles at all.
-fn has_doubles(func: &FuncData) -> bool {
+pub(super) fn has_doubles(func: &FuncData) -> bool {
     func.values.iter().any(|value| value.ty == Type::F64)
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use super::dead_stores::DeadBytes;
 use super::image_bytes::ImageBytes;
-use super::{Pass, PassSet, PassTimes, byte_bits, instructions, thresholds};
+use super::{Pass, PassOptions, PassSet, PassTimes, byte_bits, instructions, thresholds};
 use crate::threads::in_threads;
 use crate::{FuncData, Module, verify};
 
@@ -17,7 +17,7 @@ const INSTS_PER_THREAD: usize = 8000;
 
 /// In which way passes run that have more than one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PassOptions {
+pub(super) struct Variant {
     /// `forward`: whether truth values are loaded again rather than forwarded.
     pub(super) reload_bits: bool,
     /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
@@ -37,7 +37,7 @@ pub(super) struct Stage<'a> {
     pub(super) func: FuncData,
     pub(super) passes: PassSet,
     times: &'a mut PassTimes,
-    pub(super) options: PassOptions,
+    pub(super) variant: Variant,
     bytes: &'a mut ImageBytes,
     dead: &'a DeadBytes,
 }
@@ -60,7 +60,7 @@ impl Stage<'_> {
             return false;
         }
         let start = Instant::now();
-        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead, self.options);
+        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead, self.variant);
         add_time(self.times, pass, start.elapsed());
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
@@ -85,21 +85,20 @@ fn add_time(times: &mut PassTimes, pass: Pass, time: std::time::Duration) {
 /// all passes.
 pub(super) fn each(
     module: &mut Module,
-    passes: PassSet,
+    options: PassOptions,
     length: usize,
     times: &mut PassTimes,
     order: impl Fn(&mut Stage<'_>) + Sync,
 ) {
     // Bits that have become bytes take fewer instructions, so this may be less than `length`.
-    let reload_bits =
-        passes.contains(Pass::ReloadBits) && instructions(module) > thresholds::RELOAD_BITS_FROM;
+    let reload_bits = options.reload_bits && instructions(module) > thresholds::RELOAD_BITS_FROM;
     let is_long = length >= thresholds::LONG_FROM;
-    let by_length = passes.contains(Pass::ByLength);
+    let PassOptions { passes, by_length, .. } = options;
     if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
         let size = byte_bits::LOCAL_BITS;
         module.local_bits.get_or_insert_with(|| Module::local_bits_of(module.image_size, size));
     }
-    let options = PassOptions {
+    let variant = Variant {
         reload_bits,
         combine_bits: false,
         skip_lone_tests: false,
@@ -118,7 +117,7 @@ pub(super) fn each(
         let mut done = vec![];
         while let Some((index, func)) = take(queue) {
             let (bytes, dead) = (&mut bytes, &dead);
-            let mut stage = Stage { module, func, passes, times, options, bytes, dead };
+            let mut stage = Stage { module, func, passes, times, variant, bytes, dead };
             order(&mut stage);
             done.push((index, stage.func));
         }

@@ -10,7 +10,7 @@
 //! The module:
 //! 1. Regions lie inside the process image and do not overlap. The local bits lie behind it.
 //! 2. A task's entry is a label of the module. Each label stands at exactly one block of one
-//!    function, and there are as many labels as [`Module::label_count`] says. In a [part](Module::is_part) of
+//!    function, and there are as many labels as [`Module::label_count`] says. In a [part](part) of
 //!    a program a label may also stand nowhere.
 //! 3. A statement names a source file of the module, if the module holds its source files.
 //!
@@ -114,8 +114,17 @@ pub fn verify(module: &Module) -> Vec<VerifyError> {
 
 /// What is wrong with a module apart from its functions: rules 1 to 3 and 14.
 pub fn module(module: &Module) -> Vec<VerifyError> {
+    whole_or_part(module, true)
+}
+
+/// The same for a [part](Module::split_off_rare) of a program, whose labels may be in functions of the other part.
+pub fn part(module: &Module) -> Vec<VerifyError> {
+    whole_or_part(module, false)
+}
+
+fn whole_or_part(module: &Module, is_whole: bool) -> Vec<VerifyError> {
     let mut errors = Errors::default();
-    structure::check_module(module, &mut errors);
+    structure::check_module(module, is_whole, &mut errors);
     resume::check_module(module, &mut errors);
     errors.list
 }

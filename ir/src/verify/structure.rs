@@ -4,9 +4,9 @@ use super::Errors;
 use crate::module::MAX_LOCAL_BITS;
 use crate::{FuncData, Module};
 
-pub(super) fn check_module(module: &Module, errors: &mut Errors) {
+pub(super) fn check_module(module: &Module, is_whole: bool, errors: &mut Errors) {
     check_regions(module, errors);
-    check_labels(module, errors);
+    check_labels(module, is_whole, errors);
     let files = module.files.len();
     for (index, statement) in module.statements.iter().enumerate() {
         if statement.file as usize >= files && files > 0 {
@@ -63,7 +63,7 @@ fn check_regions(module: &Module, errors: &mut Errors) {
     }
 }
 
-fn check_labels(module: &Module, errors: &mut Errors) {
+fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
     let mut seen = vec![0u32; module.label_count as usize];
     for (_, func) in module.funcs() {
         for (label, _) in func.entries() {
@@ -77,7 +77,7 @@ fn check_labels(module: &Module, errors: &mut Errors) {
         }
     }
     for (label, count) in seen.iter().enumerate() {
-        if *count != 1 && !(*count == 0 && module.is_part) {
+        if *count != 1 && !(*count == 0 && !is_whole) {
             errors.push(format!("L{label} stands at {count} places"));
         }
     }

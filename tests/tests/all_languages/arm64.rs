@@ -10,10 +10,9 @@ use std::path::Path;
 use std::process::Command;
 
 use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, Program, Scan, Tables};
-use plcc_codegen::{Target, compile, emit};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile, emit};
 use plcc_frontend::common::Options;
 use plcc_ir::Module;
-use plcc_ir::passes::{OptLevel, optimize};
 use plcc_random::seeds;
 use plcc_runtime::NativeEngine;
 use plcc_tests::compile::EngineKind;
@@ -129,7 +128,7 @@ struct Recorded {
 /// The object of a program, whose symbols begin with its name.
 fn object(program: &Program, module: &Module, name: &str) -> Vec<u8> {
     let target = Target::baseline(TARGET).unwrap();
-    let code = compile(module, &target).unwrap();
+    let code = compile(module, &target, CodegenOptions::ALL).unwrap();
     let options = emit::ObjectOptions { prefix: name.into(), ..emit::ObjectOptions::default() };
     emit::object(program, &code, &target, &options).unwrap()
 }
@@ -153,7 +152,7 @@ fn record(name: String, bench: &Bench) -> Recorded {
 /// Runs generated IR on random images.
 fn record_ir(name: String, seed: u64) -> Recorded {
     let mut module = gen_ir::generate(seed);
-    optimize(&mut module, OptLevel::Speed);
+    let options = Optimization::from(OptLevel::Speed).run(&mut module).0;
     let program = Program {
         files: vec!["generated.pmi".into()],
         image_size: module.image_size,
@@ -161,7 +160,7 @@ fn record_ir(name: String, seed: u64) -> Recorded {
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(plcc_abi::pmi::PmiTables::default()),
     };
-    let code = compile(&module, &Target::host_baseline().unwrap()).unwrap();
+    let code = compile(&module, &Target::host_baseline().unwrap(), options).unwrap();
     let engine = Box::new(NativeEngine::new(&code, &program).unwrap());
     let records = Records::default();
     let mut recorder = Recorder { engine, program: &program, records, scans: 0 };

@@ -6,20 +6,20 @@
 use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, machine::Machine};
-use plcc_codegen::{OptLevel, Target, emit};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_frontend::{pmac, pmi};
-use plcc_ir::{Module, passes};
+use plcc_ir::Module;
 use plcc_tests::compile::compile;
 use plcc_tests::no_fault::faults;
 use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
 
 /// Checks the code of a module for x86-64 and ARM64.
-fn check(name: &str, module: &Module) {
+fn check(name: &str, module: &Module, options: CodegenOptions) {
     for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
         let target = Target::baseline(triple).unwrap();
-        let clif = emit::clif(module, &target).unwrap();
+        let clif = emit::clif(module, &target, options).unwrap();
         let found = faults(&clif);
         assert!(found.is_empty(), "{name}, {triple}: {found:#?}");
         assert!(clif.contains("return"), "{name}: there was nothing to look at");
@@ -27,10 +27,10 @@ fn check(name: &str, module: &Module) {
 }
 
 fn check_before_and_after_passes(name: &str, module: &Module) {
-    check(name, module);
+    check(name, module, CodegenOptions::NONE);
     let mut best = module.clone();
-    passes::optimize(&mut best, OptLevel::Speed);
-    check(name, &best);
+    let options = Optimization::from(OptLevel::Speed).run(&mut best).0;
+    check(name, &best, options);
 }
 
 /// The programs below a folder.
@@ -73,8 +73,9 @@ fn examples_and_cases_compile_to_code_that_cannot_fault() {
             compile(path, *dialect, &options).or_else(|_| compile(path, *dialect, &generous));
         // Some cases have errors on purpose.
         let Ok(compiled) = compiled else { continue };
-        for module in compiled.modules() {
-            check(&path.to_string_lossy(), module);
+        let options = [CodegenOptions::NONE, CodegenOptions::ALL];
+        for (module, options) in compiled.modules().into_iter().zip(options) {
+            check(&path.to_string_lossy(), module, options);
         }
         looked += 1;
     }

@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use plcc::compile;
 use plcc::disk::Disk;
-use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
+use plcc_abi::{Dialect, Engine, Outcome, Program, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Lowered, Options};
-use plcc_ir::bound::{Bound, bounds};
+use plcc_ir::Module;
+use plcc_ir::bound::{Bound, ReturnStack, bounds};
 use plcc_ir::interp::Interpreter;
+use plcc_ir::passes::optimize;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::session;
 use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
@@ -38,19 +40,21 @@ impl Engine for Bounded {
     }
 }
 
-fn lowered(dialect: Dialect, source: &str) -> Lowered {
+fn lowered(dialect: Dialect, source: &str) -> (Program, Module, Option<ReturnStack>) {
     let mut sources = SourceMap::new();
     let file = sources.add("program", source.as_bytes());
     let options = Options { limits: Limits::None, ..Options::default() };
     let (checked, found) = compile::check(&mut sources, &[file], dialect, &Disk, &options);
     let checked = checked.unwrap_or_else(|| panic!("{found:?}\n{source}"));
-    checked.optimized(OptLevel::Speed).unwrap()
+    let Lowered { program, mut module, return_stack } = checked.lower().unwrap();
+    optimize(&mut module, OptLevel::Speed);
+    (program, module, return_stack)
 }
 
 /// Runs a program and gives for each task the most that a scan has executed, and its bound.
 fn run(dialect: Dialect, source: &str, ticks: u32) -> Vec<(u64, Option<u64>)> {
-    let Lowered { program, module } = lowered(dialect, source);
-    let bounds = bounds(&module);
+    let (program, module, returns) = lowered(dialect, source);
+    let bounds = bounds(&module, returns);
     let most = vec![0; bounds.len()];
     let operations: Vec<_> = bounds.iter().map(|bound| bound.operations).collect();
     let mut engine = Bounded { engine: Interpreter::new(Arc::new(module)), bounds, most };
@@ -116,8 +120,8 @@ fn subroutines_have_bounds_and_loops_have_none() {
 
 #[test]
 fn a_loop_is_named_by_its_line() {
-    let Lowered { module, .. } = lowered(Dialect::Nct, ":001\n:010\nLF500\nG010\nJ1\n:000\nJ0\n");
-    let found = bounds(&module);
+    let (_, module, returns) = lowered(Dialect::Nct, ":001\n:010\nLF500\nG010\nJ1\n:000\nJ0\n");
+    let found = bounds(&module, returns);
     let line = |bound: &Bound| {
         let loc = bound.path.first()?;
         module.statements.get(loc.index()).map(|statement| statement.line)

@@ -20,12 +20,12 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::pmac::pure_functions;
 use plcc_abi::{Engine, Host, HostFn, Outcome, Program, Scan, Tables};
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::nct;
 use plcc_ir::interp::Interpreter;
-use plcc_ir::passes::{self, Pass, PassSet};
+use plcc_ir::passes::{self, Pass};
 use plcc_ir::text::{parse, print};
 use plcc_ir::verify::verify;
 use plcc_ir::{InstData, IntCond, Module};
@@ -89,10 +89,10 @@ fn outcome(outcome: Outcome) -> String {
 
 fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
     let mut best = module.clone();
-    passes::optimize(&mut best, OptLevel::Speed);
+    let speed = Optimization::ALL.run(&mut best).0;
     // With what is done in long programs only.
     let mut as_if_long = module.clone();
-    passes::optimize(&mut as_if_long, PassSet::ALL.without(Pass::ByLength));
+    let long = plcc_tests::as_if_long().run(&mut as_if_long).0;
     let program = |module: &Module| Program {
         image_size: module.image_size,
         regions: module.regions.clone(),
@@ -100,14 +100,14 @@ fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         tables: Tables::Pmi(Default::default()),
         files: vec![],
     };
-    let native = |module: &Module| -> Box<dyn Engine> {
-        let code = compile(module, &Target::host().unwrap()).unwrap();
+    let native = |module: &Module, options| -> Box<dyn Engine> {
+        let code = compile(module, &Target::host().unwrap(), options).unwrap();
         Box::new(NativeEngine::new(&code, &program(module)).unwrap())
     };
     vec![
-        ("native none", native(module)),
-        ("native speed", native(&best)),
-        ("native, as if long", native(&as_if_long)),
+        ("native none", native(module, CodegenOptions::NONE)),
+        ("native speed", native(&best, speed)),
+        ("native, as if long", native(&as_if_long, long)),
         ("interpreted", Box::new(Interpreter::new(module.clone()))),
         ("interpreted, optimised", Box::new(Interpreter::new(best))),
     ]
@@ -232,7 +232,7 @@ fn a_byte_stored_over_the_flags_replaces_them() {
     let (module, program) = nct_ir(
         ":001 LF500 -1 +1 LF004 SF500 A1 SF004 (F0040) UF5080 Z (F0046) UF5081 Z J1 :000 J0",
     );
-    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    let code = compile(&module, &Target::host().unwrap(), CodegenOptions::ALL).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = vec![0; program.image_size as usize];
     let task = program.tasks.iter().position(|task| task.name == ":001").unwrap();

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use plcc_abi::image::write_f64;
 use plcc_abi::pmac::{Layout, pure_functions};
 use plcc_abi::{Engine, Host, HostFn, Program, Scan};
-use plcc_codegen::{Target, compile};
+use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, Lowered, MemoryLoader, Options};
 use plcc_frontend::pmac;
@@ -164,7 +164,7 @@ fn rows_of_statements_whose_checks_fail_store_the_same() {
         let passes = PassSet::ALL.without(Pass::SpeculateVariables);
         let rows = made(&lowered, passes);
         with_rows += usize::from(has_row(&rows));
-        let code = compile(&rows, &Target::host().unwrap()).unwrap();
+        let code = compile(&rows, &Target::host().unwrap(), CodegenOptions::ALL).unwrap();
         let few = PassSet::NONE.with(Pass::Speculate).with(Pass::Integers).with(Pass::Dce);
         let mut engines: [Box<dyn Engine>; 4] = [
             Box::new(Interpreter::new(lowered.module.clone())),
@@ -228,8 +228,8 @@ fn variables_that_are_checked_once_hold_the_same_values() {
         let all = made(&lowered, PassSet::ALL);
         let without = made(&lowered, PassSet::ALL.without(Pass::SpeculateVariables));
         changed += usize::from(print(&all) != print(&without));
-        let code = compile(&all, &Target::host().unwrap()).unwrap();
-        let some = Pass::ALL.into_iter().filter(|_| rng.chance(50));
+        let code = compile(&all, &Target::host().unwrap(), CodegenOptions::ALL).unwrap();
+        let some = Pass::ALL.iter().copied().filter(|_| rng.chance(50));
         let some = some.fold(PassSet::NONE, PassSet::with).with(Pass::SpeculateVariables);
         let mut engines: [Box<dyn Engine>; 4] = [
             Box::new(Interpreter::new(lowered.module.clone())),

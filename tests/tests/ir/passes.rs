@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::{Outcome, Program, Tables};
-use plcc_codegen::{Target, compile};
+use plcc_codegen::{CodegenOptions, Optimization, Target, compile};
 use plcc_ir::interp::Interpreter;
-use plcc_ir::passes::{self, OptLevel, Pass, PassSet};
+use plcc_ir::passes::{self, OptLevel, Pass};
 use plcc_ir::{Module, verify};
 use plcc_random::{Rng, seeds};
 use plcc_runtime::native::NativeEngine;
@@ -26,13 +26,13 @@ fn each_pass_keeps_what_a_program_does() {
         let module = generate(seed);
         assert_sound(&module, &format!("seed {seed}"));
         let wanted = interpreted(&module, seed);
-        for pass in Pass::ALL {
+        for &pass in Pass::ALL {
             let mut changed = module.clone();
             passes::run(&mut changed, &[pass]);
             assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {}", pass.name());
         }
         let mut rng = Rng::new(seed);
-        let row: Vec<Pass> = (0..10).map(|_| *rng.pick(&Pass::ALL)).collect();
+        let row: Vec<Pass> = (0..10).map(|_| *rng.pick(Pass::ALL)).collect();
         let mut changed = module.clone();
         passes::run(&mut changed, &row);
         assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {row:?}");
@@ -42,19 +42,18 @@ fn each_pass_keeps_what_a_program_does() {
         assert_eq!(interpreted(&best, seed), wanted, "seed {seed}, optimised");
         let some = random_passes(seed);
         let mut changed = module.clone();
-        passes::optimize(&mut changed, some);
+        some.run(&mut changed);
         assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {some:?}");
     }
 }
 
 /// A random set of passes: each is in it or not, or all are but one.
-fn random_passes(seed: u64) -> PassSet {
+fn random_passes(seed: u64) -> Optimization {
     let mut rng = Rng::new(seed ^ 0xA11);
     if rng.chance(50) {
-        return PassSet::ALL.without(*rng.pick(&Pass::ALL));
+        return Optimization::ALL.without(*rng.pick(Pass::ALL));
     }
-    let some = Pass::ALL.into_iter().filter(|_| rng.chance(50));
-    some.fold(PassSet::NONE, PassSet::with)
+    Optimization::some(|| rng.chance(50))
 }
 
 fn program(module: &Module) -> Program {
@@ -73,16 +72,16 @@ fn native_code_does_what_the_interpreter_does() {
         let module = generate(seed);
         let wanted = interpreted(&module, seed);
         let mut best = module.clone();
-        passes::optimize(&mut best, OptLevel::Speed);
-        let some = random_passes(seed);
+        let speed = Optimization::ALL.run(&mut best).0;
+        let random = random_passes(seed);
         let mut changed = module.clone();
-        passes::optimize(&mut changed, some);
-        let (none, all) = (PassSet::NONE, PassSet::ALL);
-        for (module, level) in [(&module, none), (&best, all), (&changed, some)] {
+        let some = random.run(&mut changed).0;
+        let none = CodegenOptions::NONE;
+        for (module, options) in [(&module, none), (&best, speed), (&changed, some)] {
             let target = Target::host().unwrap();
-            let code = compile(module, &target).unwrap();
+            let code = compile(module, &target, options).unwrap();
             let mut native = NativeEngine::new(&code, &program(module)).unwrap();
-            assert_eq!(trace(&mut native, seed), wanted, "seed {seed}, {level:?}");
+            assert_eq!(trace(&mut native, seed), wanted, "seed {seed}, {options:?}, {random:?}");
         }
     }
 }

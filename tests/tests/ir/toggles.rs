@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::{Engine, Scan};
+use plcc_codegen::Optimization;
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{Pass, PassSet, optimize, run};
 use plcc_ir::text::parse;
@@ -220,11 +221,10 @@ fn toggled_bits_of_any_form_stay_the_same() {
         let plain = program(seed);
         assert!(verify::verify(&plain).is_empty(), "seed {seed}");
         let mut rng = Rng::new(seed);
-        let some = Pass::ALL.into_iter().filter(|_| rng.chance(70));
-        let some = some.fold(PassSet::NONE, PassSet::with);
+        let some = Optimization::some(|| rng.chance(70));
         let (mut all, mut part, mut alone) = (plain.clone(), plain.clone(), plain.clone());
         optimize(&mut all, PassSet::ALL);
-        optimize(&mut part, some);
+        some.run(&mut part);
         run(
             &mut alone,
             &[Pass::Forward, Pass::IfConvert, Pass::Branches, Pass::Forward, Pass::Fold],

@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::{Code, Engine, Program, Scan, Tables};
-use plcc_codegen::{Target, compile};
+use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_ir::Module;
 use plcc_ir::interp::Interpreter;
-use plcc_ir::passes::{Pass, PassSet, optimize};
+use plcc_ir::passes::{PassSet, optimize};
 use plcc_ir::text::parse;
 use plcc_random::{Rng, seeds};
 
@@ -234,11 +234,14 @@ fn program(seed: u64) -> Module {
     parse(&text).unwrap()
 }
 
-fn code(module: &Module) -> Code {
-    compile(module, &Target::host().unwrap()).unwrap()
+/// This technique alone.
+const VECTORS: CodegenOptions = CodegenOptions { vectors: true, ..CodegenOptions::NONE };
+
+fn code(module: &Module, options: CodegenOptions) -> Code {
+    compile(module, &Target::host().unwrap(), options).unwrap()
 }
 
-fn engine(module: &Module) -> NativeEngine {
+fn engine(module: &Module, options: CodegenOptions) -> NativeEngine {
     let program = Program {
         image_size: module.image_size,
         regions: module.regions.clone(),
@@ -246,7 +249,7 @@ fn engine(module: &Module) -> NativeEngine {
         tables: Tables::Pmi(Default::default()),
         files: vec![],
     };
-    NativeEngine::new(&code(module), &program).unwrap()
+    NativeEngine::new(&code(module, options), &program).unwrap()
 }
 
 #[test]
@@ -257,14 +260,12 @@ fn rows_of_statements_are_computed_in_vectors_and_stay_the_same() {
         let mut best = plain.clone();
         optimize(&mut best, PassSet::ALL);
         // Without any pass, so that the rows are as they were written.
-        let (mut with, mut without) = (plain.clone(), plain.clone());
-        with.passes = PassSet::NONE.with(Pass::Vectors);
-        without.passes = PassSet::NONE;
+        let without = code(&plain, CodegenOptions::NONE);
         programs += 1;
-        changed += usize::from(code(&with).bytes != code(&without).bytes);
+        changed += usize::from(code(&plain, VECTORS).bytes != without.bytes);
         let mut rng = Rng::new(seed);
+        let mut engines = [engine(&plain, VECTORS), engine(&best, CodegenOptions::ALL)];
         let mut interpreter = Interpreter::new(plain);
-        let mut engines = [with, best].map(|module| engine(&module));
         for _ in 0..5 {
             let mut start: Vec<u8> = (0..COUNT * 8).map(|_| rng.bits() as u8).collect();
             start[..COUNT].iter_mut().for_each(|truth| *truth &= 1);
@@ -299,9 +300,8 @@ fn a_variable_that_all_statements_of_a_row_use_is_spread_by_one_instruction() {
         let _ = writeln!(text, "store i1:{}, v{and}", 100 + row);
     }
     text.push_str("return\n}\n");
-    let mut module = parse(&text).unwrap();
-    module.passes = PassSet::NONE.with(Pass::Vectors);
-    let length = code(&module).bytes.len();
+    let module = parse(&text).unwrap();
+    let length = code(&module, VECTORS).bytes.len();
     // A vector of 16 lanes takes some 40 bytes; with an instruction for each lane it takes more than 100.
     if cfg!(target_arch = "x86_64") {
         assert!(length < 4 * 80, "{length}");
@@ -309,6 +309,6 @@ fn a_variable_that_all_statements_of_a_row_use_is_spread_by_one_instruction() {
     let mut image = vec![0; 256];
     image[..64].iter_mut().step_by(3).for_each(|truth| *truth = 1);
     image[200] = 1;
-    engine(&module).call(0, None, &mut Scan::new(&mut image, &mut NoHost));
+    engine(&module, VECTORS).call(0, None, &mut Scan::new(&mut image, &mut NoHost));
     assert_eq!(image[100..164], image[..64]);
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use plcc_abi::Engine;
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
 use plcc_frontend::nct;
@@ -90,14 +90,16 @@ fn engines(lowered: &Lowered) -> Result<Vec<Named>, Failure> {
         return Err(Failure::refused(rule));
     }
     let mut best = lowered.module.clone();
-    plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
-    let native = |module: &Module| -> Result<Box<dyn Engine>, Failure> {
-        let code = compile(module, &Target::host().unwrap()).map_err(Failure::refused)?;
+    let speed = Optimization::from(OptLevel::Speed).run(&mut best).0;
+    let none = CodegenOptions::NONE;
+    let native = |module: &Module, options| -> Result<Box<dyn Engine>, Failure> {
+        let code = compile(module, &Target::host().unwrap(), options).map_err(Failure::refused)?;
         Ok(Box::new(NativeEngine::new(&code, &lowered.program).map_err(Failure::refused)?))
     };
     // Written as an artifact, and read back.
-    let loaded = |module: &Module| -> Result<Box<dyn Engine>, Failure> {
-        let code = compile(module, &Target::host_baseline().unwrap()).map_err(Failure::refused)?;
+    let loaded = |module: &Module, options| -> Result<Box<dyn Engine>, Failure> {
+        let code = compile(module, &Target::host_baseline().unwrap(), options)
+            .map_err(Failure::refused)?;
         let read =
             Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, lowered.program);
@@ -109,10 +111,10 @@ fn engines(lowered: &Lowered) -> Result<Vec<Named>, Failure> {
     Ok(vec![
         ("ir", walked(&lowered.module)),
         ("ir optimised", walked(&best)),
-        ("jit none", native(&lowered.module)?),
-        ("jit speed", native(&best)?),
-        ("aot none", loaded(&lowered.module)?),
-        ("aot speed", loaded(&best)?),
+        ("jit none", native(&lowered.module, none)?),
+        ("jit speed", native(&best, speed)?),
+        ("aot none", loaded(&lowered.module, none)?),
+        ("aot speed", loaded(&best, speed)?),
     ])
 }
 

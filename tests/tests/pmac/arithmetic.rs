@@ -9,7 +9,7 @@
 
 use plcc_abi::pmac::{Controller, Layout, PmacTables, SparseMemory};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables};
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{MemoryLoader, Options},
@@ -55,8 +55,8 @@ fn build(source: &str, all_engines: bool) -> Built {
     let lowered = checked.lower().unwrap();
     let native = |opt| -> Box<dyn Engine> {
         let mut module = lowered.module.clone();
-        plcc_ir::passes::optimize(&mut module, opt);
-        let code = compile(&module, &Target::host().unwrap()).unwrap();
+        let options = Optimization::from(opt).run(&mut module).0;
+        let code = compile(&module, &Target::host().unwrap(), options).unwrap();
         Box::new(NativeEngine::new(&code, &lowered.program).unwrap())
     };
     let mut engines =

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, MemoryLoader, Options};
 use plcc_frontend::pmac;
-use plcc_ir::passes::{self, Pass, PassSet};
+use plcc_ir::passes;
 use plcc_random::{Rng, seeds};
 
 use super::engines::compare;
@@ -140,7 +140,7 @@ fn is_changed(source: &str) -> bool {
     let (loader, options) = (MemoryLoader::new(), Options::default());
     let program = pmac::check(&mut sources, &[file], &loader, &options).0.unwrap();
     let mut module = program.lower().unwrap().module;
-    passes::optimize(&mut module, PassSet::ALL.without(Pass::ByLength));
+    passes::optimize(&mut module, plcc_tests::as_if_long().passes);
     module.local_bits.is_some()
 }
 

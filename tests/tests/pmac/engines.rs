@@ -5,19 +5,19 @@
 use plcc::later_code::jit_in_parts;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::{Engine, pmac::Layout};
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{Controller, MemoryLoader, Options},
     pmac,
 };
-use plcc_ir::passes::{Pass, PassSet};
 use plcc_random::seeds;
 use plcc_runtime::{
     Artifact, Event, Executive, Purpose, artifact,
     native::NativeEngine,
     pmac::{PmacExecutive, PmacOptions, Recompiling, Settings},
 };
+use plcc_tests::as_if_long;
 use plcc_tests::gen_pmac::{generate, generate_for};
 use plcc_tests::idioms::Failure;
 
@@ -47,19 +47,19 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
     if let Some(rule) = broken.first() {
         return Err(Failure::refused(rule));
     }
-    let native = |passes: PassSet| -> Result<Box<dyn Engine>, Failure> {
+    let native = |how: Optimization| -> Result<Box<dyn Engine>, Failure> {
         let target = Target::host().unwrap();
         let mut module = lowered.module.clone();
-        plcc_ir::passes::optimize(&mut module, passes);
-        let code = compile(&module, &target).map_err(Failure::refused)?;
+        let options = how.run(&mut module).0;
+        let code = compile(&module, &target, options).map_err(Failure::refused)?;
         Ok(Box::new(NativeEngine::new(&code, &program).map_err(Failure::refused)?))
     };
     let artifact = |opt| -> Result<Box<dyn Engine>, Failure> {
         let mut module = lowered.module.clone();
-        plcc_ir::passes::optimize(&mut module, opt);
+        let options = Optimization::from(opt).run(&mut module).0;
         // As in a long program: code that seldom runs has its registers allocated in a single pass.
         let target = Target::host_baseline().unwrap().with_quick_code_from(0);
-        let code = compile(&module, &target).map_err(Failure::refused)?;
+        let code = compile(&module, &target, options).map_err(Failure::refused)?;
         let read = Artifact::parse(&artifact::encode(&program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, program);
         Ok(Box::new(NativeEngine::new(&read.code, &read.program).map_err(Failure::refused)?))
@@ -67,7 +67,7 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
     let mut optimized = lowered.module.clone();
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
     let mut bytes = lowered.module.clone();
-    plcc_ir::passes::optimize(&mut bytes, PassSet::ALL.without(Pass::ByLength));
+    plcc_ir::passes::optimize(&mut bytes, as_if_long().passes);
     let in_parts = |opt| -> Result<Box<dyn Engine>, Failure> {
         Ok(Box::new(jit_in_parts(|| Ok(lowered.clone()), opt).map_err(Failure::refused)?.engine))
     };
@@ -100,12 +100,12 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
         ("ir optimised", Box::new(plcc_ir::interp::Interpreter::new(optimized))),
-        ("jit none", native(PassSet::NONE)?),
-        ("jit speed", native(PassSet::ALL)?),
+        ("jit none", native(Optimization::NONE)?),
+        ("jit speed", native(Optimization::ALL)?),
         ("jit in parts", in_parts(OptLevel::Speed)?),
         ("jit in parts, none", in_parts(OptLevel::None)?),
         // With bits as bytes also in short programs.
-        ("jit, byte-bits", native(PassSet::ALL.without(Pass::ByLength))?),
+        ("jit, byte-bits", native(as_if_long())?),
         ("ir, byte-bits", Box::new(plcc_ir::interp::Interpreter::new(bytes))),
         ("aot none", artifact(OptLevel::None)?),
         ("aot speed", artifact(OptLevel::Speed)?),

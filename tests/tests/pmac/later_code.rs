@@ -2,7 +2,7 @@
 //! first moves: the state is that of the statement interpreter after every servo cycle, before and after.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc::compile::code;
+use plcc::compile::{Optimized, code};
 use plcc::later_code::jit_in_parts;
 use plcc_abi::pmac::{Assumption, Controller, Definition, Definitions, Field, Format, Layout};
 use plcc_abi::{Code, CodeMemory, Engine, Outcome, ResumePoint, Scan};
@@ -185,13 +185,13 @@ fn a_control_goes_on_from_a_checkpoint_in_code_that_is_made_then() {
 /// Nothing can be compiled where an artifact runs, so it holds everything.
 #[test]
 fn an_artifact_holds_the_general_code_too() {
-    let mut lowered = check(MOVING).lower().unwrap();
-    plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
+    let (mut lowered, _) = Optimized::of(check(MOVING).lower().unwrap(), OptLevel::Speed);
     let whole = code(&lowered, &Target::host_baseline().unwrap()).unwrap();
     assert!(whole.is_complete());
     assert!(whole.functions.len() == lowered.module.funcs.len());
     assert!(lowered.module.funcs.iter().any(|func| func.is_optimized_for_size()));
     lowered.module.split_off_rare(usize::MAX).unwrap();
+    lowered.codegen = lowered.codegen.of_part();
     let part = code(&lowered, &Target::host_baseline().unwrap()).unwrap();
     assert!(!part.is_complete());
     let error = plcc::compile::artifact(&lowered.program, &part).unwrap_err();

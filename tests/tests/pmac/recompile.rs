@@ -454,7 +454,7 @@ fn a_compiler_in_its_own_thread_delays_no_tick() {
     }
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
     let program = check(&source);
-    let (native, _) = jit(&program.lower().unwrap()).unwrap();
+    let (native, _) = jit(&program.lower().unwrap().into()).unwrap();
     let (begin, told) = channel();
     let compiler = Box::new(Waiting(recompiler(&program), told));
     let mut pair =
@@ -487,7 +487,7 @@ fn a_compiler_that_fails_is_not_asked_again() {
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%5=0)\nM101=$07F0+P1\nENDIF\nCLOSE\n{LOGIC}"
     );
     let program = check(&source);
-    let (native, _) = jit(&program.lower().unwrap()).unwrap();
+    let (native, _) = jit(&program.lower().unwrap().into()).unwrap();
     let count = Arc::new(AtomicU32::new(0));
     let mut pair =
         Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), WITHOUT_DELAY);

@@ -2,7 +2,7 @@
 #![allow(clippy::expect_used)]
 
 use plcc_abi::{Engine, Program, Region};
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{MemoryLoader, Options},
@@ -59,17 +59,17 @@ pub(crate) fn checked(source: &str, options: &Options) -> Result<pmi::Program, S
     })
 }
 
-fn native(module: &Module, program: &Program) -> Box<dyn Engine> {
+fn native(module: &Module, options: CodegenOptions, program: &Program) -> Box<dyn Engine> {
     let target = Target::host().expect("this machine is a target");
-    let code = compile(module, &target).expect("native code");
+    let code = compile(module, &target, options).expect("native code");
     Box::new(NativeEngine::new(&code, program).expect("an engine"))
 }
 
 /// Native code that was written as an artifact and read back, for every processor of this
 /// architecture.
-fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
+fn ahead(module: &Module, options: CodegenOptions, program: &Program) -> Box<dyn Engine> {
     let target = Target::host_baseline().expect("this architecture is a target");
-    let code = compile(module, &target).expect("native code");
+    let code = compile(module, &target, options).expect("native code");
     let bytes = artifact::encode(program, &code).expect("an artifact");
     let read = Artifact::parse(&bytes, None).expect("it is read back");
     assert_eq!(read.program, *program, "the tables come back");
@@ -83,13 +83,14 @@ impl Machines {
         let (module, program) = (lowered.module, lowered.program);
         assert_eq!(plcc_ir::verify::verify(&module), []);
         let mut best = module.clone();
-        plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
+        let speed = Optimization::from(OptLevel::Speed).run(&mut best).0;
+        let none = CodegenOptions::NONE;
         let engines: Vec<(&'static str, Box<dyn Engine>)> = vec![
             ("interp", interpreter),
-            ("jit none", native(&module, &program)),
-            ("jit speed", native(&best, &program)),
-            ("aot none", ahead(&module, &program)),
-            ("aot speed", ahead(&best, &program)),
+            ("jit none", native(&module, none, &program)),
+            ("jit speed", native(&best, speed, &program)),
+            ("aot none", ahead(&module, none, &program)),
+            ("aot speed", ahead(&best, speed, &program)),
             ("ir", Box::new(plcc_ir::Interpreter::new(module))),
         ];
         let machine = |(name, engine)| {

@@ -123,7 +123,7 @@ fn number(value: usize) -> Expr {
 
 #[cfg(test)]
 mod tests {
-    use plcc_codegen::{OptLevel, PassSet};
+    use plcc_codegen::Optimization;
 
     use crate::kernels::Language;
     use crate::kernels::subject::Subject;
@@ -140,7 +140,7 @@ mod tests {
         for language in [Language::Pmi, Language::Nct, Language::Pmac, Language::Plcc] {
             for kernel in super::habits(language, 100, 77) {
                 let name = format!("{} {}", kernel.language.group(), kernel.name);
-                let subject = Subject::new(&kernel, 77, PassSet::from(OptLevel::None));
+                let subject = Subject::new(&kernel, 77, Optimization::NONE);
                 assert!(subject.is_ok(), "{name}: {:?}", subject.err());
             }
         }

@@ -23,9 +23,10 @@ mod nodes;
 mod plan;
 
 use cranelift_codegen::ir::Value as ClifValue;
-use plcc_ir::passes::Pass;
 use plcc_ir::tables::FastMap;
 use plcc_ir::{Address, BinaryOp, FuncData, Inst, IntCond, Module, Type, UnaryOp, Value};
+
+use crate::CodegenOptions;
 
 /// What of a function is computed in vectors.
 #[derive(Default)]
@@ -46,8 +47,8 @@ pub(super) struct Vectors {
 
 impl Vectors {
     /// For a function of a module.
-    pub(super) fn new(module: &Module, func: &FuncData, is_x86: bool) -> Self {
-        match is_x86 && module.passes.contains(Pass::Vectors) {
+    pub(super) fn new(module: &Module, func: &FuncData, options: CodegenOptions) -> Self {
+        match options.vectors {
             true => plan::plan(module, func),
             false => Self::default(),
         }

@@ -62,7 +62,7 @@ impl Lowerer<'_> {
         }
         if !self.sites.is_empty() {
             let pending = self.pending();
-            self.builder.return_stack(ReturnStack {
+            self.return_stack = Some(ReturnStack {
                 region: self.regions.context,
                 offset: context::SITES,
                 depth: context::MAX_DEPTH.into(),

@@ -13,6 +13,7 @@ mod liveness;
 mod place;
 
 use plcc_abi::nct::{context, layout::region};
+use plcc_ir::bound::ReturnStack;
 use plcc_ir::chunk::DEFAULT_LIMIT;
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, RegionId, Statement, Type, UnaryOp,
@@ -32,7 +33,7 @@ type Result<T = ()> = std::result::Result<T, InternalError>;
 ///
 /// # Errors
 /// If the program is too long, or it or its layout is inconsistent.
-pub(super) fn lower(program: &Program, layout: &Layout) -> std::result::Result<Module, LowerError> {
+pub(super) fn lower(program: &Program, layout: &Layout) -> std::result::Result<Code, LowerError> {
     lower_with(program, layout, DEFAULT_LIMIT)
 }
 
@@ -42,7 +43,7 @@ pub(super) fn lower_with(
     program: &Program,
     layout: &Layout,
     limit: usize,
-) -> std::result::Result<Module, LowerError> {
+) -> std::result::Result<Code, LowerError> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
     let find = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
     let [flag_bytes, _] = region::FLAG;
@@ -68,13 +69,24 @@ pub(super) fn lower_with(
         too_deep: None,
         op: None,
         dirty: false,
+        return_stack: None,
         builder,
     };
     lowerer.program()?;
     match lowerer.builder.statement_over_budget() {
         Some(statement) => Err(LowerError::TooLong(statement)),
-        None => Ok(lowerer.builder.finish()),
+        None => {
+            let return_stack = lowerer.return_stack;
+            Ok(Code { module: lowerer.builder.finish(), return_stack })
+        }
     }
+}
+
+/// The code of a program.
+pub(super) struct Code {
+    pub(super) module: Module,
+    /// Where subroutines find out where to return to, if there are any.
+    pub(super) return_stack: Option<ReturnStack>,
 }
 
 /// The regions that are addressed by themselves rather than through a [`Layout`]'s offsets.
@@ -115,6 +127,8 @@ struct Lowerer<'a> {
     op: Option<Value>,
     /// Whether `op` has changed and is not stored in the image yet.
     dirty: bool,
+    /// Where subroutines find out where to return to, if there are any.
+    return_stack: Option<ReturnStack>,
     builder: ChunkBuilder,
 }
 
