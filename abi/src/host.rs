@@ -16,7 +16,7 @@ pub enum HostType {
 
 macro_rules! host_fns {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal, $pure:ident,
-        ($($arg:ident),*) $(-> $result:ident)?;)*) => {
+        ($($arg:ident),*) $(-> $result:ident)? $(as $form:ident)? $(in $range:ident)?;)*) => {
         /// A function that program code may call. Which one, with which arguments and result, is
         /// said by [`name`](Self::name) and [`signature`](Self::signature); an executive implements
         /// those of its language by [`Host`](crate::Host).
@@ -60,14 +60,34 @@ macro_rules! host_fns {
                     $(Self::$name => host_fns!(@pure $pure),)*
                 }
             }
+
+            /// What the function gives for integers; `None` if it is none of the forms.
+            pub fn integer_form(self) -> Option<IntegerForm> {
+                match self {
+                    $(Self::$name => host_fns!(@form $($form)?),)*
+                }
+            }
+
+            /// What is known of the double that it returns.
+            pub fn double_range(self) -> DoubleRange {
+                match self {
+                    $(Self::$name => host_fns!(@range $($range)?),)*
+                }
+            }
         }
     };
     (@result) => { None };
     (@result $result:ident) => { Some(HostType::$result) };
     (@pure pure) => { true };
     (@pure effect) => { false };
+    (@form) => { None };
+    (@form $form:ident) => { Some(IntegerForm::$form) };
+    (@range) => { DoubleRange::Any };
+    (@range $range:ident) => { DoubleRange::$range };
 }
 
+// Each has its number, its name, whether it is pure, and its signature; then, where there is one, its form on
+// integers after `as`, and what is known of its result after `in`.
 host_fns! {
     /// The exact floating-point remainder with the dividend's sign; 0 where it is not defined (the
     /// divisor is 0, the dividend infinite, or one of them NaN).
@@ -95,7 +115,7 @@ host_fns! {
 
     /// PMAC: reads an M-variable by its definition as it is now. Its number is taken modulo the
     /// number of M-variables.
-    PmacMRead = 100, "pmac_m_read", effect, (I32) -> F64;
+    PmacMRead = 100, "pmac_m_read", effect, (I32) -> F64 in Finite;
     /// PMAC: writes an M-variable by its definition as it is now; its number is taken as for
     /// reading.
     PmacMWrite = 101, "pmac_m_write", effect, (I32, F64);
@@ -122,45 +142,56 @@ host_fns! {
     /// numbers of two neighbours in the high 16 bits, and the value.
     PmacRangeWrite = 109, "pmac_range_write", effect, (I32, I32, I32, F64);
     /// PMAC: the operator `%`.
-    PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64;
+    PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64 as Modulo;
     /// PMAC: the operator `&`.
-    PmacAnd = 111, "pmac_and", pure, (F64, F64) -> F64;
+    PmacAnd = 111, "pmac_and", pure, (F64, F64) -> F64 as And;
     /// PMAC: the operator `|`.
-    PmacOr = 112, "pmac_or", pure, (F64, F64) -> F64;
+    PmacOr = 112, "pmac_or", pure, (F64, F64) -> F64 as Or;
     /// PMAC: the operator `^`.
-    PmacXor = 113, "pmac_xor", pure, (F64, F64) -> F64;
+    PmacXor = 113, "pmac_xor", pure, (F64, F64) -> F64 as Xor;
     /// PMAC: SIN. The last argument of this and the other trigonometric functions is 0 for degrees,
     /// anything else for radians.
-    PmacSin = 114, "pmac_sin", pure, (F64, I32) -> F64;
+    PmacSin = 114, "pmac_sin", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: COS.
-    PmacCos = 115, "pmac_cos", pure, (F64, I32) -> F64;
+    PmacCos = 115, "pmac_cos", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: TAN.
-    PmacTan = 116, "pmac_tan", pure, (F64, I32) -> F64;
+    PmacTan = 116, "pmac_tan", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: ASIN.
-    PmacAsin = 117, "pmac_asin", pure, (F64, I32) -> F64;
+    PmacAsin = 117, "pmac_asin", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: ACOS.
-    PmacAcos = 118, "pmac_acos", pure, (F64, I32) -> F64;
+    PmacAcos = 118, "pmac_acos", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: ATAN.
-    PmacAtan = 119, "pmac_atan", pure, (F64, I32) -> F64;
+    PmacAtan = 119, "pmac_atan", pure, (F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: ATAN2 of a sine and a cosine.
-    PmacAtan2 = 120, "pmac_atan2", pure, (F64, F64, I32) -> F64;
+    PmacAtan2 = 120, "pmac_atan2", pure, (F64, F64, I32) -> F64 in FiniteOrMinusZero;
     /// PMAC: SQRT.
-    PmacSqrt = 121, "pmac_sqrt", pure, (F64) -> F64;
+    PmacSqrt = 121, "pmac_sqrt", pure, (F64) -> F64 in Finite;
     /// PMAC: LN.
-    PmacLn = 122, "pmac_ln", pure, (F64) -> F64;
+    PmacLn = 122, "pmac_ln", pure, (F64) -> F64 in Finite;
     /// PMAC: EXP.
-    PmacExp = 123, "pmac_exp", pure, (F64) -> F64;
+    PmacExp = 123, "pmac_exp", pure, (F64) -> F64 in Finite;
     /// PMAC: the low 64 bits of a value rounded to an integer.
-    PmacBits = 124, "pmac_bits", pure, (F64) -> I64;
+    PmacBits = 124, "pmac_bits", pure, (F64) -> I64 as Bits;
     /// PMAC: a value as six BCD digits, in 24 bits.
     PmacBcd = 125, "pmac_bcd", pure, (F64) -> I32;
     /// PMAC: a value brought into an integer range: the value, the range's first and its last
     /// number.
-    PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64;
+    PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64 as Range;
     /// PMAC: executes a statement by the definitions of M-variables as they are now: its index among the
     /// [statements](crate::pmac::Statement). Of a condition it gives whether that holds, 1 or 0; of an
     /// assignment 0.
     PmacStatement = 127, "pmac_statement", effect, (I32) -> I32;
+}
+
+/// What is known of the double that a host function returns, whatever its operands are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DoubleRange {
+    /// Nothing.
+    Any,
+    /// It is finite, and not -0.
+    Finite,
+    /// It is finite.
+    FiniteOrMinusZero,
 }
 
 /// What a pure function on doubles gives where all its operands are integers; -0 is one, and counts as 0.
@@ -185,19 +216,6 @@ pub enum IntegerForm {
 }
 
 impl HostFn {
-    /// What the function gives for integers; `None` if it is none of the forms.
-    pub fn integer_form(self) -> Option<IntegerForm> {
-        match self {
-            Self::PmacAnd => Some(IntegerForm::And),
-            Self::PmacOr => Some(IntegerForm::Or),
-            Self::PmacXor => Some(IntegerForm::Xor),
-            Self::PmacMod => Some(IntegerForm::Modulo),
-            Self::PmacBits => Some(IntegerForm::Bits),
-            Self::PmacRange => Some(IntegerForm::Range),
-            _ => None,
-        }
-    }
-
     /// The function with a name of the IR's text form; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|function| function.name() == name)

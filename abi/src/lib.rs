@@ -62,7 +62,7 @@ pub use context::{RawOutcome, ScanContext};
 pub use deadline::TimeLimit;
 pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use fingerprint::Fnv;
-pub use host::{HostFn, HostType, IntegerForm};
+pub use host::{DoubleRange, HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
 pub use outcome::{OutOfBoundsAccess, Outcome, SourceLine, Trap, TrapCode, TrapSite};
 pub use printable::printable;

@@ -22,148 +22,147 @@ use std::ops::Range;
 
 use plcc_abi::HostFn;
 
-use crate::words::words;
+use crate::words::{operations, words};
 use crate::{RegionId, Type, Value};
 
-words! {
+/// The types of an operation's operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operands {
+    /// Integers, but not truth values.
+    Integer,
+    /// Integers and truth values.
+    AnyInteger,
+    /// `i64`.
+    I64,
+    /// Doubles.
+    Double,
+}
+
+impl Operands {
+    /// Whether a type is one of them.
+    pub fn include(self, ty: Type) -> bool {
+        match self {
+            Self::Integer => ty.is_int() && ty != Type::I1,
+            Self::AnyInteger => ty.is_int(),
+            Self::I64 => ty == Type::I64,
+            Self::Double => ty == Type::F64,
+        }
+    }
+}
+
+operations! {
     /// Operations on one operand, whose result has the same type.
     UnaryOp {
         /// All bits inverted. The opposite of a truth value.
-        Not = "not",
-        /// 0 minus the operand, wrapping around. Not for truth values.
-        Neg = "neg",
+        Not = "not" on AnyInteger,
+        /// 0 minus the operand, wrapping around.
+        Neg = "neg" on Integer,
         /// Of an `i64` the eight lowest bits, each in a byte of its own that is 0 or 1; the lowest bit in
         /// the lowest byte.
-        SpreadBits = "spread_bits",
+        SpreadBits = "spread_bits" on I64,
         /// Of an `i64` the lowest bit of each byte, as the eight lowest bits of the result, which has no
         /// others; that of the lowest byte is the lowest bit.
-        GatherBits = "gather_bits",
+        GatherBits = "gather_bits" on I64,
         /// The double with its sign bit inverted, also if it is NaN.
-        Fneg = "fneg",
+        Fneg = "fneg" on Double,
         /// The double with its sign bit cleared, also if it is NaN.
-        Fabs = "fabs",
+        Fabs = "fabs" on Double,
         /// The IEEE square root; NaN of a number below 0.
-        Fsqrt = "fsqrt",
+        Fsqrt = "fsqrt" on Double,
         /// Rounded towards minus infinity.
-        Ffloor = "ffloor",
+        Ffloor = "ffloor" on Double,
         /// Rounded towards plus infinity.
-        Fceil = "fceil",
+        Fceil = "fceil" on Double,
         /// Rounded towards 0.
-        Ftrunc = "ftrunc",
+        Ftrunc = "ftrunc" on Double,
         /// The finite double that is nearest: the largest number of an infinity's sign, and 0 for
         /// NaN. A finite double stays as it is, also -0.
-        Ffinite = "ffinite",
+        Ffinite = "ffinite" on Double,
     }
 }
 
-words! {
+operations! {
     /// Operations on two operands of one type, whose result has the same type. Those whose name
-    /// begins with `F` take doubles, all others integers; only `and`, `or` and `xor` take truth
-    /// values too.
+    /// begins with `F` take doubles, all others integers.
     BinaryOp {
         /// Wrapping sum.
-        Add = "add",
+        Add = "add" on Integer commutative,
         /// Wrapping difference.
-        Sub = "sub",
+        Sub = "sub" on Integer,
         /// Wrapping product.
-        Mul = "mul",
+        Mul = "mul" on Integer commutative,
         /// The upper half of the unsigned product, which has twice as many bits as the operands.
-        Umulh = "umulh",
+        Umulh = "umulh" on Integer commutative,
         /// Signed quotient, rounded towards 0. Divided by 0 it is 0; the least integer divided by
         /// -1 is itself.
-        Sdiv = "sdiv",
+        Sdiv = "sdiv" on Integer,
         /// Signed remainder of the quotient rounded towards 0, with the dividend's sign. Divided by
         /// 0 or by -1 it is 0.
-        Srem = "srem",
+        Srem = "srem" on Integer,
         /// Signed remainder of the quotient rounded down, with the divisor's sign (SMT-LIB's
         /// `bvsmod`). Divided by 0 it is 0.
-        Smod = "smod",
+        Smod = "smod" on Integer,
         /// Unsigned quotient. Divided by 0 it is 0.
-        Udiv = "udiv",
+        Udiv = "udiv" on Integer,
         /// Unsigned remainder. Divided by 0 it is 0.
-        Urem = "urem",
+        Urem = "urem" on Integer,
         /// The bits that are 1 in both operands.
-        And = "and",
+        And = "and" on AnyInteger commutative,
         /// The bits that are 1 in at least one operand.
-        Or = "or",
+        Or = "or" on AnyInteger commutative,
         /// The bits that differ between the operands.
-        Xor = "xor",
+        Xor = "xor" on AnyInteger commutative,
         /// The first operand shifted left by the second, which is unsigned; 0 if that reaches the
         /// width.
-        Shl = "shl",
+        Shl = "shl" on Integer,
         /// The first operand shifted right by the second, which is unsigned, with zeros coming in;
         /// 0 if that reaches the width.
-        Lshr = "lshr",
+        Lshr = "lshr" on Integer,
         /// The first operand shifted right by the second, which is unsigned, with copies of the
         /// sign coming in; nothing but copies of the sign if that reaches the width.
-        Ashr = "ashr",
+        Ashr = "ashr" on Integer,
         /// The lesser of two signed integers.
-        Smin = "smin",
+        Smin = "smin" on Integer commutative,
         /// The greater of two signed integers.
-        Smax = "smax",
+        Smax = "smax" on Integer commutative,
         /// The lesser of two unsigned integers.
-        Umin = "umin",
+        Umin = "umin" on Integer commutative,
         /// The greater of two unsigned integers.
-        Umax = "umax",
+        Umax = "umax" on Integer commutative,
         /// IEEE sum.
-        Fadd = "fadd",
+        Fadd = "fadd" on Double,
         /// IEEE difference.
-        Fsub = "fsub",
+        Fsub = "fsub" on Double,
         /// IEEE product.
-        Fmul = "fmul",
+        Fmul = "fmul" on Double,
         /// IEEE quotient.
-        Fdiv = "fdiv",
+        Fdiv = "fdiv" on Double,
     }
 }
 
-impl BinaryOp {
-    /// Whether the operands can be exchanged. Doubles are left in their order, since the order
-    /// decides which NaN comes out of two.
-    pub fn is_commutative(self) -> bool {
-        matches!(
-            self,
-            Self::Add
-                | Self::Mul
-                | Self::Umulh
-                | Self::And
-                | Self::Or
-                | Self::Xor
-                | Self::Smin
-                | Self::Smax
-                | Self::Umin
-                | Self::Umax
-        )
-    }
-
-    /// Whether its operands are doubles.
-    pub fn is_float(self) -> bool {
-        matches!(self, Self::Fadd | Self::Fsub | Self::Fmul | Self::Fdiv)
-    }
-}
-
-words! {
+operations! {
     /// Comparisons of two integers.
     IntCond {
-        /// Equal; truth values too.
-        Eq = "eq",
-        /// Not equal; truth values too.
-        Ne = "ne",
+        /// Equal.
+        Eq = "eq" on AnyInteger commutative,
+        /// Not equal.
+        Ne = "ne" on AnyInteger commutative,
         /// Signed less.
-        Slt = "slt",
+        Slt = "slt" on Integer,
         /// Signed less or equal.
-        Sle = "sle",
+        Sle = "sle" on Integer,
         /// Signed greater.
-        Sgt = "sgt",
+        Sgt = "sgt" on Integer,
         /// Signed greater or equal.
-        Sge = "sge",
+        Sge = "sge" on Integer,
         /// Unsigned less.
-        Ult = "ult",
+        Ult = "ult" on Integer,
         /// Unsigned less or equal.
-        Ule = "ule",
+        Ule = "ule" on Integer,
         /// Unsigned greater.
-        Ugt = "ugt",
+        Ugt = "ugt" on Integer,
         /// Unsigned greater or equal.
-        Uge = "uge",
+        Uge = "uge" on Integer,
     }
 }
 
@@ -238,6 +237,22 @@ words! {
         FloatToInt = "ftoi",
         /// Between `i64` and `f64`, keeping the bits.
         Bitcast = "bitcast",
+    }
+}
+
+impl ConvertOp {
+    /// Whether it converts values of one type to another.
+    pub fn converts(self, from: Type, to: Type) -> bool {
+        let are_integers = from.is_int() && to.is_int();
+        match self {
+            Self::Sext | Self::Zext => are_integers && to.bits() > from.bits(),
+            Self::Trunc => are_integers && to.bits() < from.bits(),
+            Self::IntToFloat => matches!(from, Type::I32 | Type::I64) && to == Type::F64,
+            Self::FloatToInt => from == Type::F64 && to == Type::I32,
+            Self::Bitcast => {
+                matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
+            }
+        }
     }
 }
 

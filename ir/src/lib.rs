@@ -84,7 +84,9 @@ pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};
 pub use entities::{Block, Func, Inst, Label, RegionId, StatementId, Value};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
-pub use inst::{Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, UnaryOp};
+pub use inst::{
+    Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, Operands, UnaryOp,
+};
 pub use interp::Interpreter;
 pub use module::{Module, SourceFile, Statement};
 pub use types::Type;

@@ -28,4 +28,33 @@ macro_rules! words {
     };
 }
 
-pub(crate) use words;
+/// Makes an enumeration of operations by [`words`], with a table of what each takes: after `on` the [`Operands`], and
+/// `commutative` if they can be exchanged.
+macro_rules! operations {
+    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal on $operands:ident $($commutative:ident)?,)* }) => {
+        words! {
+            $(#[$doc])* $name { $($(#[$vdoc])* $variant = $text,)* }
+        }
+
+        impl $name {
+            /// What it takes.
+            pub fn operands(self) -> Operands {
+                match self {
+                    $(Self::$variant => Operands::$operands,)*
+                }
+            }
+
+            /// Whether its operands can be exchanged. Doubles are left in their order, since the order
+            /// decides which NaN comes out of two.
+            pub fn is_commutative(self) -> bool {
+                match self {
+                    $(Self::$variant => operations!(@commutative $($commutative)?),)*
+                }
+            }
+        }
+    };
+    (@commutative) => { false };
+    (@commutative commutative) => { true };
+}
+
+pub(crate) use {operations, words};

@@ -570,15 +570,8 @@ impl Gen {
                 self.b.func().unary(op, arg)
             }
             _ => {
-                let all: Vec<BinaryOp> = BinaryOp::ALL
-                    .iter()
-                    .copied()
-                    .filter(|op| match ty {
-                        Type::F64 => op.is_float(),
-                        Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
-                        _ => !op.is_float(),
-                    })
-                    .collect();
+                let all: Vec<BinaryOp> =
+                    BinaryOp::ALL.iter().copied().filter(|op| op.operands().include(ty)).collect();
                 let op = *self.rng.pick(&all);
                 let (a, b) = (operand(self, ty), operand(self, ty));
                 self.b.func().binary(op, a, b)

@@ -14,7 +14,7 @@
 //! that the arithmetic of integers gives exactly what that of doubles gives. Only the sign of a zero
 //! differs; therefore each range says whether its double may be -0.
 
-use plcc_abi::{HostFn, IntegerForm};
+use plcc_abi::{DoubleRange, HostFn, IntegerForm};
 
 use super::value_range::ValueRanges;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, RegionId, Type, UnaryOp, Value};
@@ -300,18 +300,10 @@ impl FloatRange {
                     _ => Self::ANY,
                 }
             }
-            _ => match function {
-                HostFn::PmacMRead | HostFn::PmacSqrt | HostFn::PmacLn | HostFn::PmacExp => {
-                    Self::FINITE
-                }
-                HostFn::PmacSin
-                | HostFn::PmacCos
-                | HostFn::PmacTan
-                | HostFn::PmacAsin
-                | HostFn::PmacAcos
-                | HostFn::PmacAtan
-                | HostFn::PmacAtan2 => finite(f64::MAX, true),
-                _ => Self::ANY,
+            _ => match function.double_range() {
+                DoubleRange::Any => Self::ANY,
+                DoubleRange::Finite => Self::FINITE,
+                DoubleRange::FiniteOrMinusZero => finite(f64::MAX, true),
             },
         }
     }

@@ -16,7 +16,7 @@
 use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
-use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
+use crate::{BinaryOp, ConvertOp, InstData, Operands, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {
     /// What an operation on two operands can be replaced by.
@@ -30,7 +30,7 @@ impl Fold<'_> {
             (Some(x), None) if op == BinaryOp::Sub => self.subtract_without_borrow(ty, [a, b], x),
             (None, Some(y)) if ty.is_int() => self.with_const(op, ty, [a, b], y),
             (None, Some(y)) if op == BinaryOp::Fdiv => self.divide_double(a, y as u64),
-            _ if op.is_float() => None,
+            _ if op.operands() == Operands::Double => None,
             _ if a == b => same_operands(op, a),
             _ => self.without_const(op, ty, [a, b]),
         }

@@ -7,8 +7,8 @@ use plcc_abi::HostType;
 
 use super::Errors;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, IntCond, Label, Module, RegionId,
-    StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    Address, Block, FuncData, InstData, Label, Module, RegionId, StatementId, Terminator, Type,
+    Value, ValueDef,
 };
 
 pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Errors) {
@@ -71,30 +71,17 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
         ),
         InstData::Fconst { bits: _ } => None,
         InstData::Unary { op, arg } => {
-            let fits = match op {
-                UnaryOp::Not => ty(arg).is_int(),
-                UnaryOp::Neg => ty(arg).is_int() && ty(arg) != Type::I1,
-                UnaryOp::SpreadBits | UnaryOp::GatherBits => ty(arg) == Type::I64,
-                _ => ty(arg) == Type::F64,
-            };
+            let fits = op.operands().include(ty(arg));
             when_broken(!fits, format_args!("{} takes no {}", op.name(), ty(arg)))
         }
         InstData::Binary { op, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
-            let fits = match of {
-                Type::F64 => op.is_float(),
-                Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
-                _ => !op.is_float(),
-            };
+            let fits = op.operands().include(of);
             when_broken(!fits, format_args!("{} takes no {of}", op.name()))
         }),
         InstData::Icmp { cond, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
-            let fits = match of {
-                Type::F64 => false,
-                Type::I1 => matches!(cond, IntCond::Eq | IntCond::Ne),
-                _ => true,
-            };
+            let fits = cond.operands().include(of);
             when_broken(!fits, format_args!("{} takes no {of}", cond.name()))
         }),
         InstData::Fcmp { cond, args } => type_mismatch(args).or_else(|| {
@@ -108,18 +95,10 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
         }),
         InstData::Convert { op, to, arg } => {
             let from = ty(arg);
-            let ints = from.is_int() && to.is_int();
-            let wide = |ty| matches!(ty, Type::I32 | Type::I64);
-            let fits = match op {
-                ConvertOp::Sext | ConvertOp::Zext => ints && to.bits() > from.bits(),
-                ConvertOp::Trunc => ints && to.bits() < from.bits(),
-                ConvertOp::IntToFloat => wide(from) && to == Type::F64,
-                ConvertOp::FloatToInt => from == Type::F64 && to == Type::I32,
-                ConvertOp::Bitcast => {
-                    matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
-                }
-            };
-            when_broken(!fits, format_args!("{} cannot convert {from} to {to}", op.name()))
+            when_broken(
+                !op.converts(from, to),
+                format_args!("{} cannot convert {from} to {to}", op.name()),
+            )
         }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
