@@ -14,14 +14,11 @@ use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange, RawOutcome, function_ma
 use plcc_ir::threads::in_threads;
 use plcc_ir::{FuncData, Module, verify};
 
-use crate::error::panic_text;
+use crate::error::{MAX_CODE, panic_text};
 use crate::{CodegenError, CodegenOptions, InternalError, Target, lower, unwind};
 
 /// Functions begin at multiples of this, in bytes, with their markers in front of them.
 const ALIGNMENT: usize = function_marker::LENGTH;
-
-/// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
-pub const MAX_CODE: usize = 32 << 20;
 
 /// The number of IR instructions for which a further thread is started.
 const INSTS_PER_THREAD: usize = 4000;

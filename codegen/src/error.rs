@@ -6,6 +6,9 @@ use std::fmt;
 use plcc_ir::{FuncData, Inst, Module};
 use thiserror::Error;
 
+/// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
+pub const MAX_CODE: usize = 32 << 20;
+
 /// Why a program can't be compiled or made ready to run.
 #[derive(Debug, Error)]
 pub enum CodegenError {

@@ -44,8 +44,8 @@ mod optimization;
 mod target;
 mod unwind;
 
-pub use compile::{MAX_CODE, compile, compile_function};
-pub use error::{CodegenError, InternalError, panic_text};
+pub use compile::{compile, compile_function};
+pub use error::{CodegenError, InternalError, MAX_CODE, panic_text};
 pub use jit_memory::JitMemory;
 pub use optimization::{CodegenOptions, Optimization};
 pub use plcc_ir::passes::OptLevel;

@@ -1,9 +1,7 @@
 //! What is done to make a program fast: passes over its IR, and techniques of code generation.
 
 use plcc_ir::Module;
-use plcc_ir::passes::{
-    OptLevel, Pass, PassOptions, PassSet, PassTimes, instructions, optimize, thresholds,
-};
+use plcc_ir::passes::{OptLevel, Pass, PassOptions, PassSet, PassTimes, optimize, thresholds};
 
 /// The techniques of code generation that can be left out, and what else it must know of a module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +74,7 @@ impl Optimization {
     /// ([`thresholds::WIDE_BITS_FROM`]).
     pub fn run(self, module: &mut Module) -> (CodegenOptions, PassTimes) {
         let times = optimize(module, self.passes);
-        let is_short = instructions(module) < thresholds::WIDE_BITS_FROM;
+        let is_short = module.usual_instructions() < thresholds::WIDE_BITS_FROM;
         let wide_bits = self.codegen.wide_bits && !(self.passes.by_length && is_short);
         (CodegenOptions { wide_bits, ..self.codegen }, times)
     }

@@ -20,7 +20,7 @@
 
 use std::ops::Range;
 
-use plcc_abi::HostFn;
+use plcc_abi::{HostFn, IntegerForm};
 
 use crate::words::{operations, words};
 use crate::{RegionId, Type, Value};
@@ -433,6 +433,15 @@ pub enum InstData {
 }
 
 impl InstData {
+    /// What the host function that the instruction calls does to integers; `None` if it calls none, or if nothing
+    /// simple can be said.
+    pub fn integer_form(&self) -> Option<IntegerForm> {
+        match self {
+            Self::HostCall { function, args: _ } => function.integer_form(),
+            _ => None,
+        }
+    }
+
     /// Calls `f` for each operand, in their order.
     pub fn for_each_arg(&self, mut f: impl FnMut(Value)) {
         let mut copy = *self;

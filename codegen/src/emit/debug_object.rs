@@ -14,7 +14,8 @@ use object::{BinaryFormat, Endianness, SectionFlags, SectionKind, SymbolKind};
 use plcc_abi::unwind::ALIGNMENT;
 use plcc_abi::{Code, Program};
 
-use super::object::{ObjectOptions, SymbolPlace, add_debug, architecture};
+use super::ObjectOptions;
+use super::object::{SymbolPlace, add_debug, architecture};
 use super::{dwarf, scan_context};
 use crate::{CodegenError, Target};
 

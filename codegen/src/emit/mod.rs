@@ -12,6 +12,7 @@ mod dwarf;
 mod image_type;
 mod layout;
 mod object;
+mod object_options;
 mod scan_context;
 mod source;
 
@@ -19,4 +20,5 @@ pub use asm::asm;
 pub use clif::clif;
 pub use debug_object::debug_object;
 pub use layout::layout;
-pub use object::{ObjectOptions, object};
+pub use object::object;
+pub use object_options::ObjectOptions;

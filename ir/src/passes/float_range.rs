@@ -105,6 +105,12 @@ impl FloatRange {
         }
     }
 
+    /// Whether all numbers of the range are integers of 32 bits.
+    pub(super) fn is_int32(self) -> bool {
+        self.integers()
+            .is_some_and(|(low, high)| i32::try_from(low).is_ok() && i32::try_from(high).is_ok())
+    }
+
     /// Whether it may be NaN.
     pub(super) fn may_be_nan(self) -> bool {
         matches!(self, Self::Real { nan: true, .. })

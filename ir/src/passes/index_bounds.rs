@@ -3,7 +3,6 @@
 use plcc_abi::IntegerForm;
 
 use super::float_range::FloatRange;
-use super::speculation_plan::called_integer_form;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, Value};
 
 /// To find the bounds of an index, its definition is followed back through at most this many instructions.
@@ -30,7 +29,7 @@ fn bounds(
     let data = func.def_inst(value)?;
     match *data {
         InstData::Iconst { ty: _, value } => Some((value, value)),
-        InstData::HostCall { args, .. } if called_integer_form(data) == Some(IntegerForm::Bits) => {
+        InstData::HostCall { args, .. } if data.integer_form() == Some(IntegerForm::Bits) => {
             range_of(*args.as_slice().first()?).integers()
         }
         InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {

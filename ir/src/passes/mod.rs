@@ -33,8 +33,7 @@
 //! - A pass takes time in proportion to the length of the function.
 //!
 //! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
-//! `speculation_plan` what it checks, and treats whole statements in `speculate_statement` and rows of them in
-//! `speculate_row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
+//! `plan` what it checks, and treats whole statements in `statement` and rows of them in `row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
 //! edges), `substitution` (which value replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds
 //! of doubles), `index_bounds` (bounds of a computed index) and `image_bytes` (accesses as byte addresses). `stage` runs
 //! them over the functions, in several threads.
@@ -70,10 +69,7 @@ mod pass;
 mod pass_options;
 mod rows;
 mod speculate;
-mod speculate_row;
-mod speculate_statement;
 mod speculate_variables;
-mod speculation_plan;
 mod split_tests;
 mod stage;
 mod substitution;
@@ -82,27 +78,13 @@ mod thread_tests;
 pub mod thresholds;
 mod value_range;
 
-use std::time::Duration;
-
 pub(crate) use graph::Graph;
 pub use pass::Pass;
-pub use pass_options::{PassOptions, PassSet};
+pub use pass_options::{OptLevel, PassOptions, PassSet};
+pub use stage::PassTimes;
 use stage::each;
 
 use crate::Module;
-
-/// How much time to spend on making code fast.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OptLevel {
-    /// None: the module stays as the front end wrote it.
-    None,
-    /// As much as pays off in the speed of scans.
-    #[default]
-    Speed,
-}
-
-/// How long each pass took, in the order in which the passes first ran, over all functions.
-pub type PassTimes = Vec<(Pass, Duration)>;
 
 /// Optimises a verified module: runs the passes that the options (or those of a level) name, in a fixed order.
 pub fn optimize(module: &mut Module, options: impl Into<PassOptions>) -> PassTimes {
@@ -112,7 +94,7 @@ pub fn optimize(module: &mut Module, options: impl Into<PassOptions>) -> PassTim
         return vec![];
     }
     let mut times = vec![];
-    let length = instructions(module);
+    let length = module.usual_instructions();
     let is_long_enough = length >= thresholds::UNPACK_BITS_FROM || !options.by_length;
     let may_unpack = is_long_enough && !module.word_regions.is_empty();
     if may_unpack {
@@ -199,18 +181,11 @@ pub fn optimize(module: &mut Module, options: impl Into<PassOptions>) -> PassTim
 /// Runs passes in the order given over every function of a verified module. For tests and
 /// experiments; any order keeps the rules.
 pub fn run(module: &mut Module, passes: &[Pass]) {
-    let length = instructions(module);
+    let length = module.usual_instructions();
     let options = PassOptions { by_length: false, ..PassOptions::from(OptLevel::Speed) };
     each(module, options, length, &mut vec![], |stage| {
         stage.variant.combine_bits = true;
         stage.variant.skip_lone_tests = true;
         stage.all(passes);
     });
-}
-
-/// The number of instructions in the blocks of those functions that are executed as a rule: not those of general
-/// code beside specialised code, which are optimised for size.
-pub fn instructions(module: &Module) -> usize {
-    let funcs = module.funcs.iter().filter(|func| !func.is_optimized_for_size());
-    funcs.flat_map(|func| func.blocks()).map(|(_, block)| block.insts.len()).sum()
 }

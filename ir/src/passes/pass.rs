@@ -2,7 +2,6 @@
 
 use super::dead_stores::DeadBytes;
 use super::image_bytes::ImageBytes;
-use super::stage::Variant;
 use super::{
     branches, byte_bits, compact, cse, dce, dead_stores, decoders, demanded_bits, fold, forward,
     gates, if_convert, integers, narrow, packed_bits, rows, speculate, speculate_variables,
@@ -55,6 +54,22 @@ words! {
         /// Renumbering without gaps.
         Compact = "compact",
     }
+}
+
+/// In which way passes run that have more than one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Variant {
+    /// `forward`: whether truth values are loaded again rather than forwarded.
+    pub(super) reload_bits: bool,
+    /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
+    /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
+    pub(super) combine_bits: bool,
+    /// `thread-tests`: whether tests that stand alone are skipped.
+    pub(super) skip_lone_tests: bool,
+    /// Whether `packed-bits` pays.
+    pub(super) collect_bits: bool,
+    /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
+    pub(super) by_length: bool,
 }
 
 impl Pass {

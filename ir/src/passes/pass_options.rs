@@ -1,6 +1,16 @@
 //! Which passes may run, and how.
 
-use super::{OptLevel, Pass};
+use super::pass::Pass;
+
+/// How much time to spend on making code fast.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OptLevel {
+    /// None: the module stays as the front end wrote it.
+    None,
+    /// As much as pays off in the speed of scans.
+    #[default]
+    Speed,
+}
 
 /// A set of passes: those that may run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

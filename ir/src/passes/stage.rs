@@ -4,32 +4,21 @@
 //! ([`DeadBytes`]), which are found before all passes. So the result is the same with any number of threads.
 
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::dead_stores::DeadBytes;
 use super::image_bytes::ImageBytes;
-use super::{Pass, PassOptions, PassSet, PassTimes, byte_bits, instructions, thresholds};
+use super::pass::{Pass, Variant};
+use super::pass_options::{PassOptions, PassSet};
+use super::{byte_bits, thresholds};
 use crate::threads::in_threads;
 use crate::{FuncData, Module, verify};
 
 /// The number of IR instructions for which a further thread is started.
 const INSTS_PER_THREAD: usize = 8000;
 
-/// In which way passes run that have more than one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Variant {
-    /// `forward`: whether truth values are loaded again rather than forwarded.
-    pub(super) reload_bits: bool,
-    /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
-    /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
-    pub(super) combine_bits: bool,
-    /// `thread-tests`: whether tests that stand alone are skipped.
-    pub(super) skip_lone_tests: bool,
-    /// Whether `packed-bits` pays.
-    pub(super) collect_bits: bool,
-    /// Whether passes are left out by the length of the program, and `byte-bits` where it does not pay.
-    pub(super) by_length: bool,
-}
+/// How long each pass took, in the order in which the passes first ran, over all functions.
+pub type PassTimes = Vec<(Pass, Duration)>;
 
 /// A function that is being optimised, with what its passes need to know of the module.
 pub(super) struct Stage<'a> {
@@ -74,7 +63,7 @@ impl Stage<'_> {
 }
 
 /// Adds to the time of a pass.
-fn add_time(times: &mut PassTimes, pass: Pass, time: std::time::Duration) {
+fn add_time(times: &mut PassTimes, pass: Pass, time: Duration) {
     match times.iter_mut().find(|(known, _)| *known == pass) {
         Some((_, sum)) => *sum += time,
         None => times.push((pass, time)),
@@ -91,7 +80,8 @@ pub(super) fn each(
     order: impl Fn(&mut Stage<'_>) + Sync,
 ) {
     // Bits that have become bytes take fewer instructions, so this may be less than `length`.
-    let reload_bits = options.reload_bits && instructions(module) > thresholds::RELOAD_BITS_FROM;
+    let reload_bits =
+        options.reload_bits && module.usual_instructions() > thresholds::RELOAD_BITS_FROM;
     let is_long = length >= thresholds::LONG_FROM;
     let PassOptions { passes, by_length, .. } = options;
     if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
@@ -165,8 +155,6 @@ fn share_out(
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
     use crate::InstData;
 

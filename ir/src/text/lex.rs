@@ -12,7 +12,7 @@
 
 use chumsky::prelude::*;
 
-use super::ParseError;
+use super::error::ParseError;
 
 /// A part of the text.
 #[derive(Clone, Copy, Debug, PartialEq)]

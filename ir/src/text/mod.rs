@@ -69,13 +69,15 @@
 //! Text is read in three steps, a file each: `lex` cuts it into tokens, `grammar` finds its
 //! structure, and `resolve` looks up what its names stand for.
 
+mod error;
 mod grammar;
 mod lex;
 mod parse;
 mod print;
 mod resolve;
 
-pub use parse::{ParseError, parse};
+pub use error::ParseError;
+pub use parse::parse;
 pub use print::print;
 
 #[cfg(test)]

@@ -4,24 +4,12 @@
 
 use chumsky::Parser;
 use chumsky::error::{Rich, RichPattern, RichReason};
-use thiserror::Error;
 
+use super::error::ParseError;
 use super::grammar::module;
 use super::lex::{Token, Tokens};
 use super::resolve::resolve;
 use crate::Module;
-
-/// The first error in a text that is no module, and its place.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{line}:{column}: {message}")]
-pub struct ParseError {
-    /// The line, from 1.
-    pub line: usize,
-    /// The column in characters, from 1.
-    pub column: usize,
-    /// What is wrong.
-    pub message: String,
-}
 
 /// Reads a module. Every name in what is read leads somewhere; whether the module keeps the
 /// other rules of IR, the [verifier](crate::verify) says.

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use plcc_abi::Task;
 
-use super::ParseError;
+use super::error::ParseError;
 use super::grammar::{BlockText, Func, Item, Line, Param, number_in_name};
 use super::lex::{Token, Tokens};
 use crate::func::ValueData;

@@ -32,7 +32,6 @@ use plcc_abi::IntegerForm;
 
 use super::float_range::{FloatRange, FloatRanges};
 use super::graph::Graph;
-use super::speculation_plan::called_integer_form;
 use super::value_range::ValueRanges;
 use crate::tables::FastMap;
 use crate::{
@@ -170,7 +169,7 @@ fn is_variable(floats: &FloatRanges<'_>, data: &InstData) -> bool {
 /// Whether an operation is faster on integers.
 fn is_faster_on_integers(func: &FuncData, data: &InstData) -> bool {
     let InstData::HostCall { function: _, args } = data else { return false };
-    match called_integer_form(data) {
+    match data.integer_form() {
         Some(IntegerForm::Modulo) => {
             let by = args.as_slice().get(1).and_then(|&by| func.constant(by));
             by.is_some_and(|by| is_integer(by) && f64::from_bits(by as u64) != 0.0)

@@ -12,8 +12,8 @@
 
 use plcc_abi::IntegerForm;
 
-use super::float_range::FloatRange;
-use super::speculate::Speculate;
+use super::super::float_range::FloatRange;
+use super::Speculate;
 use crate::{BinaryOp, ConvertOp, Inst, InstData, Type, UnaryOp, Value};
 
 /// A statement speculates on no more loads than this: each costs an integrality check.
@@ -49,15 +49,6 @@ enum ValueClass {
     Fraction,
 }
 
-/// What the host function that an instruction calls does to integers; `None` if it calls none, or nothing
-/// simple can be said.
-pub(super) fn called_integer_form(data: &InstData) -> Option<IntegerForm> {
-    match data {
-        InstData::HostCall { function, args: _ } => function.integer_form(),
-        _ => None,
-    }
-}
-
 /// What is known of a value while its statement is examined.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Mark {
@@ -88,7 +79,7 @@ impl Speculate<'_> {
     /// Whether an operation is faster on integers, and single operands of it may be checked.
     pub(super) fn is_faster_on_integers(&self, data: &InstData) -> bool {
         let InstData::HostCall { function: _, args } = data else { return false };
-        match called_integer_form(data) {
+        match data.integer_form() {
             Some(IntegerForm::And | IntegerForm::Or | IntegerForm::Xor | IntegerForm::Bits) => true,
             Some(IntegerForm::Modulo) => {
                 let by = args.as_slice().get(1).and_then(|&by| self.floats.get(by).integers());
@@ -165,7 +156,7 @@ impl Speculate<'_> {
             }
             if let InstData::HostCall { function: _, args } = data {
                 let integer = |value: Value| self.assumed(value).integers().is_some();
-                let form = called_integer_form(&data);
+                let form = data.integer_form();
                 let is_replaced = depends
                     && args.as_slice().iter().all(|&arg| integer(arg))
                     && match form {
@@ -318,7 +309,7 @@ impl Speculate<'_> {
         for &inst in insts {
             let data = self.func.inst(inst);
             if self.is_faster_on_integers(data) {
-                if called_integer_form(data) != Some(IntegerForm::Bits) {
+                if data.integer_form() != Some(IntegerForm::Bits) {
                     return false;
                 }
                 operations += usize::from(!self.operands_to_check(data).is_empty());
@@ -346,7 +337,7 @@ impl Speculate<'_> {
     /// fraction.
     fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
         let operands = self.operands_to_check(data);
-        let Some(check) = self.check_for(called_integer_form(data), &operands) else {
+        let Some(check) = self.check_for(data.integer_form(), &operands) else {
             return vec![];
         };
         operands.into_iter().map(|value| (value, check)).collect()

@@ -26,13 +26,19 @@
 //! whole copy. The second is as it was, in a cold block.
 //!
 //! If a statement needs several checks, one cold block serves all of them
-//! ([`speculate_statement`](super::speculate_statement)), from which control goes on in the cold block of
-//! the next such statement ([`speculate_row`](super::speculate_row)). Otherwise
+//! ([`statement`]), from which control goes on in the cold block of
+//! the next such statement ([`row`]). Otherwise
 //! either the doubles that a statement loads are checked, at most
-//! [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the operands of a single host
+//! [`MAX_CHECKED`](plan::MAX_CHECKED) of them, or the operands of a single host
 //! function, whichever takes fewer checks. Of loads it must be known that
 //! nothing writes to them between the check and the load. Blocks that are cold or optimised for
 //! size stay as they are.
+
+mod checks;
+mod plan;
+mod row;
+mod statement;
+mod uses;
 
 use plcc_abi::IntegerForm;
 
@@ -40,13 +46,15 @@ use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
 use super::integers::PassedRanges;
-use super::speculate_row::Row;
-use super::speculation_plan::{Check, Mark, Plan, called_integer_form};
+
 use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
     RegionId, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
+use plan::{Check, Mark, Plan};
+use row::Row;
+use uses::Uses;
 
 /// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
 /// that size are integers, so the sum is rounded to one (ties to even), and its lowest bits are those of
@@ -60,7 +68,7 @@ const UPPER_BITS: i64 = 13;
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let is_faster_on_integers =
-        |inst: &InstData| called_integer_form(inst).is_some_and(|form| form != IntegerForm::Range);
+        |inst: &InstData| inst.integer_form().is_some_and(|form| form != IntegerForm::Range);
     if !func
         .blocks
         .iter()
@@ -110,69 +118,16 @@ fn analyse<'a>(
     (integers, floats)
 }
 
-/// Where values are used.
-pub(super) struct Uses {
-    /// For each value how often.
-    pub(super) counts: Vec<u32>,
-    /// For each value the place of the last instruction that uses it among the instructions of its
-    /// block. It means nothing for a value that is used elsewhere.
-    last: Vec<usize>,
-    /// For each value whether an instruction of another block or another statement uses it, or the
-    /// terminator of another block.
-    pub(super) elsewhere: Vec<bool>,
-    /// For each value whether its own block's terminator uses it.
-    by_terminator: Vec<bool>,
-}
-
-impl Uses {
-    fn new(func: &FuncData) -> Self {
-        let count = func.value_count();
-        let mut uses = Self {
-            counts: vec![0; count],
-            last: vec![0; count],
-            elsewhere: vec![false; count],
-            by_terminator: vec![false; count],
-        };
-        let mut home = vec![(u32::MAX, StatementId::NONE); count];
-        for (block, data) in func.blocks() {
-            for &inst in &data.insts {
-                if let Some(result) = func.result(inst) {
-                    home[result.index()] = (block.0, func.loc(inst));
-                }
-            }
-        }
-        for (block, data) in func.blocks() {
-            for (at, &inst) in data.insts.iter().enumerate() {
-                func.inst(inst).for_each_arg(|value| {
-                    uses.counts[value.index()] += 1;
-                    uses.last[value.index()] = at;
-                    uses.elsewhere[value.index()] |=
-                        home[value.index()] != (block.0, func.loc(inst));
-                });
-            }
-            if let Some(terminator) = &data.terminator {
-                terminator.for_each_arg(|value| {
-                    uses.counts[value.index()] += 1;
-                    let own = home[value.index()].0 == block.0;
-                    uses.by_terminator[value.index()] |= own;
-                    uses.elsewhere[value.index()] |= !own;
-                });
-            }
-        }
-        uses
-    }
-}
-
 /// A function being changed.
-pub(super) struct Speculate<'a> {
-    pub(super) func: &'a mut FuncData,
-    pub(super) integers: ValueRanges,
-    pub(super) floats: FloatRanges<'a>,
-    pub(super) uses: Uses,
-    pub(super) marks: Vec<Mark>,
-    pub(super) changed: bool,
+struct Speculate<'a> {
+    func: &'a mut FuncData,
+    integers: ValueRanges,
+    floats: FloatRanges<'a>,
+    uses: Uses,
+    marks: Vec<Mark>,
+    changed: bool,
     /// The row of statements that ends at the current place, if there is one.
-    pub(super) row: Option<Row>,
+    row: Option<Row>,
 }
 
 impl Speculate<'_> {
@@ -306,7 +261,7 @@ impl Speculate<'_> {
 
     /// The results of copied instructions that later instructions use, also in other blocks.
     /// `next` is the place of the next instruction among those of the block.
-    pub(super) fn used_later(&self, copied: &[Inst], next: usize) -> Vec<Value> {
+    fn used_later(&self, copied: &[Inst], next: usize) -> Vec<Value> {
         // Uses in other blocks count as uses elsewhere.
         let is_used = |value: &Value| {
             is_set(&self.uses.elsewhere, *value)
@@ -316,30 +271,25 @@ impl Speculate<'_> {
     }
 
     /// Those results, and the ones that the block's terminator uses.
-    pub(super) fn with_terminator(&self, copied: &[Inst], passed: Vec<Value>) -> Vec<Value> {
+    fn with_terminator(&self, copied: &[Inst], passed: Vec<Value>) -> Vec<Value> {
         let is_passed =
             |value: &Value| passed.contains(value) || is_set(&self.uses.by_terminator, *value);
         copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_passed).collect()
     }
 
     /// Adds a block without instructions.
-    pub(super) fn new_block(&mut self, cold: bool) -> Block {
+    fn new_block(&mut self, cold: bool) -> Block {
         self.func.blocks.push(BlockData { cold, ..BlockData::default() });
         Block(self.func.blocks.len() as u32 - 1)
     }
 
     /// The end of a list of instructions, for a statement.
-    pub(super) fn cursor<'b>(&'b mut self, out: &'b mut Vec<Inst>, loc: StatementId) -> Cursor<'b> {
+    fn cursor<'b>(&'b mut self, out: &'b mut Vec<Inst>, loc: StatementId) -> Cursor<'b> {
         Cursor { func: self.func, out, loc }
     }
 
     /// Appends a copy of an instruction whose operands are replaced by theirs, and adds its result to the copies.
-    pub(super) fn copy_inst(
-        &mut self,
-        inst: Inst,
-        copies: &mut Vec<(Value, Value)>,
-        out: &mut Vec<Inst>,
-    ) {
+    fn copy_inst(&mut self, inst: Inst, copies: &mut Vec<(Value, Value)>, out: &mut Vec<Inst>) {
         let mut data = *self.func.inst(inst);
         replace_all(copies, |f| data.for_each_arg_mut(f));
         let (new, copy) = self.func.append(data, self.func.loc(inst));
@@ -352,12 +302,7 @@ impl Check {
     /// Inserts the check of a double. Returns the double that takes its place, a conversion of an integer,
     /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
     /// whether it fails, else whether it succeeds.
-    pub(super) fn insert(
-        self,
-        out: &mut Cursor<'_>,
-        value: Value,
-        never_nan: bool,
-    ) -> (Value, Value) {
+    fn insert(self, out: &mut Cursor<'_>, value: Value, never_nan: bool) -> (Value, Value) {
         let integer = match self {
             Self::Narrow => out.insert_convert(ConvertOp::FloatToInt, Type::I32, value),
             Self::Wide | Self::Rounded => {
@@ -387,13 +332,13 @@ impl Check {
 }
 
 /// The last part of the block that is examined, after the copies that were made so far.
-pub(super) struct OutputTail {
+struct OutputTail {
     /// The block that gets the instructions.
-    pub(super) block: Block,
+    block: Block,
     /// Its instructions so far.
-    pub(super) out: Vec<Inst>,
+    out: Vec<Inst>,
     /// Its terminator.
-    pub(super) terminator: Option<Terminator>,
+    terminator: Option<Terminator>,
 }
 
 /// Whether the flag of a value is set.
@@ -402,10 +347,7 @@ fn is_set(flags: &[bool], value: Value) -> bool {
 }
 
 /// Replaces operands by their copies. `visit` calls what it is given for each operand.
-pub(super) fn replace_all(
-    copies: &[(Value, Value)],
-    visit: impl FnOnce(&mut dyn FnMut(&mut Value)),
-) {
+fn replace_all(copies: &[(Value, Value)], visit: impl FnOnce(&mut dyn FnMut(&mut Value))) {
     visit(&mut |value: &mut Value| {
         if let Some(&(_, copy)) = copies.iter().rev().find(|(old, _)| old == value) {
             *value = copy;

@@ -19,13 +19,13 @@
 //! until something else is stored in it, and is not checked again ([`KnownInteger`]).
 //!
 //! A row is made of statements that stand one behind the other in a block, of which
-//! [`speculate_statement`](super::speculate_statement) has written each as a whole twice.
+//! [`statement`](super::statement) has written each as a whole twice.
 
-use super::float_range::FloatRange;
-use super::index_bounds::index_bounds;
-use super::speculate::{OutputTail, Speculate};
-use super::speculate_statement::{Checks, is_int32};
-use super::speculation_plan::{Check, MAX_STATEMENT};
+use super::super::float_range::FloatRange;
+use super::super::index_bounds::index_bounds;
+use super::checks::{Checks, KnownInteger};
+use super::plan::{Check, MAX_STATEMENT};
+use super::{OutputTail, Speculate};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
 /// Of at most this many variables it is recorded that they hold integers, so that the pass takes linear time.
@@ -36,15 +36,6 @@ const MAX_STEPS: u32 = 6;
 
 /// The bytes of a double.
 const SIZE: u64 = 8;
-
-/// A variable that holds an integer of 32 bits.
-#[derive(Clone, Copy)]
-pub(super) struct KnownInteger {
-    pub(super) at: Address,
-    /// The double that it holds.
-    pub(super) double: Value,
-    pub(super) range: FloatRange,
-}
 
 /// A row of statements that goes on.
 pub(super) struct Row {
@@ -159,7 +150,7 @@ impl Speculate<'_> {
                         variable.at.region != at.region || !overlaps
                     });
                     let range = self.range_after_checks(value, checks, MAX_STEPS);
-                    if at.index.is_none() && self.func.ty(value) == Type::F64 && is_int32(range) {
+                    if at.index.is_none() && self.func.ty(value) == Type::F64 && range.is_int32() {
                         // The range of all integers of 32 bits is recorded, also for a remainder, whose range is
                         // narrower: later passes do not know the narrower range of a variable. With it a sum of
                         // two such variables would get no check here, and be divided there as a number of 33 bits.

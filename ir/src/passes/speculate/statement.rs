@@ -24,11 +24,12 @@
 
 use plcc_abi::IntegerForm;
 
-use super::float_range::FloatRange;
-use super::insert::Insert;
-use super::speculate::{OutputTail, Speculate, replace_all};
-use super::speculate_row::{KnownInteger, Row};
-use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
+use super::super::float_range::FloatRange;
+use super::super::insert::Insert;
+use super::checks::{Checks, KnownInteger};
+use super::plan::{Check, MAX_STATEMENT};
+use super::row::Row;
+use super::{OutputTail, Speculate, replace_all};
 use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
@@ -44,20 +45,6 @@ const MAX_COPIED_FROM_EFFECT: usize = 2;
 /// The operands of an operation are followed back through this many instructions to the loads that
 /// they are computed from.
 const MAX_STEPS: u32 = 5;
-
-/// The checks that a statement needs.
-pub(super) struct Checks<'a> {
-    /// The statement's instructions before the first that has an effect.
-    insts: &'a [Inst],
-    /// The loads that read the same as an earlier load, each with that one.
-    same: Vec<(Value, Value)>,
-    /// The loads of variables of which it is known that they hold integers, each with what is known.
-    known: Vec<(Value, KnownInteger)>,
-    /// The values that are checked, each with the kind of check.
-    pub(super) values: Vec<(Value, Check)>,
-    /// How many of the statement's instructions are copied, from the first on.
-    end: usize,
-}
 
 /// A check that was written, and whose result no branch has tested yet.
 struct WaitingCheck {
@@ -80,25 +67,6 @@ struct Copies {
     all: Vec<(Value, Value)>,
     /// As operands of operations that round them: their nearest integers.
     rounded: Vec<(Value, Value)>,
-}
-
-impl Checks<'_> {
-    /// The earlier load that reads the same as this value; the value itself if there is none.
-    fn first_load(&self, value: Value) -> Value {
-        self.same.iter().find(|(again, _)| *again == value).map_or(value, |&(_, first)| first)
-    }
-
-    /// What is known of the variable that a load reads.
-    fn known(&self, value: Value) -> Option<KnownInteger> {
-        let value = self.first_load(value);
-        self.known.iter().find(|(load, _)| *load == value).map(|&(_, known)| known)
-    }
-
-    /// The check of a value, if it has one.
-    fn check(&self, value: Value) -> Option<Check> {
-        let value = self.first_load(value);
-        self.values.iter().find(|(checked, _)| *checked == value).map(|&(_, check)| check)
-    }
 }
 
 impl Speculate<'_> {
@@ -239,11 +207,11 @@ impl Speculate<'_> {
         data.for_each_arg(|value| {
             let value = checks.first_load(value);
             let range = self.range_after_checks(value, checks, MAX_STEPS);
-            if !is_int32(range) && checks.check(value).is_none() && !operands.contains(&value) {
+            if !range.is_int32() && checks.check(value).is_none() && !operands.contains(&value) {
                 operands.push(value);
             }
         });
-        let Some(check) = self.check_for(called_integer_form(data), &operands) else { return };
+        let Some(check) = self.check_for(data.integer_form(), &operands) else { return };
         let is_own = |value: Value, checks: &Checks<'_>| {
             checks.insts.iter().any(|&inst| self.func.result(inst) == Some(value))
         };
@@ -370,7 +338,7 @@ impl Speculate<'_> {
             if needs_check {
                 self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
             }
-            if called_integer_form(&data) == Some(IntegerForm::Bits) {
+            if data.integer_form() == Some(IntegerForm::Bits) {
                 replace_all(&copies.rounded, |f| data.for_each_arg_mut(f));
             }
             replace_all(&copies.all, |f| data.for_each_arg_mut(f));
@@ -444,11 +412,4 @@ impl Speculate<'_> {
 fn is_short(range: FloatRange) -> bool {
     const MOST: u64 = (1 << 31) + (1 << 20);
     range.integers().is_some_and(|(low, high)| low.unsigned_abs().max(high.unsigned_abs()) <= MOST)
-}
-
-/// Whether all numbers of a range are integers of 32 bits.
-pub(super) fn is_int32(range: FloatRange) -> bool {
-    range
-        .integers()
-        .is_some_and(|(low, high)| i32::try_from(low).is_ok() && i32::try_from(high).is_ok())
 }
