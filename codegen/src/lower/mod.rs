@@ -111,7 +111,7 @@ pub(crate) fn function(
         host_signature: None,
         inst: None,
         truth_values: TruthValues::new(func, options),
-        vectors: Vectors::new(module, func, options),
+        vectors: if options.vectors { vectors::plan(module, func) } else { Vectors::default() },
     };
     if let Err(InvalidIr(reason)) = lowering.run(label) {
         return Err(InternalError::new(module, func, lowering.inst, reason));

@@ -10,7 +10,7 @@
 //! The tree is then numbered so that the blocks of each subtree have consecutive numbers. A block
 //! dominates another if the other's number is among those of its subtree.
 
-use super::Errors;
+use super::error::Errors;
 use crate::passes::Graph;
 use crate::{Block, FuncData, Value, ValueDef};
 

@@ -60,6 +60,7 @@
     reason = "tables have a place for every block; rules about structure were checked before"
 )]
 mod dominance;
+mod error;
 mod operation;
 mod resume;
 mod structure;
@@ -69,39 +70,11 @@ mod structure;
 )]
 mod termination;
 
-use std::fmt;
-
+pub use error::VerifyError;
 pub use termination::every_scan_ends;
 
-use crate::{Block, FuncData, Inst, Module};
-
-/// A broken rule, and where it is broken.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub struct VerifyError {
-    /// The name of the function, unless the module itself is wrong.
-    pub function: Option<String>,
-    /// The block, unless the function itself is wrong.
-    pub block: Option<Block>,
-    /// The instruction, unless the block itself or its terminator is wrong.
-    pub inst: Option<Inst>,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl fmt::Display for VerifyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(function) = &self.function {
-            write!(f, "{function}, ")?;
-        }
-        if let Some(block) = self.block {
-            write!(f, "{block}, ")?;
-        }
-        if let Some(inst) = self.inst {
-            write!(f, "{inst}: ")?;
-        }
-        f.write_str(&self.message)
-    }
-}
+use crate::{FuncData, Module};
+use error::Errors;
 
 /// Checks a module and gives everything that is wrong with it.
 pub fn verify(module: &Module) -> Vec<VerifyError> {
@@ -137,26 +110,6 @@ pub fn function(module: &Module, func: &FuncData) -> Vec<VerifyError> {
         dominance::check_function(func, &mut errors);
     }
     errors.list
-}
-
-/// The errors found, and the place that is being checked.
-#[derive(Default)]
-struct Errors {
-    function: Option<String>,
-    block: Option<Block>,
-    inst: Option<Inst>,
-    list: Vec<VerifyError>,
-}
-
-impl Errors {
-    fn push(&mut self, message: impl Into<String>) {
-        self.list.push(VerifyError {
-            function: self.function.clone(),
-            block: self.block,
-            inst: self.inst,
-            message: message.into(),
-        });
-    }
 }
 
 #[cfg(test)]

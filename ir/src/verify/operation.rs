@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use plcc_abi::HostType;
 
-use super::Errors;
+use super::error::Errors;
 use crate::{
     Address, Block, FuncData, InstData, Label, Module, RegionId, StatementId, Terminator, Type,
     Value, ValueDef,

@@ -1,6 +1,6 @@
 //! Checks rule 14: a scan is suspended only at labels where its task can go on.
 
-use super::Errors;
+use super::error::Errors;
 use crate::tables::FastSet;
 use crate::{Block, Func, Label, Module, Terminator};
 

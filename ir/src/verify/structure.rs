@@ -1,6 +1,6 @@
 //! Rules 1 to 5: regions, tasks and labels of the module, and the tables of each function.
 
-use super::Errors;
+use super::error::Errors;
 use crate::module::MAX_LOCAL_BITS;
 use crate::{FuncData, Module};
 

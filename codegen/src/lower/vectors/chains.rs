@@ -4,7 +4,7 @@ use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{Inst, InstData, Type, Value};
 
 use super::plan::{Planner, Window};
-use super::{Chain, Format, StoredRow};
+use super::row::{Chain, Format, StoredRow};
 
 /// How many consecutive selects become one choice: at least and at most.
 const MIN_CHAIN: usize = 8;

@@ -2,7 +2,7 @@
 
 use plcc_ir::Type;
 
-use super::{Chain, Format, Node, StoredRow};
+use super::row::{Chain, Format, Node, StoredRow};
 
 impl Node {
     /// An estimate of the number of instructions that compute it.

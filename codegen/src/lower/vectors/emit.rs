@@ -8,7 +8,7 @@ use plcc_ir::{Address, BinaryOp, Inst, IntCond, Type, UnaryOp};
 
 use super::super::memory::flags;
 use super::super::{InvalidIr, LowerResult, Lowering, clif_type};
-use super::{Format, Node, StoredRow};
+use super::row::{Format, Node, StoredRow};
 
 /// The CLIF type of a vector.
 fn vector_type(format: Format) -> types::Type {

@@ -3,7 +3,7 @@
 use plcc_ir::{Address, BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
 use super::plan::{Planner, SHAPE_DEPTH};
-use super::{Format, Node};
+use super::row::{Format, Node};
 
 impl Planner<'_> {
     /// The node that computes a row of values.

@@ -13,7 +13,7 @@ use std::ops::Range;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{Address, Block, FuncData, Inst, InstData, Module, Type, Value};
 
-use super::{Chain, Format, Node, StoredRow, Vectors};
+use super::row::{Chain, Format, Node, StoredRow, Vectors};
 
 /// Operations are followed to this depth from a store.
 const MAX_DEPTH: u32 = 8;
@@ -42,7 +42,7 @@ pub(super) struct Store {
 }
 
 /// Finds the rows of a function.
-pub(super) fn plan(module: &Module, func: &FuncData) -> Vectors {
+pub(in super::super) fn plan(module: &Module, func: &FuncData) -> Vectors {
     let mut planner = Planner {
         module,
         func,

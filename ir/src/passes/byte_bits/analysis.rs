@@ -9,7 +9,7 @@
 //! A word that is used in any other way is refused.
 
 use super::super::graph::Graph;
-use super::{MAX_WORDS, WORD_BITS, Word};
+use super::word::{MAX_WORDS, WORD_BITS, Word};
 use crate::tables::{FastMap, FastSet};
 use crate::{Address, BinaryOp, FuncData, Inst, InstData, RegionId, Type, Value};
 

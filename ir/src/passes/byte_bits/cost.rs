@@ -2,7 +2,7 @@
 
 use super::super::graph::Graph;
 use super::analysis::{Access, Found};
-use super::{Word, WordSet};
+use super::word::{Word, WordSet};
 use crate::{Block, FuncData, Inst, InstData, IntCond, Terminator};
 
 /// What it costs to unpack a group of eight bits, in instructions.

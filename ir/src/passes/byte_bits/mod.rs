@@ -39,49 +39,12 @@
 mod analysis;
 mod cost;
 mod rewrite;
+mod word;
 
 use super::graph::Graph;
-use crate::{Address, FuncData, RegionId};
-
-/// The bits of at most this many words of a function become bytes, since a [set of words](WordSet) has 64 bits.
-const MAX_WORDS: usize = 64;
-
-/// The bits of a word that are used; its highest byte is 0.
-const WORD_BITS: u32 = 24;
-
-/// How many local bits there are, in functions that use all they may.
-pub(super) const LOCAL_BITS: u32 = MAX_WORDS as u32 * WORD_BITS;
-
-/// A set of words: bit N stands for the word with the number N.
-type WordSet = u64;
-
-/// A word of which single bits are read and written.
-#[derive(Clone, Debug)]
-struct Word {
-    at: Address,
-    /// Which bits are read or written.
-    used: u32,
-    /// Which bits are written.
-    written: u32,
-    /// What is saved by bytes in one execution of the function, in instructions.
-    saved: f32,
-    /// What is saved in the code, in instructions.
-    saved_code: u32,
-    /// Where its bits begin among the local bits.
-    slot: u32,
-}
-
-impl Word {
-    /// The groups of eight bits, as numbers from 0, of which a set of bits has some.
-    fn groups(bits: u32) -> impl Iterator<Item = u32> {
-        (0..WORD_BITS / 8).filter(move |group| bits >> (8 * group) & 0xFF != 0)
-    }
-
-    /// The local bit for the bit with a number.
-    fn local_bit(&self, bit: u32) -> Address {
-        Address::fixed(RegionId::LOCAL_BITS, self.slot + bit)
-    }
-}
+use crate::{FuncData, RegionId};
+pub(super) use word::LOCAL_BITS;
+use word::{WORD_BITS, WordSet};
 
 /// Runs the pass; gives whether it changed anything. Words of `regions` have a highest byte that is 0. With
 /// `always`, bits become bytes also where that does not pay.

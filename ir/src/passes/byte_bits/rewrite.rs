@@ -4,7 +4,7 @@ use super::super::graph::Graph;
 use super::super::insert::Insert;
 use super::analysis::{Access, Found};
 use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
-use super::{WORD_BITS, Word, WordSet};
+use super::word::{WORD_BITS, Word, WordSet};
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, StatementId,
     Terminator, Type, UnaryOp, Value,

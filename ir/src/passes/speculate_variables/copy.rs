@@ -5,7 +5,8 @@ use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
 use super::super::insert::Insert;
 use super::super::value_range::ValueRanges;
-use super::{Check, is_faster_on_integers};
+use super::guard::Check;
+use super::operations::is_faster_on_integers;
 use crate::func::ValueData;
 use crate::tables::FastMap;
 use crate::{

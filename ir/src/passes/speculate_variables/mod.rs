@@ -26,18 +26,18 @@
 //! [`LOADS_PER_VARIABLE`] times that of the variables, and nearly all operations of the copy must get integers.
 
 mod copy;
+mod guard;
+mod operations;
 
 use copy::Copy;
-use plcc_abi::IntegerForm;
+use guard::{Check, add_guard};
+use operations::{is_faster_on_integers, keeps_integers};
 
-use super::float_range::{FloatRange, FloatRanges};
+use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::value_range::ValueRanges;
 use crate::tables::FastMap;
-use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, FuncData, Inst, InstData, RegionId,
-    StatementId, Terminator, UnaryOp, Value,
-};
+use crate::{Address, Block, FuncData, Inst, InstData, RegionId, StatementId};
 
 /// The checked variables must be loaded at least this often on average: otherwise checking each costs more than it
 /// saves.
@@ -164,61 +164,4 @@ fn is_variable(floats: &FloatRanges<'_>, data: &InstData) -> bool {
         }
         _ => false,
     }
-}
-
-/// Whether an operation is faster on integers.
-fn is_faster_on_integers(func: &FuncData, data: &InstData) -> bool {
-    let InstData::HostCall { function: _, args } = data else { return false };
-    match data.integer_form() {
-        Some(IntegerForm::Modulo) => {
-            let by = args.as_slice().get(1).and_then(|&by| func.constant(by));
-            by.is_some_and(|by| is_integer(by) && f64::from_bits(by as u64) != 0.0)
-        }
-        Some(IntegerForm::Range) | None => false,
-        Some(_) => true,
-    }
-}
-
-/// Whether an operation on integers gives an integer.
-fn keeps_integers(func: &FuncData, data: &InstData) -> bool {
-    match *data {
-        InstData::Unary { op: UnaryOp::Fneg | UnaryOp::Fabs | UnaryOp::Ffinite, arg: _ } => true,
-        InstData::Binary { op: BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul, args } => {
-            args.iter().all(|&arg| func.constant(arg).is_none_or(is_integer))
-        }
-        _ => false,
-    }
-}
-
-/// Whether the bits of a double are those of an integer.
-fn is_integer(bits: i64) -> bool {
-    FloatRange::constant(bits as u64).integers().is_some()
-}
-
-/// The integrality check of a variable.
-struct Check {
-    insts: Vec<Inst>,
-    /// The double that takes the variable's place.
-    double: Value,
-    /// Whether the check fails.
-    fails: Value,
-}
-
-/// Adds the blocks that make the checks, those that are used; gives the first. They go to `slow` if
-/// one fails, and else to `fast`. Each check is a block of its own, so that no double must be kept until all
-/// are checked.
-fn add_guard(func: &mut FuncData, checks: Vec<Check>, slow: Block, fast: Block) -> Block {
-    // The checks stand in no block yet, so these are the uses in the copy.
-    let counts = func.use_counts();
-    let mut next = fast;
-    for check in checks.into_iter().rev() {
-        if counts.get(check.double.index()).is_none_or(|&count| count == 0) {
-            continue;
-        }
-        let (then, otherwise) = (BlockCall::plain(slow), BlockCall::plain(next));
-        let terminator = Some(Terminator::Brif { cond: check.fails, then, otherwise });
-        func.blocks.push(BlockData { insts: check.insts, terminator, ..BlockData::default() });
-        next = Block(func.blocks.len() as u32 - 1);
-    }
-    next
 }
