@@ -40,16 +40,19 @@ pub struct Optimization {
     pub codegen: CodegenOptions,
 }
 
+/// A switch that is not a pass, in an optimisation.
+type Switch = fn(&mut Optimization) -> &mut bool;
+
 /// Something that [`Optimization::with_changes`] can leave out or put in.
 #[derive(Clone, Copy)]
 enum Part {
     Pass(Pass),
     /// A switch that is not a pass.
-    Switch(fn(&mut Optimization) -> &mut bool),
+    Switch(Switch),
 }
 
 /// The switches that are not passes, by their names.
-const SWITCHES: [(&str, fn(&mut Optimization) -> &mut bool); 5] = [
+const SWITCHES: [(&str, Switch); 5] = [
     ("wide-bits", |it| &mut it.codegen.wide_bits),
     ("vectors", |it| &mut it.codegen.vectors),
     ("double-constants", |it| &mut it.codegen.double_constants),

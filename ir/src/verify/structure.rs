@@ -77,7 +77,8 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
         }
     }
     for (label, count) in seen.iter().enumerate() {
-        if *count != 1 && !(*count == 0 && !is_whole) {
+        let is_elsewhere = *count == 0 && !is_whole;
+        if *count != 1 && !is_elsewhere {
             errors.push(format!("L{label} stands at {count} places"));
         }
     }
