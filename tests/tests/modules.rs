@@ -186,3 +186,20 @@ fn no_modules_of_the_compiler_import_each_other() {
         assert!(circle.is_empty(), "in {name} a circle is among these: {circle:#?}");
     }
 }
+
+/// What a host function does is said where it is declared (`abi/src/host.rs`).
+#[test]
+fn no_pass_and_no_code_generation_names_a_host_function() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for folder in ["ir/src/passes", "codegen/src"] {
+        let mut found = BTreeMap::new();
+        modules(&root.join(folder), &vec![], &mut found);
+        assert!(found.len() > 20, "{folder}: {} files", found.len());
+        for (module, names) in found {
+            let named = names.paths.iter().find(|path| path.iter().any(|name| name == "HostFn"));
+            // The type alone is in signatures; a path goes on with one function's name.
+            let one = named.filter(|path| path.last().is_some_and(|name| name != "HostFn"));
+            assert_eq!(one, None, "{folder}, {}", module.join("::"));
+        }
+    }
+}
