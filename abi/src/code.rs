@@ -85,7 +85,7 @@ impl fmt::Display for CodeError {
 impl core::error::Error for CodeError {}
 
 impl CodeParts {
-    /// What stands in [`labels`](Self::labels) for a label whose function is not part of this code.
+    /// What is in [`labels`](Self::labels) for a label whose function is not part of this code.
     pub const NO_CODE: u32 = u32::MAX;
 
     /// Whether the function of every label is part of this code. A compiler that compiles just in time may make the

@@ -29,14 +29,14 @@ pub struct ScanContext {
 }
 
 /// The type of [`ScanContext::host`]. It takes the context, the number of a
-/// [`HostFn`](crate::HostFn) and its arguments, and gives the result. Integers are zero-extended,
+/// [`HostFn`](crate::HostFn) and its arguments, and returns the result. Integers are zero-extended,
 /// doubles are passed as their bits, and what the function's signature does not have is 0.
 ///
 /// It may be called only with the context that the compiled function was given.
 pub type HostCall = unsafe extern "C" fn(*const ScanContext, u32, u64, u64, u64, u64) -> u64;
 
 /// The type of every compiled function. It takes the context and the number of the label to begin
-/// at, and gives a [`RawOutcome`].
+/// at, and returns a [`RawOutcome`].
 ///
 /// It may be called only with a context whose image has the size that the code was made for, whose host
 /// function and data belong together, and whose epoch can be read as long as the call lasts.

@@ -13,7 +13,7 @@ pub trait Host {
     /// the unused ones 0.
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64;
 
-    /// An engine asks this when the scan is late. Gives a later [limit](TimeLimit::limit), or `None` if
+    /// An engine asks this when the scan is late. Returns a later [limit](TimeLimit::limit), or `None` if
     /// the scan must be stopped; the engine then ends it with the trap
     /// [`TrapCode::Watchdog`](crate::TrapCode::Watchdog).
     fn extend_time(&mut self) -> Option<u64> {

@@ -1,6 +1,6 @@
 //! The marker in front of each function in the code: it binds the code to the tables beside it.
 //!
-//! Labels, the places of functions and the size of the process image stand in tables, not in the
+//! Labels, the places of functions and the size of the process image are in tables, not in the
 //! code. With the tables of another program an engine would enter the code in the middle of an
 //! instruction, or give it an image that is too short for its accesses. So the compiler writes what
 //! belongs to a function in front of it too, and whoever loads the code compares.

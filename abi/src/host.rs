@@ -1,6 +1,6 @@
 //! The functions that program code may call: [`HostFn`], their numbers and signatures.
 //!
-//! The numbers stand in compiled code, also in artifacts and objects, so they stay what they are.
+//! The numbers are in compiled code, also in artifacts and objects, so they stay what they are.
 //! Each language has a range of a hundred.
 
 /// A type of a host function's argument or result.

@@ -1,6 +1,6 @@
 //! What the compiler and the executives that run its programs agree on.
 //!
-//! Everything that both sides must know stands here, and nothing else: the
+//! Everything that both sides must know is here, and nothing else: the
 //! [process image](image), the [calls](context) into compiled code, the [functions](host) that
 //! program code may call in return, [how a scan ends](outcome), and the [tables](program) that an
 //! executive works by. What belongs to one language only is in [`pmi`], [`nct`] and [`pmac`]. The

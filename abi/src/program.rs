@@ -81,7 +81,7 @@ pub struct Task {
     pub resume_points: Vec<u32>,
 }
 
-/// A program without its code: all that an executive needs besides an [`Engine`](crate::Engine).
+/// A program without its code: all that an executive needs apart from an [`Engine`](crate::Engine).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
     /// The sources' names as given, the first being the program's.

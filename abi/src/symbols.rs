@@ -55,7 +55,7 @@ pub struct ImageSymbol {
     pub ty: ImageType,
     /// Offset of the first element in bytes.
     pub offset: u32,
-    /// How many elements follow one another, 1 for a variable that is no array.
+    /// How many elements follow one another, 1 for a variable that is not an array.
     pub elements: u32,
 }
 

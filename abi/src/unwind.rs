@@ -2,7 +2,7 @@
 //!
 //! It is an `.eh_frame` section as compilers of C write it: a common entry (CIE) and for each
 //! function a description (FDE) with its address relative to the place of that address. The section
-//! is laid out to stand right after the code, at the next multiple of [`ALIGNMENT`], so that code
+//! is laid out to be right after the code, at the next multiple of [`ALIGNMENT`], so that code
 //! and section can be copied to any address together and need no change.
 
 use alloc::vec::Vec;
@@ -30,7 +30,7 @@ pub struct UnwindEntry {
     pub len: u32,
 }
 
-/// The entries of a section that stands after `code_len` bytes of code; `None` when it is no
+/// The entries of a section that is after `code_len` bytes of code; `None` when it is no
 /// section in the form that the compiler writes.
 pub fn entries(section: &[u8], code_len: usize) -> Option<Vec<UnwindEntry>> {
     let base = code_len.checked_next_multiple_of(ALIGNMENT)?;

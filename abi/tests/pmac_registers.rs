@@ -88,7 +88,7 @@ fn a_value_read_back_is_finite_and_writes_back_unchanged() {
     for definition in definitions() {
         let mut machine = Machine::new(definition);
         let mut memory = machine.memory();
-        // BCD of a width that is no multiple of four need not come back, nor words of a P: its
+        // BCD of a width that is not a multiple of four need not come back, nor words of a P: its
         // mantissa is normalised.
         let decimal = |field: Field| matches!(field.format, Format::D | Format::C);
         let exact = !matches!(definition,

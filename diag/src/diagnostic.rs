@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::Span;
 
-/// A text of a diagnostic. Most stand in the compiler and need no memory of their own, which counts
+/// A text of a diagnostic. Most are in the compiler and need no memory of their own, which counts
 /// where a source of a mebibyte is nothing but mistakes.
 pub type MessageText = Cow<'static, str>;
 
@@ -47,7 +47,7 @@ pub struct Label {
     pub text: MessageText,
 }
 
-/// What few diagnostics have. It stands outside of them, so that the others stay small.
+/// What few diagnostics have. It is outside of them, so that the others stay small.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Details {
     labels: Vec<Label>,

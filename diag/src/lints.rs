@@ -80,7 +80,7 @@ pub fn find_lint(name: &str) -> Option<&'static Lint> {
     LINTS.iter().find(|lint| lint.name.eq_ignore_ascii_case(name))
 }
 
-/// The lint to which a diagnostic's code belongs; `None` if the code is no lint's.
+/// The lint to which a diagnostic's code belongs; `None` if the code is not a lint's.
 pub fn lint_of_code(code: &str) -> Option<&'static Lint> {
     LINTS.iter().find(|lint| lint.codes.contains(&code))
 }

@@ -48,7 +48,7 @@ pub struct MachineVariable {
     pub ty: Option<VariableType>,
     /// What a program may do with it; without one, what the built-in table says, or read and write.
     pub class: Option<VariableClass>,
-    /// How many elements it has as an array; 0 for a variable that is no array.
+    /// How many elements it has as an array; 0 for a variable that is not an array.
     pub size: Option<u32>,
     /// One line of meaning for `plcc explain`.
     pub meaning: Option<String>,

@@ -29,7 +29,7 @@ const MAX_POT: u16 = 249;
 /// The largest tool number: in a pot's word 14 bits are the tool, the other two a code of its width.
 const MAX_TOOL: u16 = 0x3FFF;
 
-/// The keys, as they stand in the file.
+/// The keys, as they are in the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct NctFile {
@@ -100,7 +100,7 @@ fn integer(what: &str, name: &str, value: &Value) -> Result<i64, String> {
     value.as_integer().ok_or_else(|| format!("{what} {name}: not an integer"))
 }
 
-/// The pots. They stand in the file as a table by pot number, as a list of tables each with a key
+/// The pots. They are in the file as a table by pot number, as a list of tables each with a key
 /// `pot`, or as a list of lists `[pot, tool, width]`.
 fn pots(value: &Value) -> Result<Vec<ToolPot>, String> {
     match value {

@@ -63,7 +63,7 @@ pub enum NctName {
     Op(u8),
 }
 
-/// Why a text is no variable's name.
+/// Why a text is not a variable's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NctNameError {
     /// What is wrong, as the rest of a sentence that begins with the name: `has a bit above 7`.

@@ -82,7 +82,7 @@ impl ToolPot {
 }
 
 /// What a machine is set to: the machine file's, with the command line's over it. Where a number
-/// stands twice, the last stands.
+/// is there twice, the last counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NctSettings {
     /// The type of control.

@@ -10,7 +10,7 @@ use alloc::{
 use super::{FlagLocation, NctName, NctTables};
 use crate::{ImageSymbol, ImageType};
 
-/// The bytes of I, Y and F that the program names, each once. The registers stand in regions of
+/// The bytes of I, Y and F that the program names, each once. The registers are in regions of
 /// their own.
 pub(crate) fn symbols(tables: &NctTables) -> Vec<ImageSymbol> {
     let mut symbols = vec![];

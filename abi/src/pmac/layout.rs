@@ -1,4 +1,4 @@
-//! Where a PMAC's memory stands in the process image.
+//! Where a PMAC's memory is in the process image.
 //!
 //! The layout depends on nothing but the controller, so compiler, load evaluator and executive
 //! all compute it alike. P, Q and I are doubles; every other register is a word of 24 bits in a

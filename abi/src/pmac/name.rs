@@ -41,7 +41,7 @@ impl Default for PmacName {
     }
 }
 
-/// Why a text is no name.
+/// Why a text is not a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PmacNameError {
     /// It does not look like a name.
@@ -56,7 +56,7 @@ impl PmacName {
     /// the program's tables say.
     ///
     /// # Errors
-    /// When the text is no name, or `layout`'s controller has no such variable or address.
+    /// When the text is not a name, or `layout`'s controller has no such variable or address.
     pub fn parse(text: &str, layout: &Layout) -> Result<Self, PmacNameError> {
         let upper: String = text
             .chars()

@@ -53,7 +53,7 @@ impl SparseMemory {
     }
 
     /// Notes the words that made a value. One half of a number can be written before the other:
-    /// a mantissa without its exponent is no double, and must still be there when that comes.
+    /// a mantissa without its exponent is not a double, and must still be there when that comes.
     pub(super) fn set_halves(&mut self, offset: u32, value: f64, words: (u32, u32)) {
         if fixed::to_float48(value) == words {
             self.halves.remove(&offset);

@@ -25,12 +25,12 @@ pub enum PmiName {
     Line(u16, u8),
 }
 
-/// Why a text is no name.
+/// Why a text is not a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PmiNameError {
     /// It begins as a port line does, but there is no such port or bit.
     Line,
-    /// What stands after this variable is no index of an element and not `#COUNT`.
+    /// What is after this variable is not an index of an element and not `#COUNT`.
     Index(String),
 }
 

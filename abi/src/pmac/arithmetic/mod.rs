@@ -187,7 +187,7 @@ fn quarter(angle: f64) -> (u32, f64) {
     if rest < 0.0 { (count as u32 - 1, rest + 90.0) } else { (count as u32, rest) }
 }
 
-/// The sine of an angle of so many quarter turns and a rest.
+/// The sine of an angle of that many quarter turns and a rest.
 fn sin_quarter(count: u32, rest: f64) -> f64 {
     let co = |rest: f64| if rest <= 45.0 { cos_first(rest) } else { sin_first(90.0 - rest) };
     let straight = |rest: f64| if rest <= 45.0 { sin_first(rest) } else { cos_first(90.0 - rest) };

@@ -19,7 +19,7 @@ use relays::{ladder, touch};
 /// The number of input bits of the kernels that have bits.
 const INPUTS: usize = 192;
 
-/// All kernels, the same for the same seed. `percent` is their size; the figures in docs/performance.md
+/// All kernels, the same for the same seed. `percent` is their size; the figures in docs/dev/performance.md
 /// are for 100.
 pub fn all(seed: u64, percent: usize) -> Vec<Kernel> {
     use Language as L;
