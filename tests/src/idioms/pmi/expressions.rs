@@ -86,12 +86,11 @@ impl Writer {
             _ => format!("GI3%{size}"),
         };
         // A constant index is checked by the compiler.
-        if text.parse::<usize>().is_ok_and(|index| index >= size)
-            || text.contains('T') && is_constant(&text)
-        {
-            return "1".to_owned();
+        match text.parse::<usize>() {
+            Ok(index) if index < size => text,
+            Err(_) if !is_constant(&text) => text,
+            _ => "1".to_owned(),
         }
-        text
     }
 
     fn element(&mut self, name: &str, size: usize, depth: usize) -> String {
@@ -257,5 +256,5 @@ impl Writer {
 
 /// Whether an index names no variable.
 fn is_constant(text: &str) -> bool {
-    text.chars().all(|c| c.is_ascii_digit() || "TF+*()".contains(c))
+    text.chars().all(|c| c.is_ascii_digit() || "TF+-*/%()<>=&".contains(c))
 }
