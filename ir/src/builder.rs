@@ -35,7 +35,7 @@ impl FuncBuilder {
     pub fn new(name: impl Into<String>) -> Self {
         let func = FuncData {
             name: name.into(),
-            blocks: vec![BlockData::default()],
+            blocks: vec![BlockData::default()].into(),
             ..FuncData::default()
         };
         let loc = StatementId::NONE;
@@ -44,7 +44,7 @@ impl FuncBuilder {
 
     /// The finished function. A block without terminator gets [`Terminator::Return`].
     pub fn finish(mut self) -> FuncData {
-        for block in &mut self.func.blocks {
+        for block in self.func.blocks.values_mut() {
             block.terminator.get_or_insert(Terminator::Return);
         }
         self.func
@@ -77,16 +77,14 @@ impl FuncBuilder {
 
     /// Adds an empty block; the current block stays.
     pub fn create_block(&mut self) -> Block {
-        let block = Block(self.func.blocks.len() as u32);
-        self.func.blocks.push(BlockData::default());
-        block
+        self.func.blocks.push(BlockData::default())
     }
 
     /// Adds a parameter to a block and gives its value.
     pub fn block_param(&mut self, block: Block, ty: Type) -> Value {
         let number = self.func.block(block).params.len() as u32;
         let value = self.value(ty, ValueDef::Param(block, number));
-        self.func.blocks[block.index()].params.push(value);
+        self.func.blocks[block].params.push(value);
         value
     }
 
@@ -120,7 +118,7 @@ impl FuncBuilder {
     }
 
     fn mark(&mut self) {
-        let data = &mut self.func.blocks[self.block.index()];
+        let data = &mut self.func.blocks[self.block];
         data.cold |= self.cold;
         data.optimize_for_size |= self.optimize_for_size;
     }
@@ -131,16 +129,14 @@ impl FuncBuilder {
     }
 
     fn value(&mut self, ty: Type, def: ValueDef) -> Value {
-        let value = Value(self.func.values.len() as u32);
-        self.func.values.push(ValueData { ty, def });
-        value
+        self.func.values.push(ValueData { ty, def })
     }
 
     /// Appends an instruction; gives its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
         self.begin_block_behind_end();
         let (inst, _) = self.func.append(data, self.loc);
-        self.func.blocks[self.block.index()].insts.push(inst);
+        self.func.blocks[self.block].insts.push(inst);
         self.func.result(inst)
     }
 
@@ -153,7 +149,7 @@ impl FuncBuilder {
     /// Ends the current block with a terminator.
     pub fn terminate(&mut self, terminator: Terminator) {
         self.begin_block_behind_end();
-        self.func.blocks[self.block.index()].terminator = Some(terminator);
+        self.func.blocks[self.block].terminator = Some(terminator);
     }
 
     /// Switches to a new block if the current one has ended.
@@ -299,7 +295,7 @@ impl FuncBuilder {
 
     /// Replaces the terminator of a block.
     pub(crate) fn set_terminator(&mut self, block: Block, terminator: Terminator) {
-        self.func.blocks[block.index()].terminator = Some(terminator);
+        self.func.blocks[block].terminator = Some(terminator);
     }
 }
 

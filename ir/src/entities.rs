@@ -13,8 +13,18 @@
 //! | [`RegionId`] | regions of a module | its name |
 //! | [`Label`] | labels of a module | `L3` |
 //! | [`StatementId`] | statements of a module | `@3` |
+//!
+//! Such tables are of two kinds, both from `cranelift-entity`:
+//!
+//! - A [`PrimaryMap`] has an entry for each entity that may be asked for: the tables of a function, and what a pass or the
+//!   lowering notes about blocks and values of a function that it does not add any to. To read past its end is a mistake of
+//!   the compiler, and panics.
+//! - A [`SecondaryMap`] has a default for what it holds no entry for. It is for passes that add values while they run, which
+//!   then need not care whether their notes are older than a value. Writing past its end makes it longer, so
+//!   [`Value::NONE`] must not be written.
 
-use std::fmt;
+use cranelift_entity::entity_impl;
+pub use cranelift_entity::{PrimaryMap, SecondaryMap};
 
 macro_rules! entities {
     ($($(#[$doc:meta])* $name:ident $prefix:literal;)*) => {
@@ -23,22 +33,12 @@ macro_rules! entities {
             #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
             pub struct $name(pub u32);
 
+            entity_impl!($name, $prefix);
+
             impl $name {
                 /// The number as an index.
                 pub fn index(self) -> usize {
                     self.0 as usize
-                }
-            }
-
-            impl fmt::Display for $name {
-                fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                    write!(f, concat!($prefix, "{}"), self.0)
-                }
-            }
-
-            impl fmt::Debug for $name {
-                fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                    fmt::Display::fmt(self, f)
                 }
             }
         )*

@@ -25,7 +25,7 @@
 
 use plcc_abi::TrapCode;
 
-use crate::{Block, Inst, InstData, Label, RegionId, StatementId, Type, Value};
+use crate::{Block, Inst, InstData, Label, PrimaryMap, RegionId, StatementId, Type, Value};
 
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -227,11 +227,11 @@ pub struct BlockData {
 pub struct FuncData {
     pub(crate) name: String,
     pub(crate) entries: Vec<(Label, Block)>,
-    pub(crate) blocks: Vec<BlockData>,
-    pub(crate) insts: Vec<InstData>,
-    pub(crate) locs: Vec<StatementId>,
-    pub(crate) results: Vec<Option<Value>>,
-    pub(crate) values: Vec<ValueData>,
+    pub(crate) blocks: PrimaryMap<Block, BlockData>,
+    pub(crate) insts: PrimaryMap<Inst, InstData>,
+    pub(crate) locs: PrimaryMap<Inst, StatementId>,
+    pub(crate) results: PrimaryMap<Inst, Option<Value>>,
+    pub(crate) values: PrimaryMap<Value, ValueData>,
 }
 
 impl FuncData {
@@ -247,7 +247,7 @@ impl FuncData {
 
     /// Its blocks with their numbers.
     pub fn blocks(&self) -> impl ExactSizeIterator<Item = (Block, &BlockData)> {
-        self.blocks.iter().enumerate().map(|(i, data)| (Block(i as u32), data))
+        self.blocks.iter()
     }
 
     /// The number of blocks.
@@ -279,7 +279,7 @@ impl FuncData {
 
     /// Whether it accesses [local bits](crate::Module::local_bits).
     pub(crate) fn has_local_bits(&self) -> bool {
-        self.insts.iter().any(|data| match data {
+        self.insts.values().any(|data| match data {
             InstData::Load { at, .. } | InstData::Store { at, .. } => {
                 at.region == RegionId::LOCAL_BITS
             }
@@ -297,7 +297,7 @@ impl FuncData {
     /// # Panics
     /// If the block is not of this function; [`verify`](crate::verify) finds such references.
     pub fn block(&self, block: Block) -> &BlockData {
-        &self.blocks[block.index()]
+        &self.blocks[block]
     }
 
     /// An instruction of this function.
@@ -305,17 +305,17 @@ impl FuncData {
     /// # Panics
     /// If it is not of this function.
     pub fn inst(&self, inst: Inst) -> &InstData {
-        &self.insts[inst.index()]
+        &self.insts[inst]
     }
 
     /// The statement that an instruction belongs to, or [`StatementId::NONE`].
     pub fn loc(&self, inst: Inst) -> StatementId {
-        self.locs.get(inst.index()).copied().unwrap_or(StatementId::NONE)
+        self.locs.get(inst).copied().unwrap_or(StatementId::NONE)
     }
 
     /// The result of an instruction; `None` if it has none, or is not of this function.
     pub fn result(&self, inst: Inst) -> Option<Value> {
-        self.results.get(inst.index()).copied().flatten()
+        self.results.get(inst).copied().flatten()
     }
 
     /// The type of a value.
@@ -323,7 +323,7 @@ impl FuncData {
     /// # Panics
     /// If the value is not of this function.
     pub fn ty(&self, value: Value) -> Type {
-        self.values[value.index()].ty
+        self.values[value].ty
     }
 
     /// How a value is defined.
@@ -331,20 +331,20 @@ impl FuncData {
     /// # Panics
     /// If the value is not of this function.
     pub fn def(&self, value: Value) -> ValueDef {
-        self.values[value.index()].def
+        self.values[value].def
     }
 
     /// The instruction whose result a value is; `None` for a parameter of a block.
     pub fn def_inst(&self, value: Value) -> Option<&InstData> {
-        match self.values.get(value.index())?.def {
-            ValueDef::Result(inst) => self.insts.get(inst.index()),
+        match self.values.get(value)?.def {
+            ValueDef::Result(inst) => self.insts.get(inst),
             ValueDef::Param(..) => None,
         }
     }
 
     /// The instruction that defines a value; `None` for a parameter of a block.
     pub fn definition(&self, value: Value) -> Option<Inst> {
-        match self.values.get(value.index())?.def {
+        match self.values.get(value)?.def {
             ValueDef::Result(inst) => Some(inst),
             ValueDef::Param(..) => None,
         }
@@ -363,18 +363,17 @@ impl FuncData {
     /// Whether all of the function's code is [optimised for size](BlockData::optimize_for_size), since it
     /// seldom runs.
     pub fn is_optimized_for_size(&self) -> bool {
-        let mut blocks = self.blocks.iter().filter(|data| !data.insts.is_empty());
+        let mut blocks = self.blocks.values().filter(|data| !data.insts.is_empty());
         blocks.all(|data| data.optimize_for_size)
     }
 
     /// Adds an instruction to the tables, which is in no block yet. Returns it and its result, which is
     /// [`Value::NONE`] if it has none.
     pub(crate) fn append(&mut self, data: InstData, loc: StatementId) -> (Inst, Value) {
-        let inst = Inst(self.insts.len() as u32);
-        let result = self.result_type(&data).map(|ty| {
-            self.values.push(ValueData { ty, def: ValueDef::Result(inst) });
-            Value(self.values.len() as u32 - 1)
-        });
+        let inst = self.insts.next_key();
+        let result = self
+            .result_type(&data)
+            .map(|ty| self.values.push(ValueData { ty, def: ValueDef::Result(inst) }));
         self.insts.push(data);
         self.locs.push(loc);
         self.results.push(result);

@@ -82,7 +82,9 @@ mod words;
 
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};
-pub use entities::{Block, Func, Inst, Label, RegionId, StatementId, Value};
+pub use entities::{
+    Block, Func, Inst, Label, PrimaryMap, RegionId, SecondaryMap, StatementId, Value,
+};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{
     Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, Operands, UnaryOp,

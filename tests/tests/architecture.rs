@@ -198,8 +198,10 @@ fn only_codegen_knows_cranelift() {
     for (name, manifest) in manifests() {
         for kind in ["dependencies", "dev-dependencies", "build-dependencies"] {
             for dependency in dependencies(&manifest, kind) {
+                // The IR's tables are its maps, which know nothing of code generation.
+                let is_tables = name == "plcc-ir" && dependency == "cranelift-entity";
                 assert!(
-                    name == "plcc-codegen" || !dependency.starts_with("cranelift"),
+                    name == "plcc-codegen" || is_tables || !dependency.starts_with("cranelift"),
                     "{name} must not depend on {dependency}"
                 );
             }

@@ -21,17 +21,19 @@
 
 use super::graph::Graph;
 use super::substitution::Substitution;
-use crate::{Block, BlockCall, BlockData, FuncData, InstData, Terminator, UnaryOp, Value};
+use crate::{
+    Block, BlockCall, BlockData, FuncData, InstData, PrimaryMap, Terminator, UnaryOp, Value,
+};
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
-    for index in 0..func.blocks.len() {
-        decide(func, index);
+    for block in func.blocks.keys() {
+        decide(func, block);
     }
     thread_jumps(func);
     let graph = Graph::new(func);
-    for (index, data) in func.blocks.iter_mut().enumerate() {
-        if !graph.is_reachable(Block(index as u32)) {
+    for (block, data) in &mut func.blocks {
+        if !graph.is_reachable(block) {
             *data = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
         }
     }
@@ -39,8 +41,8 @@ pub(super) fn run(func: &mut FuncData) {
 }
 
 /// Makes a jump of a branch that can go one way only.
-fn decide(func: &mut FuncData, index: usize) {
-    let Some(mut terminator) = func.blocks[index].terminator.take() else { return };
+fn decide(func: &mut FuncData, block: Block) {
+    let Some(mut terminator) = func.blocks[block].terminator.take() else { return };
     terminator = match terminator {
         Terminator::Brif { cond, then, otherwise } => decide_brif(func, cond, then, otherwise),
         Terminator::Switch { arg, targets, default } => {
@@ -57,7 +59,7 @@ fn decide(func: &mut FuncData, index: usize) {
         }
         other => other,
     };
-    func.blocks[index].terminator = Some(terminator);
+    func.blocks[block].terminator = Some(terminator);
 }
 
 fn decide_brif(
@@ -80,21 +82,20 @@ fn decide_brif(
 
 /// Lets every branch to an empty block that only jumps on go straight to where that goes.
 fn thread_jumps(func: &mut FuncData) {
-    let count = func.blocks.len();
     // For each block visited the block at which a jump to it ends up.
-    let mut ends: Vec<Option<Block>> = vec![None; count];
+    let mut ends = PrimaryMap::from(vec![None; func.block_count()]);
     let mut path = vec![];
-    for start in 0..count {
-        let mut at = Block(start as u32);
+    for start in func.blocks.keys() {
+        let mut at = start;
         // Empty blocks that jump in a circle lead back to a block of the path; that block is then
         // taken as the end.
         let end = loop {
-            if let Some(end) = ends[at.index()] {
+            if let Some(end) = ends[at] {
                 break end;
             }
             match only_jumps_to(func, at) {
                 Some(next) => {
-                    ends[at.index()] = Some(at);
+                    ends[at] = Some(at);
                     path.push(at);
                     at = next;
                 }
@@ -102,13 +103,13 @@ fn thread_jumps(func: &mut FuncData) {
             }
         };
         for block in path.drain(..) {
-            ends[block.index()] = Some(end);
+            ends[block] = Some(end);
         }
     }
-    for block in &mut func.blocks {
+    for block in func.blocks.values_mut() {
         if let Some(terminator) = &mut block.terminator {
             terminator.for_each_block_mut(|block| {
-                if let Some(end) = ends[block.index()] {
+                if let Some(end) = ends[*block] {
                     *block = end;
                 }
             });
@@ -118,7 +119,7 @@ fn thread_jumps(func: &mut FuncData) {
 
 /// The block to which an empty block jumps; `None` if the block does anything else.
 fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
-    match &func.blocks[block.index()] {
+    match &func.blocks[block] {
         BlockData { params, insts, terminator: Some(Terminator::Jump(call)), .. }
             if params.is_empty() && insts.is_empty() && call.args.is_empty() =>
         {
@@ -132,39 +133,38 @@ fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
 fn join_blocks(func: &mut FuncData, graph: &Graph) {
     let mut values = Substitution::new(func);
     let mut replaced = false;
-    let mut gone = vec![false; func.blocks.len()];
+    let mut gone = PrimaryMap::from(vec![false; func.block_count()]);
     for &block in &graph.order {
-        if gone[block.index()] {
+        if gone[block] {
             continue;
         }
-        let mut data = std::mem::take(&mut func.blocks[block.index()]);
+        let mut data = std::mem::take(&mut func.blocks[block]);
         while let Some(Terminator::Jump(call)) = &data.terminator {
             let next = call.block;
             // The next block has further predecessors, or the blocks form a circle.
-            if graph.sole_predecessor[next.index()].is_none() || next == block || gone[next.index()]
-            {
+            if graph.sole_predecessor[next].is_none() || next == block || gone[next] {
                 break;
             }
-            let follower = std::mem::take(&mut func.blocks[next.index()]);
+            let follower = std::mem::take(&mut func.blocks[next]);
             for (&param, &arg) in follower.params.iter().zip(&call.args) {
                 values.replace(param, arg);
                 replaced = true;
             }
-            gone[next.index()] = true;
+            gone[next] = true;
             data.insts.extend(follower.insts);
             data.terminator = follower.terminator;
         }
-        func.blocks[block.index()] = data;
+        func.blocks[block] = data;
     }
-    for (data, gone) in func.blocks.iter_mut().zip(&gone) {
-        if *gone {
+    for (block, data) in &mut func.blocks {
+        if gone[block] {
             data.terminator = Some(Terminator::Return);
         }
     }
     if replaced {
-        for data in &mut func.blocks {
+        for data in func.blocks.values_mut() {
             for &inst in &data.insts {
-                values.inst(&mut func.insts[inst.index()]);
+                values.inst(&mut func.insts[inst]);
             }
             if let Some(terminator) = &mut data.terminator {
                 values.terminator(terminator);

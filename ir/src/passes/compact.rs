@@ -8,76 +8,70 @@
 
 use super::graph::Graph;
 use crate::func::ValueData;
-use crate::{Block, FuncData, Inst, Value, ValueDef};
+use crate::{Block, FuncData, PrimaryMap, Value, ValueDef};
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
-    let mut blocks = vec![Block(0); func.block_count()];
+    let mut blocks = PrimaryMap::from(vec![Block(0); func.block_count()]);
     let mut count = 0;
-    for (index, slot) in blocks.iter_mut().enumerate() {
-        if graph.is_reachable(Block(index as u32)) {
+    for (block, slot) in &mut blocks {
+        if graph.is_reachable(block) {
             *slot = Block(count);
             count += 1;
         }
     }
-    let mut index = 0;
-    func.blocks.retain(|_| {
-        index += 1;
-        graph.is_reachable(Block(index - 1))
-    });
+    let mut data = Vec::from(std::mem::take(&mut func.blocks));
+    let mut old = graph.edges.keys();
+    data.retain(|_| old.next().is_some_and(|block| graph.is_reachable(block)));
+    func.blocks = data.into();
     for (_, block) in &mut func.entries {
-        *block = blocks[block.index()];
+        *block = blocks[*block];
     }
-    let total = func.blocks.iter().map(|block| block.insts.len()).sum();
+    let total = func.blocks.values().map(|block| block.insts.len()).sum();
     // A value without a definition stays one that the verifier refuses.
-    let mut values = vec![Value::NONE; func.value_count()];
+    let mut values = PrimaryMap::from(vec![Value::NONE; func.value_count()]);
     let mut new = FuncData {
-        insts: Vec::with_capacity(total),
-        locs: Vec::with_capacity(total),
-        results: Vec::with_capacity(total),
-        values: Vec::with_capacity(total),
+        insts: PrimaryMap::with_capacity(total),
+        locs: PrimaryMap::with_capacity(total),
+        results: PrimaryMap::with_capacity(total),
+        values: PrimaryMap::with_capacity(total),
         ..FuncData::default()
     };
     // Definitions get their new numbers first. Then uses are replaced, some of which stand before
     // their definition in the order of the blocks.
-    for (number, block) in func.blocks.iter_mut().enumerate() {
-        for (at, param) in block.params.iter_mut().enumerate() {
-            let def = ValueDef::Param(Block(number as u32), at as u32);
-            let ty = func.values[param.index()].ty;
-            values[param.index()] = push(&mut new.values, ValueData { ty, def });
-            *param = values[param.index()];
+    for (block, data) in &mut func.blocks {
+        for (at, param) in data.params.iter_mut().enumerate() {
+            let def = ValueDef::Param(block, at as u32);
+            let ty = func.values[*param].ty;
+            values[*param] = new.values.push(ValueData { ty, def });
+            *param = values[*param];
         }
-        for inst in &mut block.insts {
-            let old = inst.index();
-            *inst = Inst(new.insts.len() as u32);
+        for inst in &mut data.insts {
+            let old = *inst;
+            *inst = new.insts.next_key();
             let result = func.results[old].map(|value| {
-                let ty = func.values[value.index()].ty;
+                let ty = func.values[value].ty;
                 let data = ValueData { ty, def: ValueDef::Result(*inst) };
-                values[value.index()] = push(&mut new.values, data);
-                values[value.index()]
+                values[value] = new.values.push(data);
+                values[value]
             });
             new.insts.push(func.insts[old]);
             new.locs.push(func.locs[old]);
             new.results.push(result);
         }
     }
-    for block in &mut func.blocks {
+    for block in func.blocks.values_mut() {
         for inst in &block.insts {
-            new.insts[inst.index()].for_each_arg_mut(|value| *value = values[value.index()]);
+            new.insts[*inst].for_each_arg_mut(|value| *value = values[*value]);
         }
         if let Some(terminator) = &mut block.terminator {
-            terminator.for_each_arg_mut(|value| *value = values[value.index()]);
-            terminator.for_each_block_mut(|block| *block = blocks[block.index()]);
+            terminator.for_each_arg_mut(|value| *value = values[*value]);
+            terminator.for_each_block_mut(|block| *block = blocks[*block]);
         }
     }
     func.insts = new.insts;
     func.locs = new.locs;
     func.results = new.results;
     func.values = new.values;
-}
-
-fn push(values: &mut Vec<ValueData>, data: ValueData) -> Value {
-    values.push(data);
-    Value(values.len() as u32 - 1)
 }

@@ -29,11 +29,11 @@ pub(super) fn run(func: &mut FuncData) {
     let mut values = Substitution::new(func);
     let mut table = Table::default();
     for &block in &forest.order {
-        let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        let mut insts = std::mem::take(&mut func.blocks[block].insts);
         insts.retain(|&inst| {
             let mut data = *func.inst(inst);
             values.inst(&mut data);
-            func.insts[inst.index()] = data;
+            func.insts[inst] = data;
             let Some(result) = func.result(inst).filter(|_| is_mergeable(&data)) else {
                 return true;
             };
@@ -49,7 +49,7 @@ pub(super) fn run(func: &mut FuncData) {
             *slot = (result, block);
             true
         });
-        let data = &mut func.blocks[block.index()];
+        let data = &mut func.blocks[block];
         data.insts = insts;
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
@@ -89,14 +89,14 @@ impl Forest {
         let mut first: Vec<Option<Block>> = vec![None; count];
         let mut next: Vec<Option<Block>> = vec![None; count];
         for &block in graph.order.iter().rev() {
-            if let Some(parent) = graph.sole_predecessor[block.index()] {
+            if let Some(parent) = graph.sole_predecessor[block] {
                 next[block.index()] = first[parent.index()].replace(block);
             }
         }
         let mut forest = Self { order: vec![], spans: vec![(0, 0); count] };
         let mut stack = vec![];
         for &root in &graph.order {
-            if graph.sole_predecessor[root.index()].is_some() {
+            if graph.sole_predecessor[root].is_some() {
                 continue;
             }
             forest.enter(root);

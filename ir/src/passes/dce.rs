@@ -24,10 +24,10 @@ pub(super) fn run(func: &mut FuncData) {
     let mut has_unused = false;
     // Backwards, so that all uses are visited before the definition.
     for &block in graph.order.iter().rev() {
-        if let Some(terminator) = &func.blocks[block.index()].terminator {
+        if let Some(terminator) = &func.blocks[block].terminator {
             terminator.for_each_operand(|value| used[value.index()] = true);
             terminator.for_each_block(|to, args| {
-                let params = &func.blocks[to.index()].params;
+                let params = &func.blocks[to].params;
                 for (param, arg) in params.iter().zip(args) {
                     if used[param.index()] || !visited[to.index()] {
                         used[arg.index()] = true;
@@ -36,12 +36,12 @@ pub(super) fn run(func: &mut FuncData) {
             });
         }
         visited[block.index()] = true;
-        let data = &mut func.blocks[block.index()];
+        let data = &mut func.blocks[block];
         let mut kept = data.insts.len();
         for at in (0..data.insts.len()).rev() {
             let inst = data.insts[at];
-            let instruction = &func.insts[inst.index()];
-            let wanted = func.results[inst.index()].is_some_and(|value| used[value.index()]);
+            let instruction = &func.insts[inst];
+            let wanted = func.results[inst].is_some_and(|value| used[value.index()]);
             if wanted || instruction.has_effect() {
                 instruction.for_each_arg(|value| used[value.index()] = true);
                 kept -= 1;
@@ -59,11 +59,11 @@ pub(super) fn run(func: &mut FuncData) {
 /// Drops the parameters of reachable blocks that are not used, with what is passed for them.
 fn drop_params(func: &mut FuncData, graph: &Graph, used: &[bool]) {
     let is_used = |value: &Value| used[value.index()];
-    for index in 0..func.blocks.len() {
-        let Some(mut terminator) = func.blocks[index].terminator.take() else { continue };
+    for block in func.blocks.keys() {
+        let Some(mut terminator) = func.blocks[block].terminator.take() else { continue };
         let keep = |call: &mut BlockCall| {
             if graph.is_reachable(call.block) {
-                let mut params = func.blocks[call.block.index()].params.iter();
+                let mut params = func.blocks[call.block].params.iter();
                 call.args.retain(|_| params.next().is_none_or(is_used));
             }
         };
@@ -76,14 +76,14 @@ fn drop_params(func: &mut FuncData, graph: &Graph, used: &[bool]) {
             // The blocks of other terminators have no parameters.
             _ => {}
         }
-        func.blocks[index].terminator = Some(terminator);
+        func.blocks[block].terminator = Some(terminator);
     }
     for &block in &graph.order {
-        let mut params = std::mem::take(&mut func.blocks[block.index()].params);
+        let mut params = std::mem::take(&mut func.blocks[block].params);
         params.retain(is_used);
         for (at, &param) in params.iter().enumerate() {
-            func.values[param.index()].def = ValueDef::Param(block, at as u32);
+            func.values[param].def = ValueDef::Param(block, at as u32);
         }
-        func.blocks[block.index()].params = params;
+        func.blocks[block].params = params;
     }
 }

@@ -76,9 +76,9 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &DeadBytes)
     let mut walk = Walk::new(func, bytes);
     // Definitions come before uses in this order, so backwards every use is seen first.
     for &block in graph.order.iter().rev() {
-        let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        let mut insts = std::mem::take(&mut func.blocks[block].insts);
         walk.block(func, block, &mut insts, dead);
-        func.blocks[block.index()].insts = insts;
+        func.blocks[block].insts = insts;
     }
 }
 

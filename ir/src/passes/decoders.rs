@@ -172,17 +172,17 @@ fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part
     if fields.is_empty() {
         return false;
     }
-    let insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    let insts = std::mem::take(&mut func.blocks[block].insts);
     let mut out = Vec::with_capacity(insts.len());
     for inst in insts {
         if let Some(found) = outermost(func, inst)
             && let Some(&(.., all)) = fields.get(&found.field)
         {
-            func.insts[inst.index()] = mask_test(func, inst, found, all, &mut out);
+            func.insts[inst] = mask_test(func, inst, found, all, &mut out);
         }
         out.push(inst);
     }
-    func.blocks[block.index()].insts = out;
+    func.blocks[block].insts = out;
     true
 }
 

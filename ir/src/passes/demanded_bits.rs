@@ -33,12 +33,12 @@ pub(super) fn run(func: &mut FuncData) {
     // For each value the bits that its uses demand.
     let mut demanded_bits = vec![0u64; func.value_count()];
     for &block in graph.order.iter().rev() {
-        let data = &func.blocks[block.index()];
+        let data = &func.blocks[block];
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(|value| demanded_bits[value.index()] = u64::MAX);
         }
         for at in (0..data.insts.len()).rev() {
-            let inst = func.blocks[block.index()].insts[at];
+            let inst = func.blocks[block].insts[at];
             let mut data = *func.inst(inst);
             let bits = match func.result(inst) {
                 Some(result) => demanded_bits[result.index()],
@@ -55,7 +55,7 @@ pub(super) fn run(func: &mut FuncData) {
                 demanded_bits[value.index()] |= bits;
                 number += 1;
             });
-            func.insts[inst.index()] = data;
+            func.insts[inst] = data;
         }
     }
 }

@@ -90,7 +90,7 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
     let mut passed = PassedBounds::new(&graph);
     for &block in &graph.order {
         passed.enter(fold.func, block, &mut fold.ranges);
-        let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
+        let insts = std::mem::take(&mut fold.func.blocks[block].insts);
         fold.out.reserve(insts.len());
         for inst in insts {
             fold.loc = fold.func.loc(inst);
@@ -99,7 +99,7 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
             let Some(result) = fold.func.result(inst) else {
                 fold.fix_constant_index(&mut data);
                 fold.store_double(&mut data);
-                fold.func.insts[inst.index()] = data;
+                fold.func.insts[inst] = data;
                 fold.out.push(inst);
                 continue;
             };
@@ -130,10 +130,10 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
             {
                 fold.ranges.note_word(result, &at);
             }
-            fold.func.insts[inst.index()] = data;
+            fold.func.insts[inst] = data;
             fold.out.push(inst);
         }
-        let data = &mut fold.func.blocks[block.index()];
+        let data = &mut fold.func.blocks[block];
         data.insts = std::mem::take(&mut fold.out);
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
@@ -147,7 +147,7 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
 /// How often each value is used.
 fn count_uses(func: &FuncData) -> Vec<u32> {
     let mut uses = vec![0; func.value_count()];
-    for block in &func.blocks {
+    for block in func.blocks.values() {
         for &inst in &block.insts {
             func.inst(inst).for_each_arg(|value| uses[value.index()] += 1);
         }

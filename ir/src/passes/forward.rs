@@ -86,7 +86,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool
     // Whether each block is the sole predecessor of another. If so, its facts are kept.
     let mut is_sole_predecessor = vec![false; func.block_count()];
     for &block in &graph.order {
-        if let Some(before) = graph.sole_predecessor[block.index()] {
+        if let Some(before) = graph.sole_predecessor[block] {
             is_sole_predecessor[before.index()] = true;
         }
     }
@@ -108,7 +108,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool
     let mut changed = false;
     for &block in &graph.order {
         state.enter_block(
-            graph.sole_predecessor[block.index()].and_then(|before| ends[before.index()].as_ref()),
+            graph.sole_predecessor[block].and_then(|before| ends[before.index()].as_ref()),
         );
         changed |= state.block(func, block, &mut values);
         if is_sole_predecessor[block.index()] {
@@ -146,7 +146,7 @@ impl State<'_> {
 
     /// Visits the instructions of a block; gives whether something was changed.
     fn block(&mut self, func: &mut FuncData, block: Block, values: &mut Substitution) -> bool {
-        let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        let mut insts = std::mem::take(&mut func.blocks[block].insts);
         let before = insts.len();
         let mut changed = false;
         insts.retain(|&inst| {
@@ -157,7 +157,7 @@ impl State<'_> {
             }
             let mut data = *func.inst(inst);
             values.inst(&mut data);
-            func.insts[inst.index()] = data;
+            func.insts[inst] = data;
             match data {
                 InstData::Load { ty, at } => {
                     let Some(result) = func.result(inst) else { return true };
@@ -168,7 +168,7 @@ impl State<'_> {
                         }
                         Some((arg, from)) => {
                             if let Some(op) = conversion(from, ty) {
-                                func.insts[inst.index()] = InstData::Convert { op, to: ty, arg };
+                                func.insts[inst] = InstData::Convert { op, to: ty, arg };
                                 changed = true;
                             }
                         }
@@ -187,7 +187,7 @@ impl State<'_> {
             }
         });
         changed |= insts.len() != before;
-        let data = &mut func.blocks[block.index()];
+        let data = &mut func.blocks[block];
         data.insts = insts;
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);

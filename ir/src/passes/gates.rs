@@ -78,10 +78,10 @@ pub(super) fn run(func: &mut FuncData) {
             *count += 1;
             *place = block;
         };
-        let data = &func.blocks[block.index()];
+        let data = &func.blocks[block];
         for &inst in &data.insts {
             places[inst.index()] = block;
-            func.insts[inst.index()].for_each_arg(&mut note);
+            func.insts[inst].for_each_arg(&mut note);
         }
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(note);
@@ -98,7 +98,7 @@ pub(super) fn run(func: &mut FuncData) {
 impl Gates<'_> {
     /// Rearranges the gates of a block.
     fn block(&mut self) {
-        let insts = std::mem::take(&mut self.func.blocks[self.block.index()].insts);
+        let insts = std::mem::take(&mut self.func.blocks[self.block].insts);
         // The results of outermost gates, found backwards; each is written where it stood.
         let mut roots = vec![];
         for &inst in insts.iter().rev() {
@@ -119,7 +119,7 @@ impl Gates<'_> {
                 out.push(inst);
             }
         }
-        self.func.blocks[self.block.index()].insts = out;
+        self.func.blocks[self.block].insts = out;
     }
 
     /// Whether an AND or OR of truth values is an OR, and its operands; `None` for other instructions.
@@ -268,11 +268,11 @@ impl Gates<'_> {
         // The last instruction that was written computes the result; it becomes the one that stood
         // here, so that uses need not be changed.
         match out.pop().filter(|&last| self.func.result(last) == Some(value)) {
-            Some(last) => self.func.insts[inst.index()] = *self.func.inst(last),
+            Some(last) => self.func.insts[inst] = *self.func.inst(last),
             None => {
                 // A gate has two inputs at least, so that it ends with an operation.
                 let args = [value, value];
-                self.func.insts[inst.index()] = InstData::Binary { op: BinaryOp::And, args };
+                self.func.insts[inst] = InstData::Binary { op: BinaryOp::And, args };
             }
         }
         out.push(inst);

@@ -9,7 +9,7 @@
 //! control reaches a block from one other block only, everything known at the end of that one
 //! holds. That is less than dominance gives, but costs nothing.
 
-use crate::{Block, FuncData};
+use crate::{Block, FuncData, PrimaryMap};
 
 /// The order and the edges of the blocks that control can reach.
 #[derive(Debug, Default)]
@@ -18,10 +18,10 @@ pub(crate) struct Graph {
     pub(crate) order: Vec<Block>,
     /// For each block the number of edges that lead to it. Each label at the block counts as one
     /// edge. It is 0 if control cannot reach the block.
-    pub(crate) edges: Vec<u32>,
+    pub(crate) edges: PrimaryMap<Block, u32>,
     /// For each block its sole predecessor: the block that the edge to it comes from, if there is
     /// only one edge.
-    pub(crate) sole_predecessor: Vec<Option<Block>>,
+    pub(crate) sole_predecessor: PrimaryMap<Block, Option<Block>>,
 }
 
 impl Graph {
@@ -30,14 +30,14 @@ impl Graph {
         let count = func.block_count();
         let mut graph = Self {
             order: Vec::with_capacity(count),
-            edges: vec![0; count],
-            sole_predecessor: vec![None; count],
+            edges: vec![0; count].into(),
+            sole_predecessor: vec![None; count].into(),
         };
         let mut stack: Vec<(Block, usize)> = vec![];
         for &(_, entry) in func.entries().iter().rev() {
-            let seen = graph.edges[entry.index()] > 0;
-            graph.edges[entry.index()] += 1;
-            graph.sole_predecessor[entry.index()] = None;
+            let seen = graph.edges[entry] > 0;
+            graph.edges[entry] += 1;
+            graph.sole_predecessor[entry] = None;
             if !seen {
                 stack.push((entry, 0));
             }
@@ -47,13 +47,13 @@ impl Graph {
                     Some(next) => {
                         *number += 1;
                         let from = *block;
-                        let edges = &mut graph.edges[next.index()];
+                        let edges = &mut graph.edges[next];
                         *edges += 1;
                         if *edges == 1 {
-                            graph.sole_predecessor[next.index()] = Some(from);
+                            graph.sole_predecessor[next] = Some(from);
                             stack.push((next, 0));
                         } else {
-                            graph.sole_predecessor[next.index()] = None;
+                            graph.sole_predecessor[next] = None;
                         }
                     }
                     None => {
@@ -68,12 +68,12 @@ impl Graph {
     }
 
     /// For each block those reachable ones that branch to it, each once.
-    pub(crate) fn predecessors(&self, func: &FuncData) -> Vec<Vec<Block>> {
-        let mut all: Vec<Vec<Block>> = vec![vec![]; func.block_count()];
+    pub(crate) fn predecessors(&self, func: &FuncData) -> PrimaryMap<Block, Vec<Block>> {
+        let mut all = PrimaryMap::from(vec![vec![]; func.block_count()]);
         for &block in &self.order {
             if let Some(terminator) = &func.block(block).terminator {
                 terminator.for_each_block(|next, _| {
-                    let before = &mut all[next.index()];
+                    let before = &mut all[next];
                     if before.last() != Some(&block) {
                         before.push(block);
                     }
@@ -85,6 +85,6 @@ impl Graph {
 
     /// Whether control can reach a block.
     pub(crate) fn is_reachable(&self, block: Block) -> bool {
-        self.edges[block.index()] > 0
+        self.edges[block] > 0
     }
 }

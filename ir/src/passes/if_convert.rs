@@ -23,7 +23,7 @@ use super::graph::Graph;
 use super::insert::{Cursor, Insert};
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData,
-    Terminator, Type, UnaryOp, Value,
+    PrimaryMap, Terminator, Type, UnaryOp, Value,
 };
 
 /// The instructions of both ways may cost no more than this together, in cycles, roughly. It is
@@ -47,7 +47,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     let mut changed = false;
     // Backwards, so that inner branches come before those around them.
     for &block in order.iter().rev() {
-        if edges[block.index()] > 0 {
+        if edges[block] > 0 {
             changed |= convert(func, block, &mut edges);
         }
     }
@@ -55,7 +55,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 }
 
 /// Converts the branch at the end of a block; gives whether that was possible.
-fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
+fn convert(func: &mut FuncData, block: Block, edges: &mut PrimaryMap<Block, u32>) -> bool {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return false;
     };
@@ -85,12 +85,12 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     if a + b > MAX_COST + if common.is_some() { SAVED_BY_COMMON_STORE } else { 0 } {
         return false;
     }
-    let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    let mut insts = std::mem::take(&mut func.blocks[block].insts);
     for (arm, taken_if) in [(&then, true), (&otherwise, false)] {
         let Some(block) = arm.block else { continue };
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
-        let data = std::mem::replace(&mut func.blocks[block.index()], dropped);
-        edges[block.index()] = 0;
+        let data = std::mem::replace(&mut func.blocks[block], dropped);
+        edges[block] = 0;
         for inst in data.insts {
             match common {
                 // The stores of both ways follow as one.
@@ -113,17 +113,17 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         let mut out = Cursor { func, out: &mut insts, loc };
         args.push(if a == b { a } else { out.insert_select(cond, a, b) });
     }
-    edges[to.index()] -= 1;
-    let data = &mut func.blocks[block.index()];
+    edges[to] -= 1;
+    let data = &mut func.blocks[block];
     data.insts = insts;
     data.terminator = Some(Terminator::Jump(BlockCall { block: to, args }));
     // The block where the ways meet is appended, so that a branch around all this can be converted
     // too.
-    if edges[to.index()] == 1 && func.block(to).params.is_empty() {
+    if edges[to] == 1 && func.block(to).params.is_empty() {
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
-        let next = std::mem::replace(&mut func.blocks[to.index()], dropped);
-        edges[to.index()] = 0;
-        let data = &mut func.blocks[block.index()];
+        let next = std::mem::replace(&mut func.blocks[to], dropped);
+        edges[to] = 0;
+        let data = &mut func.blocks[block];
         data.insts.extend(next.insts);
         data.terminator = next.terminator;
     }
@@ -132,10 +132,10 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
 
 /// A way through a block, if control reaches the block from this branch only and the block ends
 /// with a jump.
-fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
+fn arm(func: &FuncData, call: &BlockCall, edges: &PrimaryMap<Block, u32>) -> Option<Arm> {
     let data = func.block(call.block);
     match &data.terminator {
-        Some(Terminator::Jump(to)) if edges[call.block.index()] == 1 && data.params.is_empty() => {
+        Some(Terminator::Jump(to)) if edges[call.block] == 1 && data.params.is_empty() => {
             Some(Arm { block: Some(call.block), to: to.clone() })
         }
         _ => None,
@@ -194,8 +194,8 @@ fn store_doubles_as_integers(func: &mut FuncData, a: Block, b: Block) {
         let loc = func.loc(inst);
         let (constant, value) =
             func.append(InstData::Iconst { ty: Type::I64, value: bits as i64 }, loc);
-        func.insts[inst.index()] = InstData::Store { at, value };
-        func.blocks[block.index()].insts.insert(0, constant);
+        func.insts[inst] = InstData::Store { at, value };
+        func.blocks[block].insts.insert(0, constant);
     }
 }
 
@@ -251,7 +251,7 @@ fn append_arm_inst(
         let old = out.insert_load(ty, at);
         let args = if taken_if { [value, old] } else { [old, value] };
         let value = out.insert(InstData::Select { cond, args });
-        func.insts[inst.index()] = InstData::Store { at, value };
+        func.insts[inst] = InstData::Store { at, value };
     }
     insts.push(inst);
 }

@@ -25,8 +25,8 @@ use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
-    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, RegionId, StatementId,
-    Terminator, Type, UnaryOp, Value,
+    BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, PrimaryMap, RegionId,
+    StatementId, Terminator, Type, UnaryOp, Value,
 };
 
 /// A function being changed.
@@ -66,12 +66,12 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
     let mut passed_bounds = PassedBounds::new(&graph);
     let before = graph.predecessors(this.func);
     for &block in &graph.order {
-        for (at, &param) in this.func.blocks[block.index()].params.iter().enumerate() {
+        for (at, &param) in this.func.blocks[block].params.iter().enumerate() {
             this.floats.set(param, passed.param(block, at));
         }
         passed_bounds.enter(this.func, block, &mut this.integers);
-        this.params(block, &before[block.index()], &mut values);
-        let insts = std::mem::take(&mut this.func.blocks[block.index()].insts);
+        this.params(block, &before[block], &mut values);
+        let insts = std::mem::take(&mut this.func.blocks[block].insts);
         this.out.reserve(insts.len());
         for inst in insts {
             this.loc = this.func.loc(inst);
@@ -88,16 +88,16 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
                 }
                 this.note(result, &data);
             }
-            this.func.insts[inst.index()] = data;
+            this.func.insts[inst] = data;
             this.out.push(inst);
         }
-        let data = &mut this.func.blocks[block.index()];
+        let data = &mut this.func.blocks[block];
         data.insts = std::mem::take(&mut this.out);
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
             passed.note(terminator, &this.floats);
         }
-        if let Some(terminator) = &this.func.blocks[block.index()].terminator {
+        if let Some(terminator) = &this.func.blocks[block].terminator {
             passed_bounds.note(this.func, terminator, &this.integers);
         }
     }
@@ -105,27 +105,27 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
 
 /// Whether a function computes with doubles at all.
 pub(super) fn has_doubles(func: &FuncData) -> bool {
-    func.values.iter().any(|value| value.ty == Type::F64)
+    func.values.values().any(|value| value.ty == Type::F64)
 }
 
 /// The ranges that branches pass to the parameters of blocks.
 pub(super) struct PassedRanges {
     /// For each block the number of edges to it that have not been visited, and what those pass that
     /// have.
-    blocks: Vec<(u32, Vec<FloatRange>)>,
+    blocks: PrimaryMap<Block, (u32, Vec<FloatRange>)>,
 }
 
 impl PassedRanges {
     /// Nothing is visited yet.
     pub(super) fn new(graph: &Graph) -> Self {
-        Self { blocks: graph.edges.iter().map(|&edges| (edges, vec![])).collect() }
+        Self { blocks: graph.edges.values().map(|&edges| (edges, vec![])).collect() }
     }
 
     /// What all branches to a block pass to its parameter with a number. If one of them was not
     /// visited yet, nothing is known.
-    pub(super) fn param(&self, block: crate::Block, number: usize) -> FloatRange {
-        match self.blocks.get(block.index()) {
-            Some((0, ranges)) => ranges.get(number).copied().unwrap_or(FloatRange::ANY),
+    pub(super) fn param(&self, block: Block, number: usize) -> FloatRange {
+        match &self.blocks[block] {
+            (0, ranges) => ranges.get(number).copied().unwrap_or(FloatRange::ANY),
             _ => FloatRange::ANY,
         }
     }
@@ -133,7 +133,7 @@ impl PassedRanges {
     /// Visits a terminator.
     pub(super) fn note(&mut self, terminator: &Terminator, floats: &FloatRanges<'_>) {
         terminator.for_each_block(|block, args| {
-            let Some((missing, ranges)) = self.blocks.get_mut(block.index()) else { return };
+            let (missing, ranges) = &mut self.blocks[block];
             *missing = missing.saturating_sub(1);
             let passed = args.iter().map(|&arg| floats.get(arg));
             if ranges.is_empty() {

@@ -30,12 +30,12 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     let mut values = Substitution::new(func);
     let mut changed = false;
     for &block in &graph.order {
-        let insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        let insts = std::mem::take(&mut func.blocks[block].insts);
         let mut out = Vec::with_capacity(insts.len());
         for inst in insts {
             let mut data = *func.inst(inst);
             values.inst(&mut data);
-            func.insts[inst.index()] = data;
+            func.insts[inst] = data;
             let Some(result) = func.result(inst) else {
                 out.push(inst);
                 continue;
@@ -62,14 +62,13 @@ pub(super) fn run(func: &mut FuncData) -> bool {
                 let is_logic = matches!(data, InstData::Binary { .. });
                 if let Some(arg) = bit.filter(|_| is_logic && is_demanded) {
                     // All other bits are 0.
-                    func.insts[inst.index()] =
-                        InstData::Convert { op: ConvertOp::Zext, to: ty, arg };
+                    func.insts[inst] = InstData::Convert { op: ConvertOp::Zext, to: ty, arg };
                     changed = true;
                 }
             }
             out.push(inst);
         }
-        let data = &mut func.blocks[block.index()];
+        let data = &mut func.blocks[block];
         data.insts = out;
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
@@ -77,9 +76,9 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     }
     // Blocks that control cannot reach were not visited, and may use what was replaced.
     if changed {
-        for data in &mut func.blocks {
+        for data in func.blocks.values_mut() {
             for &inst in &data.insts {
-                values.inst(&mut func.insts[inst.index()]);
+                values.inst(&mut func.insts[inst]);
             }
             if let Some(terminator) = &mut data.terminator {
                 values.terminator(terminator);
@@ -93,7 +92,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> Vec<bool> {
     let mut demanded = vec![false; func.value_count()];
     for &block in graph.order.iter().rev() {
-        let data = &func.blocks[block.index()];
+        let data = &func.blocks[block];
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(|value| demanded[value.index()] = true);
         }

@@ -139,12 +139,12 @@ impl Collector<'_> {
     /// Collects bits in a block, and writes the block anew.
     fn block(&mut self, graph: &Graph, block: Block, values: &mut Substitution) {
         self.words = self.waiting.remove(&block).unwrap_or_default();
-        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
+        let insts = std::mem::take(&mut self.func.blocks[block].insts);
         for inst in insts {
             self.loc = self.func.loc(inst);
             let mut data = *self.func.inst(inst);
             values.inst(&mut data);
-            self.func.insts[inst.index()] = data;
+            self.func.insts[inst] = data;
             match data {
                 InstData::Load { ty, at } => {
                     let found = self.words.iter().position(|word| word.at == at && word.ty == ty);
@@ -181,7 +181,7 @@ impl Collector<'_> {
             }
             None => self.store_all(),
         }
-        let data = &mut self.func.blocks[block.index()];
+        let data = &mut self.func.blocks[block];
         data.insts = std::mem::take(&mut self.out);
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
@@ -200,7 +200,7 @@ impl Collector<'_> {
         if self.words.is_empty() || then == otherwise {
             return None;
         }
-        let edges = |to: Block| graph.edges.get(to.index()).copied().unwrap_or(0);
+        let edges = |to: Block| graph.edges[to];
         // The block to which a side jumps, if the side is reached from here alone and leaves the words alone.
         let successor = |way: Block| {
             let data = self.func.block(way);

@@ -111,7 +111,7 @@ pub(super) fn applies(func: &FuncData) -> bool {
         }
         _ => false,
     };
-    func.blocks.iter().any(|block| block.insts.iter().any(is_joined))
+    func.blocks.values().any(|block| block.insts.iter().any(is_joined))
 }
 
 /// Runs the pass; gives whether it changed anything.
@@ -154,7 +154,7 @@ impl Insert for Rows<'_> {
 impl Rows<'_> {
     /// Examines a block; gives whether it was changed.
     fn block(&mut self, block: Block) -> bool {
-        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
+        let insts = std::mem::take(&mut self.func.blocks[block].insts);
         self.known.clear();
         self.note_block(&insts);
         for (at, &inst) in insts.iter().enumerate() {
@@ -165,7 +165,7 @@ impl Rows<'_> {
             {
                 self.loc = self.func.loc(inst);
                 if let Some(value) = self.store(value, at) {
-                    self.func.insts[inst.index()] = InstData::Store { at: to, value };
+                    self.func.insts[inst] = InstData::Store { at: to, value };
                 }
             }
         }

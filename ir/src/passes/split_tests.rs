@@ -156,7 +156,7 @@ fn nested(func: &FuncData, graph: &Graph, block: Block, uses: &[u32]) -> Option<
     let Some(Terminator::Brif { cond: _, then, otherwise }) = &data.terminator else { return None };
     let inner = then.block;
     let inside = func.block(inner);
-    let is_inside = graph.sole_predecessor[inner.index()] == Some(block)
+    let is_inside = graph.sole_predecessor[inner] == Some(block)
         && then.args.is_empty()
         && otherwise.args.is_empty()
         && (inside.cold, inside.optimize_for_size) == (data.cold, data.optimize_for_size)
@@ -184,8 +184,8 @@ fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
     // The result is used by the branch alone.
     uses.resize(func.value_count(), 1);
     let left = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
-    let insts = std::mem::replace(&mut func.blocks[inner.index()], left).insts;
-    let data = &mut func.blocks[block.index()];
+    let insts = std::mem::replace(&mut func.blocks[inner], left).insts;
+    let data = &mut func.blocks[block];
     data.insts.extend(insts);
     data.insts.push(and);
     if let Some(Terminator::Brif { cond, then: to, .. }) = &mut data.terminator {
@@ -213,7 +213,7 @@ fn compared_variable(func: &FuncData, block: Block, value: Value) -> Option<(Add
 
 /// Splits the comparison off the AND with which a block ends.
 fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Vec<u32>) {
-    let data = &mut func.blocks[block.index()];
+    let data = &mut func.blocks[block];
     let mut insts = std::mem::take(&mut data.insts);
     let (cold, optimize_for_size) = (data.cold, data.optimize_for_size);
     let Some(Terminator::Brif { cond, then, otherwise }) = data.terminator.take() else { return };
@@ -254,16 +254,15 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
     for &other in condition.others.iter().skip(1) {
         all = Cursor { func, out: &mut there, loc }.insert_binary(BinaryOp::And, all, other);
     }
-    let second = Block(func.blocks.len() as u32);
     let terminator = Terminator::Brif { cond: all, then, otherwise: otherwise.clone() };
-    func.blocks.push(BlockData {
+    let second = func.blocks.push(BlockData {
         params: vec![],
         insts: there,
         cold,
         optimize_for_size,
         terminator: Some(terminator),
     });
-    let data = &mut func.blocks[block.index()];
+    let data = &mut func.blocks[block];
     data.insts = insts;
     data.terminator =
         Some(Terminator::Brif { cond: comparison, then: BlockCall::plain(second), otherwise });

@@ -162,7 +162,7 @@ mod tests {
     fn functions_keep_their_order_whichever_thread_takes_them() {
         let func = |number: usize| FuncData {
             name: format!("chunk{number}"),
-            insts: vec![InstData::IsLate; 1000 + 37 * number % 1000],
+            insts: vec![InstData::IsLate; 1000 + 37 * number % 1000].into(),
             ..FuncData::default()
         };
         let mut times = vec![];

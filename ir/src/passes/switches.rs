@@ -75,7 +75,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     while let Some(link) = test(func, next)
         && link.shift == shift
         && (link.value == value || may_load && is_same_load(func, link.value, value))
-        && graph.sole_predecessor[next.index()].is_some()
+        && graph.sole_predecessor[next].is_some()
         && is_cheap(func, next)
     {
         links.push(next);
@@ -118,10 +118,10 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     for &(number, then) in tests.iter().rev() {
         targets[(number as u64 - low) as usize] = then;
     }
-    let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    let mut insts = std::mem::take(&mut func.blocks[block].insts);
     for link in links {
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
-        insts.extend(std::mem::replace(&mut func.blocks[link.index()], dropped).insts);
+        insts.extend(std::mem::replace(&mut func.blocks[link], dropped).insts);
     }
     let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
     merge_same(func, &mut targets);
@@ -140,7 +140,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         arg = out.insert_with(BinaryOp::Sub, arg, low as i64);
     }
     let bit = bit_test(&mut out, arg, &targets, next);
-    let data = &mut func.blocks[block.index()];
+    let data = &mut func.blocks[block];
     data.insts = insts;
     data.terminator = Some(match bit {
         Some((cond, then)) => Terminator::Brif {

@@ -34,8 +34,8 @@ use super::image_bytes::ImageBytes;
 use super::split_tests;
 use super::switches::compared_field;
 use crate::{
-    Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, Terminator, Type, Value,
-    eval,
+    Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, PrimaryMap, Terminator,
+    Type, Value, eval,
 };
 
 /// How many tests one edge skips at most in one run of the pass.
@@ -109,7 +109,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes, skips_lone: bool) -> 
             _ => false,
         };
         if moved {
-            func.blocks[block.index()].terminator = Some(terminator);
+            func.blocks[block].terminator = Some(terminator);
             changed = true;
         }
     }
@@ -117,16 +117,19 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes, skips_lone: bool) -> 
 }
 
 /// For each block the test that it is, if it is one.
-fn tests_of_blocks(func: &FuncData, users: &[Users]) -> Vec<Option<Test>> {
-    (0..func.block_count()).map(|index| test(func, Block(index as u32), users)).collect()
+fn tests_of_blocks(
+    func: &FuncData,
+    users: &PrimaryMap<Value, Users>,
+) -> PrimaryMap<Block, Option<Test>> {
+    func.blocks.keys().map(|block| test(func, block, users)).collect()
 }
 
 /// For each block those that lead to it, once for each edge.
-fn predecessors_of_blocks(func: &FuncData, graph: &Graph) -> Vec<Vec<Block>> {
-    let mut predecessors = vec![vec![]; func.block_count()];
+fn predecessors_of_blocks(func: &FuncData, graph: &Graph) -> PrimaryMap<Block, Vec<Block>> {
+    let mut predecessors = PrimaryMap::from(vec![vec![]; func.block_count()]);
     for &block in &graph.order {
         if let Some(terminator) = &func.block(block).terminator {
-            terminator.for_each_block(|next, _| predecessors[next.index()].push(block));
+            terminator.for_each_block(|next, _| predecessors[next].push(block));
         }
     }
     predecessors
@@ -155,10 +158,9 @@ fn copy_block(func: &mut FuncData, copy: BlockCopy) {
         results.extend(func.result(*inst).map(|old| (old, result)));
         *inst = new;
     }
-    let to = Block(func.blocks.len() as u32);
-    func.blocks.push(data);
+    let to = func.blocks.push(data);
     for from in copy.from {
-        if let Some(terminator) = &mut func.blocks[from.index()].terminator {
+        if let Some(terminator) = &mut func.blocks[from].terminator {
             terminator.for_each_block_mut(|next| {
                 if *next == copy.block {
                     *next = to;
@@ -177,7 +179,7 @@ fn is_equal(ty: Type, value: i64, number: i64) -> bool {
 }
 
 /// The test of a block; `None` if the block does anything else. `users` says which blocks use each value.
-fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
+fn test(func: &FuncData, block: Block, users: &PrimaryMap<Value, Users>) -> Option<Test> {
     let data = func.block(block);
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
     let (args, is_equality) = match *func.def_inst(*cond)? {
@@ -189,7 +191,7 @@ fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
     let (loaded, shift, number) = compared_field(func, args[0], func.constant(args[1])?);
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let is_own = |inst: &crate::Inst| {
-        let is_used_here = |value: Value| users[value.index()].are_in(block);
+        let is_used_here = |value: Value| users[value].are_in(block);
         !func.inst(*inst).has_effect() && func.result(*inst).is_none_or(is_used_here)
     };
     let holds_load = data.insts.iter().any(|&inst| func.result(inst) == Some(loaded));
@@ -232,11 +234,11 @@ impl Users {
 }
 
 /// Which blocks use each value.
-fn users_of_values(func: &FuncData) -> Vec<Users> {
-    let mut users = vec![Users::None; func.value_count()];
+fn users_of_values(func: &FuncData) -> PrimaryMap<Value, Users> {
+    let mut users = PrimaryMap::from(vec![Users::None; func.value_count()]);
     for (block, data) in func.blocks() {
         let mut note = |value: Value| {
-            let user = &mut users[value.index()];
+            let user = &mut users[value];
             *user = match *user {
                 Users::None => Users::In(block),
                 Users::In(other) if other == block => Users::In(block),
@@ -256,8 +258,8 @@ struct Finder<'a> {
     func: &'a FuncData,
     graph: &'a Graph,
     /// For each block the blocks from which edges lead to it.
-    predecessors: &'a [Vec<Block>],
-    tests: &'a [Option<Test>],
+    predecessors: &'a PrimaryMap<Block, Vec<Block>>,
+    tests: &'a PrimaryMap<Block, Option<Test>>,
     bytes: &'a ImageBytes,
     /// Whether tests that stand alone are skipped.
     skips_lone: bool,
@@ -266,12 +268,12 @@ struct Finder<'a> {
 impl Finder<'_> {
     /// The copies that are to be made: of short blocks that jump to a row of tests of a variable which is known on
     /// some of the ways to the block. The ways with the same value share a copy.
-    fn copies(&self, users: &[Users]) -> Vec<BlockCopy> {
+    fn copies(&self, users: &PrimaryMap<Value, Users>) -> Vec<BlockCopy> {
         let mut copies = vec![];
         for &block in &self.graph.order {
             let Some(variable) = self.tested_after(block, users) else { continue };
-            let before = &self.predecessors[block.index()];
-            let is_entered = self.graph.edges[block.index()] as usize != before.len();
+            let before = &self.predecessors[block];
+            let is_entered = self.graph.edges[block] as usize != before.len();
             if is_entered || !(2..=MAX_WAYS).contains(&before.len()) {
                 continue;
             }
@@ -304,14 +306,14 @@ impl Finder<'_> {
 
     /// The variable of the row of tests to which a block jumps, if the block may be copied and does not change that
     /// variable.
-    fn tested_after(&self, block: Block, users: &[Users]) -> Option<Variable> {
+    fn tested_after(&self, block: Block, users: &PrimaryMap<Value, Users>) -> Option<Variable> {
         let data = self.func.block(block);
         let Some(Terminator::Jump(call)) = &data.terminator else { return None };
         if !data.params.is_empty() || !call.args.is_empty() || data.insts.len() > MAX_COPIED {
             return None;
         }
-        let test = self.tests[call.block.index()].as_ref()?;
-        let next = self.tests[test.otherwise.index()].as_ref()?;
+        let test = self.tests[call.block].as_ref()?;
+        let next = self.tests[test.otherwise].as_ref()?;
         let bytes = self.bytes.bytes(&test.variable.0, test.variable.1);
         let may_be_copied = data.insts.iter().all(|&inst| match self.func.inst(inst) {
             InstData::Store { at, value } if at.index.is_none() && !at.volatile => {
@@ -319,7 +321,7 @@ impl Finder<'_> {
                 written.end <= bytes.start || bytes.end <= written.start
             }
             data if data.has_effect() => false,
-            _ => self.func.result(inst).is_none_or(|value| users[value.index()].are_in(block)),
+            _ => self.func.result(inst).is_none_or(|value| users[value].are_in(block)),
         });
         (next.variable == test.variable && may_be_copied).then_some(test.variable)
     }
@@ -338,7 +340,7 @@ impl Finder<'_> {
         }
         let mut to = first;
         for _ in 0..MAX_SKIPPED {
-            let Some(test) = self.tests.get(to.index()).and_then(Option::as_ref) else { break };
+            let Some(test) = &self.tests[to] else { break };
             let variable = test.variable;
             if !self.skips_lone && self.stands_alone(to, test) {
                 break;
@@ -371,17 +373,17 @@ impl Finder<'_> {
     /// Whether neither a block before nor a block behind a test tests the same variable.
     fn stands_alone(&self, block: Block, test: &Test) -> bool {
         let tests_it = |other: &Block| {
-            let other = self.tests.get(other.index()).and_then(Option::as_ref);
+            let other = self.tests[*other].as_ref();
             other.is_some_and(|other| other.variable == test.variable)
         };
-        let before = self.predecessors.get(block.index()).map_or(&[][..], Vec::as_slice);
+        let before = &self.predecessors[block];
         ![test.equal, test.otherwise].iter().chain(before.iter().take(MAX_WAYS)).any(tests_it)
     }
 
     /// What a variable holds on the edge from one block to another, if the first block tests that variable
     /// and this is its edge for equality.
     fn along_edge(&self, from: Block, to: Block, variable: &Variable) -> Option<i64> {
-        let test = self.tests.get(from.index())?.as_ref()?;
+        let test = self.tests[from].as_ref()?;
         let is_equal_edge = test.equal == to && test.otherwise != to;
         (is_equal_edge && test.variable == *variable).then_some(test.number)
     }
@@ -416,8 +418,8 @@ impl Finder<'_> {
             }
         }
         // It is known at the beginning if it is the same on all edges that lead here.
-        let before = self.predecessors.get(block.index())?;
-        if self.graph.edges.get(block.index()).copied() != u32::try_from(before.len()).ok() {
+        let before = &self.predecessors[block];
+        if self.graph.edges[block] as usize != before.len() {
             return None;
         }
         let mut found = None;

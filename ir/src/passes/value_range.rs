@@ -10,7 +10,8 @@
 
 use super::graph::Graph;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, Terminator, Type, UnaryOp, Value,
+    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, PrimaryMap, Terminator, Type, UnaryOp,
+    Value,
 };
 
 /// The bits of a word of 32 bits whose highest byte is 0.
@@ -54,7 +55,7 @@ pub(super) struct ValueRanges {
 impl ValueRanges {
     /// A table in which nothing is known.
     pub(super) fn new(func: &FuncData) -> Self {
-        let possible_ones = func.values.iter().map(|value| mask(value.ty)).collect();
+        let possible_ones = func.values.values().map(|value| mask(value.ty)).collect();
         Self { possible_ones, bounds: vec![None; func.value_count()] }
     }
 
@@ -261,18 +262,18 @@ fn lies_within((low, high): Bounds, (least, most): Bounds) -> bool {
 pub(super) struct PassedBounds {
     /// For each block the number of edges to it that have not been visited, and what those pass that
     /// have.
-    blocks: Vec<(u32, Vec<Bounds>)>,
+    blocks: PrimaryMap<Block, (u32, Vec<Bounds>)>,
 }
 
 impl PassedBounds {
     /// Nothing is visited yet.
     pub(super) fn new(graph: &Graph) -> Self {
-        Self { blocks: graph.edges.iter().map(|&edges| (edges, vec![])).collect() }
+        Self { blocks: graph.edges.values().map(|&edges| (edges, vec![])).collect() }
     }
 
     /// Enters the bounds of a block's parameters, if all branches to it were visited.
     pub(super) fn enter(&self, func: &FuncData, block: Block, ranges: &mut ValueRanges) {
-        let Some((0, bounds)) = self.blocks.get(block.index()) else { return };
+        let (0, bounds) = &self.blocks[block] else { return };
         for (&param, &bounds) in func.block(block).params.iter().zip(bounds) {
             let ty = func.ty(param);
             if ty.is_int() && ty != Type::I1 {
@@ -284,7 +285,7 @@ impl PassedBounds {
     /// Visits a terminator.
     pub(super) fn note(&mut self, func: &FuncData, terminator: &Terminator, ranges: &ValueRanges) {
         terminator.for_each_block(|block, args| {
-            let Some((missing, all)) = self.blocks.get_mut(block.index()) else { return };
+            let (missing, all) = &mut self.blocks[block];
             *missing = missing.saturating_sub(1);
             let bounds = args.iter().map(|&arg| match func.ty(arg) {
                 Type::F64 | Type::I1 => (0, 0),

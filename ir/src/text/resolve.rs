@@ -145,8 +145,7 @@ impl FuncResolver<'_> {
     /// Adds a value under the number that its token names.
     fn define_value(&mut self, token: Value, ty: Type, def: ValueDef) -> Result<Value, ParseError> {
         let number = self.number(token.0, "v");
-        let value = Value(self.func.values.len() as u32);
-        self.func.values.push(ValueData { ty, def });
+        let value = self.func.values.push(ValueData { ty, def });
         match self.values.insert(number, value) {
             None => Ok(value),
             Some(_) => Err(self.tokens.error(token.index(), format!("v{number} is defined twice"))),
@@ -156,16 +155,15 @@ impl FuncResolver<'_> {
     /// Enters instructions and terminators, with what they use.
     fn fill(&mut self, text: Func) -> Result<(), ParseError> {
         let mut loc = StatementId::NONE;
-        for (block, text) in text.blocks.into_iter().enumerate() {
+        for (block, text) in (0..).map(Block).zip(text.blocks) {
             let BlockText { lines, terminator, .. } = text;
             let mut insts = vec![];
             for line in lines {
                 match line {
                     Line::Location(next) => loc = next,
                     Line::Inst(_, data) => {
-                        insts.push(Inst(self.func.insts.len() as u32));
                         let data = self.inst(data)?;
-                        self.func.insts.push(data);
+                        insts.push(self.func.insts.push(data));
                         self.func.locs.push(loc);
                     }
                 }

@@ -60,7 +60,7 @@ fn suspensions_reached(
         if !seen.insert((func, block)) {
             continue;
         }
-        let data = module.funcs.get(func.index()).and_then(|f| f.blocks.get(block.index()));
+        let data = module.funcs.get(func.index()).and_then(|f| f.blocks.get(block));
         let Some(terminator) = data.and_then(|data| data.terminator.as_ref()) else { continue };
         match terminator {
             Terminator::Suspend(label) => labels.push(*label),

@@ -103,7 +103,7 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
 pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
     for (label, block) in func.entries() {
-        match func.blocks.get(block.index()) {
+        match func.blocks.get(*block) {
             None => errors.push(format!("{label} stands at {block}, which is not there")),
             Some(data) if !data.params.is_empty() => {
                 errors.push(format!("{label} stands at {block}, which has parameters"));
@@ -121,7 +121,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
         for &inst in &data.insts {
             errors.inst = Some(inst);
             let (Some(slot), Some(instruction)) =
-                (placed.get_mut(inst.index()), func.insts.get(inst.index()))
+                (placed.get_mut(inst.index()), func.insts.get(inst))
             else {
                 errors.push("is not there");
                 continue;

@@ -21,7 +21,7 @@ pub fn every_scan_ends(module: &Module) -> bool {
         first.get(func.index()).map(|&first| first + block.index()).filter(|&at| at < count)
     };
     let next = |(func, block): (Func, Block), which: usize| {
-        let data = module.funcs.get(func.index())?.blocks.get(block.index())?;
+        let data = module.funcs.get(func.index())?.blocks.get(block)?;
         match data.terminator.as_ref()? {
             Terminator::Goto(label) => target(*label).filter(|_| which == 0),
             other => other.successor(which).map(|block| (func, block)),

@@ -67,7 +67,7 @@ impl Writer<'_> {
         let mut needed_after =
             needed_after_barriers(self.func, self.found, block, flow.needed[block.index()]);
         let mut changed = flow.changed[block.index()] & chosen;
-        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
+        let insts = std::mem::take(&mut self.func.blocks[block].insts);
         self.out.reserve(insts.len());
         for inst in insts {
             self.loc = self.func.loc(inst);
@@ -88,17 +88,16 @@ impl Writer<'_> {
             }
             self.out.push(inst);
         }
-        if self.func.blocks[block.index()].terminator.as_ref().is_some_and(is_exit) {
+        if self.func.blocks[block].terminator.as_ref().is_some_and(is_exit) {
             self.pack(changed);
         }
-        self.func.blocks[block.index()].insts = std::mem::take(&mut self.out);
+        self.func.blocks[block].insts = std::mem::take(&mut self.out);
     }
 
     /// A block that unpacks words and goes on at another.
     fn entry_block(&mut self, to: Block, words: WordSet) -> Block {
         self.loc = StatementId::NONE;
         self.unpack(words);
-        let block = Block(self.func.blocks.len() as u32);
         let BlockData { cold, optimize_for_size, .. } = *self.func.block(to);
         self.func.blocks.push(BlockData {
             params: vec![],
@@ -106,15 +105,14 @@ impl Writer<'_> {
             cold,
             optimize_for_size,
             terminator: Some(Terminator::Jump(BlockCall::plain(to))),
-        });
-        block
+        })
     }
 
     /// Replaces an access of a bit by that of a byte.
     fn access(&mut self, inst: Inst, access: Access) {
         let found = self.found;
         let word = &found.words[access.word()];
-        self.func.insts[inst.index()] = match access {
+        self.func.insts[inst] = match access {
             Access::Read { word: _, bit } => {
                 let arg = self.insert_load(Type::I1, word.local_bit(bit));
                 InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg }

@@ -33,10 +33,9 @@ impl Integers<'_> {
                 self.pass_integer(from, block, number, ty);
             }
             self.out = out;
-            let new = Value(self.func.values.len() as u32);
             let def = ValueDef::Param(block, number as u32);
-            self.func.values.push(ValueData { ty, def });
-            self.func.blocks[block.index()].params[number] = new;
+            let new = self.func.values.push(ValueData { ty, def });
+            self.func.blocks[block].params[number] = new;
             self.integers.set_bounds(new, ty, (low, high));
             let insts = &self.func.block(block).insts;
             self.loc = loc_of(self.func, insts.first());
@@ -63,7 +62,7 @@ impl Integers<'_> {
     /// Lets the branches of a block to another pass an integer of a type instead of the double that is equal
     /// to it.
     fn pass_integer(&mut self, from: Block, to: Block, number: usize, ty: Type) {
-        let data = &mut self.func.blocks[from.index()];
+        let data = &mut self.func.blocks[from];
         self.out = std::mem::take(&mut data.insts);
         let mut terminator = data.terminator.take();
         self.loc = loc_of(self.func, self.out.last());
@@ -80,7 +79,7 @@ impl Integers<'_> {
                 *arg = self.operand(*arg, ty).unwrap_or(Value::NONE);
             }
         }
-        let data = &mut self.func.blocks[from.index()];
+        let data = &mut self.func.blocks[from];
         (data.insts, data.terminator) = (std::mem::take(&mut self.out), terminator);
     }
 }

@@ -65,13 +65,13 @@ impl Rows<'_> {
             .and_then(|chain| Some((self.place_behind(&chain, &insts)?, chain)))
             .map(|(behind, chain)| (chain, behind))
         else {
-            self.func.blocks[block.index()].insts = insts;
+            self.func.blocks[block].insts = insts;
             return false;
         };
         let rest = insts.split_off(behind);
         let store = insts.remove(chain.store);
         insts.retain(|inst| chain.selects.iter().all(|select| select.inst != *inst));
-        let terminator = self.func.blocks[block.index()].terminator.take();
+        let terminator = self.func.blocks[block].terminator.take();
         let (mut last, mut value) = (block, chain.initial);
         for part in chain.selects.chunk_by(|a, b| row_of(a) == row_of(b)) {
             let row = row_of(part.first()).filter(|_| part.len() >= MIN_LANES);
@@ -91,10 +91,10 @@ impl Rows<'_> {
             let zero = out.insert_const(ty, 0);
             let any = out.insert_icmp(IntCond::Ne, bits, zero);
             let [then, next] = [(); 2].map(|()| self.new_block());
-            let param = Value(self.func.values.len() as u32);
             let def = ValueDef::Param(next, 0);
-            self.func.values.push(ValueData { ty: self.func.ty(value), def });
-            self.func.blocks[next.index()].params = vec![param];
+            let ty = self.func.ty(value);
+            let param = self.func.values.push(ValueData { ty, def });
+            self.func.blocks[next].params = vec![param];
             let otherwise = BlockCall { block: next, args: vec![value] };
             let guard = Terminator::Brif { cond: any, then: BlockCall::plain(then), otherwise };
             self.end_block(last, std::mem::take(&mut insts), Some(guard));
@@ -109,7 +109,7 @@ impl Rows<'_> {
             self.end_block(then, std::mem::take(&mut insts), Some(jump));
             (last, value) = (next, param);
         }
-        self.func.insts[store.index()] = InstData::Store { at: chain.at, value };
+        self.func.insts[store] = InstData::Store { at: chain.at, value };
         insts.push(store);
         insts.extend(rest);
         self.end_block(last, insts, terminator);
@@ -179,12 +179,11 @@ impl Rows<'_> {
 
     /// Adds a block without instructions.
     fn new_block(&mut self) -> Block {
-        self.func.blocks.push(BlockData::default());
-        Block(self.func.blocks.len() as u32 - 1)
+        self.func.blocks.push(BlockData::default())
     }
 
     fn end_block(&mut self, block: Block, insts: Vec<Inst>, terminator: Option<Terminator>) {
-        let data = &mut self.func.blocks[block.index()];
+        let data = &mut self.func.blocks[block];
         (data.insts, data.terminator) = (insts, terminator);
     }
 }

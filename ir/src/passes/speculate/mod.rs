@@ -71,7 +71,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
         |inst: &InstData| inst.integer_form().is_some_and(|form| form != IntegerForm::Range);
     if !func
         .blocks
-        .iter()
+        .values()
         .any(|block| block.insts.iter().any(|&i| is_faster_on_integers(func.inst(i))))
     {
         return false;
@@ -133,8 +133,8 @@ struct Speculate<'a> {
 impl Speculate<'_> {
     /// Examines the statements of a block.
     fn block(&mut self, block: Block) {
-        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
-        let terminator = self.func.blocks[block.index()].terminator.take();
+        let insts = std::mem::take(&mut self.func.blocks[block].insts);
+        let terminator = self.func.blocks[block].terminator.take();
         let mut rest = OutputTail { block, out: Vec::with_capacity(insts.len()), terminator };
         let mut from = 0;
         while let Some(&first) = insts.get(from) {
@@ -145,7 +145,7 @@ impl Speculate<'_> {
             self.statement(statement, insts.get(end..).unwrap_or_default(), end, &mut rest);
             from = end;
         }
-        let data = &mut self.func.blocks[rest.block.index()];
+        let data = &mut self.func.blocks[rest.block];
         data.insts = rest.out;
         data.terminator = rest.terminator;
     }
@@ -238,7 +238,7 @@ impl Speculate<'_> {
                     terminator
                 }
             };
-            let data = &mut self.func.blocks[block.index()];
+            let data = &mut self.func.blocks[block];
             (data.insts, data.terminator) = (insts, terminator);
         }
         let (then, otherwise) = if never_nan { (cold, hot) } else { (hot, cold) };
@@ -249,13 +249,13 @@ impl Speculate<'_> {
             rest.terminator = Some(guard);
             return;
         };
-        let data = &mut self.func.blocks[rest.block.index()];
+        let data = &mut self.func.blocks[rest.block];
         (data.insts, data.terminator) = (std::mem::take(&mut rest.out), Some(guard));
         // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
-            self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
+            self.func.values[value].def = ValueDef::Param(join, at as u32);
         }
-        self.func.blocks[join.index()].params = passed;
+        self.func.blocks[join].params = passed;
         rest.block = join;
     }
 
@@ -279,8 +279,7 @@ impl Speculate<'_> {
 
     /// Adds a block without instructions.
     fn new_block(&mut self, cold: bool) -> Block {
-        self.func.blocks.push(BlockData { cold, ..BlockData::default() });
-        Block(self.func.blocks.len() as u32 - 1)
+        self.func.blocks.push(BlockData { cold, ..BlockData::default() })
     }
 
     /// The end of a list of instructions, for a statement.

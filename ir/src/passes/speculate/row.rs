@@ -115,9 +115,7 @@ impl Speculate<'_> {
 
     /// Lets the general code of a row go on with that of its next statement.
     pub(super) fn link(&mut self, row: &Row, cold: Block) {
-        if let Some(data) = self.func.blocks.get_mut(row.cold.index()) {
-            data.terminator = Some(Terminator::Jump(BlockCall::plain(cold)));
-        }
+        self.func.blocks[row.cold].terminator = Some(Terminator::Jump(BlockCall::plain(cold)));
     }
 
     /// What is known behind the specialised code of a statement.

@@ -126,19 +126,19 @@ impl Speculate<'_> {
             self.add_to_row(row, &checks, copied, &specialised, [cold, join]);
         }
         let (specialised, general) = (terminator_for(&specialised), terminator_for(&general));
-        let data = &mut self.func.blocks[cold.index()];
+        let data = &mut self.func.blocks[cold];
         (data.insts, data.terminator) = (insts, general);
         let Some(join) = join else {
             rest.terminator = specialised;
             return Some(checks.end);
         };
-        let data = &mut self.func.blocks[rest.block.index()];
+        let data = &mut self.func.blocks[rest.block];
         (data.insts, data.terminator) = (std::mem::take(&mut rest.out), specialised);
         // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
-            self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
+            self.func.values[value].def = ValueDef::Param(join, at as u32);
         }
-        self.func.blocks[join.index()].params = passed;
+        self.func.blocks[join].params = passed;
         rest.block = join;
         Some(checks.end)
     }
@@ -400,7 +400,7 @@ impl Speculate<'_> {
         let next = self.new_block(false);
         let (then, otherwise) = if fails { (cold, next) } else { (next, cold) };
         let (then, otherwise) = (BlockCall::plain(then), BlockCall::plain(otherwise));
-        let data = &mut self.func.blocks[rest.block.index()];
+        let data = &mut self.func.blocks[rest.block];
         data.insts = std::mem::take(&mut rest.out);
         data.terminator = Some(Terminator::Brif { cond, then, otherwise });
         rest.block = next;

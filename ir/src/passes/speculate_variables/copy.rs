@@ -78,8 +78,8 @@ impl Copy<'_> {
         let mut ends: Vec<Known> = vec![vec![]; self.func.block_count()];
         for &block in &graph.order {
             let cold = self.func.block(block).cold;
-            self.func.blocks.push(BlockData { cold, ..BlockData::default() });
-            self.blocks[block.index()] = Some(Block(self.func.blocks.len() as u32 - 1));
+            let copy = self.func.blocks.push(BlockData { cold, ..BlockData::default() });
+            self.blocks[block.index()] = Some(copy);
         }
         for &block in &graph.order {
             let Some(copy) = self.blocks.get(block.index()).copied().flatten() else { continue };
@@ -91,7 +91,7 @@ impl Copy<'_> {
             }
             let mut known: Known = match block == entry {
                 true => checks.iter().map(|check| Some(check.double)).collect(),
-                false => self.known_at(copy, &before[block.index()], &ends),
+                false => self.known_at(copy, &before[block], &ends),
             };
             for inst in self.func.block(block).insts.clone() {
                 self.inst(inst, &mut known);
@@ -105,7 +105,7 @@ impl Copy<'_> {
                     }
                 });
             }
-            let data = &mut self.func.blocks[copy.index()];
+            let data = &mut self.func.blocks[copy];
             (data.insts, data.terminator) = (std::mem::take(&mut self.out), terminator);
             ends[block.index()] = known;
         }
@@ -113,10 +113,10 @@ impl Copy<'_> {
 
     /// Adds a parameter to a block.
     fn add_param(&mut self, block: Block, ty: Type) -> Value {
-        let value = Value(self.func.values.len() as u32);
         let number = self.func.block(block).params.len() as u32;
-        self.func.values.push(ValueData { ty, def: ValueDef::Param(block, number) });
-        self.func.blocks[block.index()].params.push(value);
+        let def = ValueDef::Param(block, number);
+        let value = self.func.values.push(ValueData { ty, def });
+        self.func.blocks[block].params.push(value);
         value
     }
 
@@ -158,7 +158,7 @@ impl Copy<'_> {
                 call.args.push(value);
             }
         };
-        match &mut self.func.blocks[from.index()].terminator {
+        match &mut self.func.blocks[from].terminator {
             Some(Terminator::Jump(call)) => add(call),
             Some(Terminator::Brif { cond: _, then, otherwise }) => {
                 add(then);

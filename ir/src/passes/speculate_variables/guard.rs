@@ -29,8 +29,8 @@ pub(super) fn add_guard(
         }
         let (then, otherwise) = (BlockCall::plain(slow), BlockCall::plain(next));
         let terminator = Some(Terminator::Brif { cond: check.fails, then, otherwise });
-        func.blocks.push(BlockData { insts: check.insts, terminator, ..BlockData::default() });
-        next = Block(func.blocks.len() as u32 - 1);
+        let data = BlockData { insts: check.insts, terminator, ..BlockData::default() };
+        next = func.blocks.push(data);
     }
     next
 }

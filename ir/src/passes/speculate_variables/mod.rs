@@ -83,13 +83,15 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let (gaining, others) = (copy.gaining, copy.other_operands);
     let fast = copy.blocks.get(entry.index()).copied().flatten();
     let Some(fast) = fast.filter(|_| others * GAINING_PER_OTHER <= gaining) else {
-        func.blocks.truncate(count);
+        let mut blocks = Vec::from(std::mem::take(&mut func.blocks));
+        blocks.truncate(count);
+        func.blocks = blocks.into();
         return false;
     };
     let guard = add_guard(func, checks, entry, fast);
     func.entries = vec![(label, guard)];
     for &block in &graph.order {
-        func.blocks[block.index()].cold = true;
+        func.blocks[block].cold = true;
     }
     true
 }
@@ -113,7 +115,7 @@ fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
         };
         goes_on && !data.optimize_for_size && (data.cold || !data.insts.iter().any(calls_host))
     };
-    graph.edges[entry.index()] == 1 && graph.order.iter().all(is_suitable)
+    graph.edges[entry] == 1 && graph.order.iter().all(is_suitable)
 }
 
 /// The variables that are worth being checked, in the order of their addresses; none if it does not pay.
