@@ -17,7 +17,9 @@
 use plcc_abi::{DoubleRange, HostFn, IntegerForm};
 
 use super::value_range::ValueRanges;
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, RegionId, Type, UnaryOp, Value};
+use crate::{
+    BinaryOp, ConvertOp, FuncData, InstData, RegionId, SecondaryMap, Type, UnaryOp, Value,
+};
 
 /// Every integer of at most this magnitude is a double.
 const EXACT: i64 = 1 << 53;
@@ -364,26 +366,25 @@ pub(super) struct FloatRanges<'a> {
     /// The module's regions of finite doubles.
     finite_regions: &'a [RegionId],
     /// For each value its range; for values of other types [`FloatRange::ANY`].
-    ranges: Vec<FloatRange>,
+    ranges: SecondaryMap<Value, FloatRange>,
 }
 
 impl<'a> FloatRanges<'a> {
     /// A table in which nothing is known. `finite_regions` are those of the module.
     pub(super) fn new(func: &FuncData, finite_regions: &'a [RegionId]) -> Self {
-        Self { finite_regions, ranges: vec![FloatRange::ANY; func.value_count()] }
+        let mut ranges = SecondaryMap::with_default(FloatRange::ANY);
+        ranges.resize(func.value_count());
+        Self { finite_regions, ranges }
     }
 
     /// The range of a value.
     pub(super) fn get(&self, value: Value) -> FloatRange {
-        self.ranges.get(value.index()).copied().unwrap_or(FloatRange::ANY)
+        self.ranges[value]
     }
 
     /// Enters the range of a value.
     pub(super) fn set(&mut self, value: Value, range: FloatRange) {
-        if value.index() >= self.ranges.len() {
-            self.ranges.resize(value.index() + 1, FloatRange::ANY);
-        }
-        self.ranges[value.index()] = range;
+        self.ranges[value] = range;
     }
 
     /// Whether an instruction loads a double that is finite and not -0.

@@ -21,8 +21,8 @@ use super::insert::{Insert, constant};
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
-    BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, StatementId, Type, UnaryOp, Value,
-    eval,
+    BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, SecondaryMap, StatementId, Type,
+    UnaryOp, Value, eval,
 };
 
 /// An instruction is simplified at most this many times in a row.
@@ -69,7 +69,7 @@ pub(super) struct Fold<'a> {
     pub(super) func: &'a mut FuncData,
     pub(super) ranges: ValueRanges,
     /// How often each value was used before the pass.
-    uses: Vec<u32>,
+    uses: SecondaryMap<Value, u32>,
     /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<crate::Inst>,
     /// The statement of the current instruction.
@@ -145,14 +145,14 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
 }
 
 /// How often each value is used.
-fn count_uses(func: &FuncData) -> Vec<u32> {
-    let mut uses = vec![0; func.value_count()];
+fn count_uses(func: &FuncData) -> SecondaryMap<Value, u32> {
+    let mut uses = SecondaryMap::from(vec![0; func.value_count()]);
     for block in func.blocks.values() {
         for &inst in &block.insts {
-            func.inst(inst).for_each_arg(|value| uses[value.index()] += 1);
+            func.inst(inst).for_each_arg(|value| uses[value] += 1);
         }
         if let Some(terminator) = &block.terminator {
-            terminator.for_each_arg(|value| uses[value.index()] += 1);
+            terminator.for_each_arg(|value| uses[value] += 1);
         }
     }
     uses
@@ -223,15 +223,15 @@ impl Fold<'_> {
     /// Whether a value is used at most once, so that its definition becomes dead when that use
     /// goes.
     pub(super) fn is_used_once(&self, value: Value) -> bool {
-        self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
+        self.uses[value] < 2
     }
 
     /// Counts the uses of an instruction's result as uses of the value that replaces it.
     fn move_uses(&mut self, values: &Substitution, inst: crate::Inst, result: Value, by: Value) {
-        let moved = self.uses.get(result.index()).copied().unwrap_or(0);
+        let moved = self.uses[result];
         let mut gone = 0;
         self.func.inst(inst).for_each_arg(|arg| gone += u32::from(values.get(arg) == by));
-        if let Some(uses) = self.uses.get_mut(by.index()) {
+        if let Some(uses) = self.uses.get_mut(by) {
             *uses = (*uses + moved).saturating_sub(gone);
         }
     }

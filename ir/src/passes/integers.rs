@@ -26,7 +26,7 @@ use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
     BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, PrimaryMap, RegionId,
-    StatementId, Terminator, Type, UnaryOp, Value,
+    SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value,
 };
 
 /// A function being changed.
@@ -35,7 +35,7 @@ struct Integers<'a> {
     integers: ValueRanges,
     floats: FloatRanges<'a>,
     /// For each double the integer value that is equal to it (-0 and 0 are equal), if there is one.
-    integer_of: Vec<Option<Value>>,
+    integer_of: SecondaryMap<Value, Option<Value>>,
     /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<Inst>,
     /// The statement of the current instruction.
@@ -59,7 +59,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
     let mut values = Substitution::new(func);
     let integers = ValueRanges::new(func);
     let floats = FloatRanges::new(func, finite_regions);
-    let integer_of = vec![None; func.value_count()];
+    let integer_of = vec![None; func.value_count()].into();
     let mut this =
         Integers { func, integers, floats, integer_of, out: vec![], loc: StatementId::NONE };
     let mut passed = PassedRanges::new(&graph);
@@ -183,10 +183,7 @@ impl Integers<'_> {
 
     /// Enters the integer value that is equal to a double.
     fn set_integer(&mut self, double: Value, integer: Value) {
-        if double.index() >= self.integer_of.len() {
-            self.integer_of.resize(double.index() + 1, None);
-        }
-        self.integer_of[double.index()] = Some(integer);
+        self.integer_of[double] = Some(integer);
     }
 
     /// The low bits of a double that is an integer, as an integer of a type; `None` if no integer
@@ -196,7 +193,7 @@ impl Integers<'_> {
             let (value, _) = FloatRange::constant(bits as u64).integers()?;
             return Some(self.insert_const(ty, value));
         }
-        let integer = self.integer_of.get(double.index()).copied().flatten()?;
+        let integer = self.integer_of[double]?;
         let from = self.func.ty(integer);
         let op = match ty.bits().cmp(&from.bits()) {
             std::cmp::Ordering::Equal => return Some(integer),
@@ -209,8 +206,7 @@ impl Integers<'_> {
     /// Whether an integer value equals the double, so that [`operand`](Self::operand) gives one.
     fn is_integer(&self, double: Value) -> bool {
         self.floats.get(double).integers().is_some()
-            && (self.func.constant(double).is_some()
-                || self.integer_of.get(double.index()).copied().flatten().is_some())
+            && (self.func.constant(double).is_some() || self.integer_of[double].is_some())
     }
 
     /// What an instruction becomes; `None` if it stays.
@@ -231,7 +227,7 @@ impl Integers<'_> {
                 if !range.may_be_nan() && !range.may_be_minus_zero() {
                     return Some(Change::Value(x));
                 }
-                let integer = self.integer_of.get(x.index()).copied().flatten()?;
+                let integer = self.integer_of[x]?;
                 Some(Change::Inst(to_double(integer)))
             }
             InstData::HostCall { function, args } => self.call(function, args.as_slice(), result),
@@ -382,7 +378,7 @@ impl Integers<'_> {
     /// of that. `None` if it is something else, or if the difference may be the least number of its
     /// type, which is its own negation.
     fn operands_of_distance(&self, double: Value) -> Option<[Value; 2]> {
-        let integer = self.integer_of.get(double.index()).copied().flatten()?;
+        let integer = self.integer_of[double]?;
         let operands = |value, wanted| match self.func.def_inst(value) {
             Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
             _ => None,

@@ -19,14 +19,16 @@ use super::graph::Graph;
 use super::insert::{Cursor, Insert};
 use super::substitution::Substitution;
 use super::value_range::ValueRanges;
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
+use crate::{
+    BinaryOp, ConvertOp, FuncData, InstData, PrimaryMap, SecondaryMap, Type, UnaryOp, Value,
+};
 
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let demanded = demanded_above_lowest(func, &graph);
     let mut ranges = ValueRanges::new(func);
-    let mut bits: Vec<Option<Value>> = vec![None; func.value_count()];
+    let mut bits = SecondaryMap::from(vec![None; func.value_count()]);
     let mut values = Substitution::new(func);
     let mut changed = false;
     for &block in &graph.order {
@@ -44,21 +46,19 @@ pub(super) fn run(func: &mut FuncData) -> bool {
             let ty = func.ty(result);
             if ty == Type::I1 {
                 if let InstData::Convert { op: ConvertOp::Trunc, to: _, arg } = data
-                    && let Some(bit) = bits.get(arg.index()).copied().flatten()
+                    && let Some(bit) = bits[arg]
                 {
                     values.replace(result, bit);
                     changed = true;
                     continue;
                 }
             } else if ty.is_int() {
-                let is_demanded = demanded.get(result.index()).copied().unwrap_or(true);
+                let is_demanded = demanded[result];
                 let is_truth = ranges.possible_ones(result) <= 1;
                 let loc = func.loc(inst);
                 let mut cursor = Cursor { func, out: &mut out, loc };
                 let bit = cursor.lowest_bit(&data, &bits, !is_demanded || is_truth);
-                if let Some(slot) = bits.get_mut(result.index()) {
-                    *slot = bit;
-                }
+                bits[result] = bit;
                 let is_logic = matches!(data, InstData::Binary { .. });
                 if let Some(arg) = bit.filter(|_| is_logic && is_demanded) {
                     // All other bits are 0.
@@ -89,12 +89,12 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 }
 
 /// For each value whether a use demands more than its lowest bit.
-fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> Vec<bool> {
-    let mut demanded = vec![false; func.value_count()];
+fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> PrimaryMap<Value, bool> {
+    let mut demanded = PrimaryMap::from(vec![false; func.value_count()]);
     for &block in graph.order.iter().rev() {
         let data = &func.blocks[block];
         if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|value| demanded[value.index()] = true);
+            terminator.for_each_arg(|value| demanded[value] = true);
         }
         for &inst in data.insts.iter().rev() {
             let data = func.inst(inst);
@@ -103,12 +103,12 @@ fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> Vec<bool> {
                 InstData::Binary { op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, .. }
                 | InstData::Unary { op: UnaryOp::Not, arg: _ }
                 | InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, .. } => {
-                    func.result(inst).is_none_or(|result| demanded[result.index()])
+                    func.result(inst).is_none_or(|result| demanded[result])
                 }
                 _ => true,
             };
             if passes_on {
-                data.for_each_arg(|value| demanded[value.index()] = true);
+                data.for_each_arg(|value| demanded[value] = true);
             }
         }
     }
@@ -121,10 +121,10 @@ impl Cursor<'_> {
     fn lowest_bit(
         &mut self,
         data: &InstData,
-        bits: &[Option<Value>],
+        bits: &SecondaryMap<Value, Option<Value>>,
         may_compute: bool,
     ) -> Option<Value> {
-        let known = |value: Value| bits.get(value.index()).copied().flatten();
+        let known = |value: Value| bits[value];
         match *data {
             InstData::Convert { op: ConvertOp::Zext, to: _, arg }
                 if self.func.ty(arg) == Type::I1 =>

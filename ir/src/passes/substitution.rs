@@ -4,21 +4,21 @@
 //! when it comes to the instructions that use them. Since definitions are visited before uses, no
 //! list of uses is needed, and one visit of each instruction suffices.
 
-use crate::{FuncData, InstData, Terminator, Value};
+use crate::{FuncData, InstData, PrimaryMap, Terminator, Value};
 
 /// For each value the one that replaces it, or itself.
-pub(super) struct Substitution(Vec<Value>);
+pub(super) struct Substitution(PrimaryMap<Value, Value>);
 
 impl Substitution {
     /// A table in which no value is replaced.
     pub(super) fn new(func: &FuncData) -> Self {
-        Self((0..func.value_count() as u32).map(Value).collect())
+        Self(func.values.keys().collect())
     }
 
     /// Replaces `value` by `by`, or by what replaces that.
     pub(super) fn replace(&mut self, value: Value, by: Value) {
         let by = self.get(by);
-        if let Some(slot) = self.0.get_mut(value.index()) {
+        if let Some(slot) = self.0.get_mut(value) {
             *slot = by;
         }
     }
@@ -26,7 +26,7 @@ impl Substitution {
     /// The value that replaces a value, or that value itself. Values that were made after this
     /// table are not replaced.
     pub(super) fn get(&self, value: Value) -> Value {
-        self.0.get(value.index()).copied().unwrap_or(value)
+        self.0.get(value).copied().unwrap_or(value)
     }
 
     /// Replaces the operands of an instruction.

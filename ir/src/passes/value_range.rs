@@ -10,8 +10,8 @@
 
 use super::graph::Graph;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, PrimaryMap, Terminator, Type, UnaryOp,
-    Value,
+    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, PrimaryMap, SecondaryMap, Terminator,
+    Type, UnaryOp, Value,
 };
 
 /// The bits of a word of 32 bits whose highest byte is 0.
@@ -47,38 +47,37 @@ fn all_numbers(ty: Type) -> Bounds {
 /// What is known of each value.
 pub(super) struct ValueRanges {
     /// For each value a mask of the bits that may be 1.
-    possible_ones: Vec<u64>,
+    possible_ones: SecondaryMap<Value, u64>,
     /// For each value its bounds; `None` if nothing is known but the bits.
-    bounds: Vec<Option<Bounds>>,
+    bounds: SecondaryMap<Value, Option<Bounds>>,
 }
 
 impl ValueRanges {
     /// A table in which nothing is known.
     pub(super) fn new(func: &FuncData) -> Self {
-        let possible_ones = func.values.values().map(|value| mask(value.ty)).collect();
-        Self { possible_ones, bounds: vec![None; func.value_count()] }
+        let mut possible_ones = SecondaryMap::with_default(u64::MAX);
+        possible_ones.resize(func.value_count());
+        for (value, data) in &func.values {
+            possible_ones[value] = mask(data.ty);
+        }
+        Self { possible_ones, bounds: vec![None; func.value_count()].into() }
     }
 
     /// Enters the bounds of a value that is no truth value.
     pub(super) fn set_bounds(&mut self, value: Value, ty: Type, bounds: Bounds) {
-        if value.index() >= self.possible_ones.len() {
-            self.possible_ones.resize(value.index() + 1, u64::MAX);
-            self.bounds.resize(value.index() + 1, None);
-        }
-        self.possible_ones[value.index()] = mask(ty);
-        self.bounds[value.index()] = Some(bounds);
+        self.possible_ones[value] = mask(ty);
+        self.bounds[value] = Some(bounds);
     }
 
     /// A mask of the bits of a value that may be 1. As an unsigned number the value is not greater
     /// than the mask.
     pub(super) fn possible_ones(&self, value: Value) -> u64 {
-        self.possible_ones.get(value.index()).copied().unwrap_or(u64::MAX)
+        self.possible_ones[value]
     }
 
     /// The least and the greatest number that a value of a type may be, signed.
     pub(super) fn bounds(&self, value: Value, ty: Type) -> Bounds {
-        let (low, high) =
-            self.bounds.get(value.index()).copied().flatten().unwrap_or(all_numbers(ty));
+        let (low, high) = self.bounds[value].unwrap_or(all_numbers(ty));
         let possible_ones = self.possible_ones(value);
         if ty == Type::I1 || possible_ones >> (ty.bits() - 1) & 1 != 0 {
             return (low, high);
@@ -96,19 +95,15 @@ impl ValueRanges {
             Type::F64 | Type::I1 => None,
             ty => self.bounds_of(func, data).filter(|&found| lies_within(found, all_numbers(ty))),
         };
-        if value.index() >= self.possible_ones.len() {
-            self.possible_ones.resize(value.index() + 1, u64::MAX);
-            self.bounds.resize(value.index() + 1, None);
-        }
-        self.possible_ones[value.index()] = possible_ones;
-        self.bounds[value.index()] = bounds;
+        self.possible_ones[value] = possible_ones;
+        self.bounds[value] = bounds;
     }
 
     /// Enters what is known of a whole word at an address in a region of words whose highest byte is 0, if it is one.
     pub(super) fn note_word(&mut self, value: Value, at: &Address) {
         let is_word = at.offset.is_multiple_of(4)
             && at.index.is_none_or(|index| index.scale.is_multiple_of(4));
-        if is_word && let Some(ones) = self.possible_ones.get_mut(value.index()) {
+        if is_word && let Some(ones) = self.possible_ones.get_mut(value) {
             *ones &= WORD_24;
         }
     }
