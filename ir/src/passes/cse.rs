@@ -17,7 +17,7 @@
 use super::graph::Graph;
 use super::substitution::Substitution;
 use crate::tables::FastMap;
-use crate::{Block, FuncData, InstData, Value};
+use crate::{Block, FuncData, InstData, PrimaryMap, Value};
 
 /// Instructions by operation and operands, each with its result and its block.
 type Table = FastMap<InstData, (Value, Block)>;
@@ -79,37 +79,37 @@ struct Forest {
     order: Vec<Block>,
     /// For each block its number, which is the first of its subtree, and the number after the last
     /// of its subtree.
-    spans: Vec<(u32, u32)>,
+    spans: PrimaryMap<Block, (u32, u32)>,
 }
 
 impl Forest {
     fn new(graph: &Graph) -> Self {
         let count = graph.edges.len();
         // The children of each block, as linked lists: the first child, and the next sibling.
-        let mut first: Vec<Option<Block>> = vec![None; count];
-        let mut next: Vec<Option<Block>> = vec![None; count];
+        let mut first = PrimaryMap::from(vec![None; count]);
+        let mut next = PrimaryMap::from(vec![None; count]);
         for &block in graph.order.iter().rev() {
             if let Some(parent) = graph.sole_predecessor[block] {
-                next[block.index()] = first[parent.index()].replace(block);
+                next[block] = first[parent].replace(block);
             }
         }
-        let mut forest = Self { order: vec![], spans: vec![(0, 0); count] };
+        let mut forest = Self { order: vec![], spans: vec![(0, 0); count].into() };
         let mut stack = vec![];
         for &root in &graph.order {
             if graph.sole_predecessor[root].is_some() {
                 continue;
             }
             forest.enter(root);
-            stack.push((root, first[root.index()]));
+            stack.push((root, first[root]));
             while let Some((block, child)) = stack.last_mut() {
                 match *child {
                     Some(down) => {
-                        *child = next[down.index()];
+                        *child = next[down];
                         forest.enter(down);
-                        stack.push((down, first[down.index()]));
+                        stack.push((down, first[down]));
                     }
                     None => {
-                        forest.spans[block.index()].1 = forest.order.len() as u32;
+                        forest.spans[*block].1 = forest.order.len() as u32;
                         stack.pop();
                     }
                 }
@@ -120,13 +120,13 @@ impl Forest {
 
     /// Gives a block the next number.
     fn enter(&mut self, block: Block) {
-        self.spans[block.index()].0 = self.order.len() as u32;
+        self.spans[block].0 = self.order.len() as u32;
         self.order.push(block);
     }
 
     /// Whether control must have passed through `from` when it is at `to`.
     fn is_above(&self, from: Block, to: Block) -> bool {
-        let (first, end) = self.spans[from.index()];
-        (first..end).contains(&self.spans[to.index()].0)
+        let (first, end) = self.spans[from];
+        (first..end).contains(&self.spans[to].0)
     }
 }

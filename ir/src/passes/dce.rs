@@ -14,42 +14,42 @@
 //! that are not pure.
 
 use super::graph::Graph;
-use crate::{BlockCall, FuncData, Terminator, Value, ValueDef};
+use crate::{BlockCall, FuncData, PrimaryMap, Terminator, Value, ValueDef};
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
-    let mut used = vec![false; func.value_count()];
-    let mut visited = vec![false; func.block_count()];
+    let mut used = PrimaryMap::from(vec![false; func.value_count()]);
+    let mut visited = PrimaryMap::from(vec![false; func.block_count()]);
     let mut has_unused = false;
     // Backwards, so that all uses are visited before the definition.
     for &block in graph.order.iter().rev() {
         if let Some(terminator) = &func.blocks[block].terminator {
-            terminator.for_each_operand(|value| used[value.index()] = true);
+            terminator.for_each_operand(|value| used[value] = true);
             terminator.for_each_block(|to, args| {
                 let params = &func.blocks[to].params;
                 for (param, arg) in params.iter().zip(args) {
-                    if used[param.index()] || !visited[to.index()] {
-                        used[arg.index()] = true;
+                    if used[*param] || !visited[to] {
+                        used[*arg] = true;
                     }
                 }
             });
         }
-        visited[block.index()] = true;
+        visited[block] = true;
         let data = &mut func.blocks[block];
         let mut kept = data.insts.len();
         for at in (0..data.insts.len()).rev() {
             let inst = data.insts[at];
             let instruction = &func.insts[inst];
-            let wanted = func.results[inst].is_some_and(|value| used[value.index()]);
+            let wanted = func.results[inst].is_some_and(|value| used[value]);
             if wanted || instruction.has_effect() {
-                instruction.for_each_arg(|value| used[value.index()] = true);
+                instruction.for_each_arg(|value| used[value] = true);
                 kept -= 1;
                 data.insts[kept] = inst;
             }
         }
         data.insts.drain(..kept);
-        has_unused |= data.params.iter().any(|param| !used[param.index()]);
+        has_unused |= data.params.iter().any(|&param| !used[param]);
     }
     if has_unused {
         drop_params(func, &graph, &used);
@@ -57,8 +57,8 @@ pub(super) fn run(func: &mut FuncData) {
 }
 
 /// Drops the parameters of reachable blocks that are not used, with what is passed for them.
-fn drop_params(func: &mut FuncData, graph: &Graph, used: &[bool]) {
-    let is_used = |value: &Value| used[value.index()];
+fn drop_params(func: &mut FuncData, graph: &Graph, used: &PrimaryMap<Value, bool>) {
+    let is_used = |value: &Value| used[*value];
     for block in func.blocks.keys() {
         let Some(mut terminator) = func.blocks[block].terminator.take() else { continue };
         let keep = |call: &mut BlockCall| {

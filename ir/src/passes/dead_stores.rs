@@ -29,7 +29,9 @@
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
-use crate::{Block, FuncData, Inst, InstData, Label, Module, Terminator};
+use crate::{
+    Block, FuncData, Inst, InstData, Label, Module, PrimaryMap, SecondaryMap, Terminator, Value,
+};
 
 /// A load through an index that may read more bytes than this makes all bytes live.
 const MAX_LOADED_BYTES: usize = 64;
@@ -41,14 +43,14 @@ const MAX_PASSED_ON: usize = 64;
 /// For each label the bytes that are dead there.
 #[derive(Debug, Default)]
 pub(super) struct DeadBytes {
-    labels: Vec<Vec<u32>>,
+    labels: SecondaryMap<Label, Vec<u32>>,
 }
 
 impl DeadBytes {
     /// Those of a module. Control mostly goes from a function to a later one, so the last function is visited first;
     /// at a label that control comes to from a later function, nothing is known there.
     pub(super) fn of(module: &Module, bytes: &mut ImageBytes) -> Self {
-        let mut dead = Self { labels: vec![vec![]; module.label_count as usize] };
+        let mut dead = Self { labels: vec![vec![]; module.label_count as usize].into() };
         let mut insts = vec![];
         for func in module.funcs.iter().rev() {
             let mut walk = Walk::new(func, bytes);
@@ -57,16 +59,14 @@ impl DeadBytes {
                 walk.block(func, block, &mut insts, &dead);
             }
             for &(label, block) in func.entries() {
-                if let Some(slot) = dead.labels.get_mut(label.index()) {
-                    slot.clone_from(&walk.blocks[block.index()]);
-                }
+                dead.labels[label].clone_from(&walk.blocks[block]);
             }
         }
         dead
     }
 
     fn at(&self, label: Label) -> &[u32] {
-        self.labels.get(label.index()).map_or(&[], Vec::as_slice)
+        &self.labels[label]
     }
 }
 
@@ -86,9 +86,9 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &DeadBytes)
 struct Walk<'a> {
     bytes: &'a mut ImageBytes,
     /// The bytes that are dead at the beginning of each block visited so far.
-    blocks: Vec<Vec<u32>>,
+    blocks: PrimaryMap<Block, Vec<u32>>,
     /// The values that an instruction that stays uses.
-    used: Vec<bool>,
+    used: PrimaryMap<Value, bool>,
     /// A byte with this mark is dead.
     stamp: u32,
     /// The bytes that got this mark, in the order of the stores; a byte may be there twice, and some may have
@@ -100,8 +100,8 @@ impl<'a> Walk<'a> {
     fn new(func: &FuncData, bytes: &'a mut ImageBytes) -> Self {
         Self {
             bytes,
-            blocks: vec![vec![]; func.block_count()],
-            used: vec![false; func.value_count()],
+            blocks: vec![vec![]; func.block_count()].into(),
+            used: vec![false; func.value_count()].into(),
             stamp: 0,
             marked: vec![],
         }
@@ -112,23 +112,23 @@ impl<'a> Walk<'a> {
         let count = insts.len();
         self.start_at_end_of(func, block, dead);
         self.instructions(func, insts);
-        self.blocks[block.index()] = self.dead_at_begin(count);
+        self.blocks[block] = self.dead_at_begin(count);
     }
 
     /// Begins a block at its end: finds the bytes that are dead there.
     fn start_at_end_of(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
         self.make_all_live();
         let Some(terminator) = &func.block(block).terminator else { return };
-        terminator.for_each_arg(|value| self.used[value.index()] = true);
+        terminator.for_each_arg(|value| self.used[value] = true);
         match terminator {
-            Terminator::Jump(to) => self.marked.extend(self.blocks[to.block.index()].iter().rev()),
+            Terminator::Jump(to) => self.marked.extend(self.blocks[to.block].iter().rev()),
             Terminator::Goto(label) => self.marked.extend(dead.at(*label).iter().rev()),
             Terminator::Brif { cond: _, then, otherwise } => {
-                let one = &self.blocks[then.block.index()];
+                let one = &self.blocks[then.block];
                 let stamp = self.stamp;
                 one.iter().for_each(|&byte| mark(self.bytes, byte, stamp));
                 let is_dead_too = |byte: &&u32| is_marked(self.bytes, **byte, stamp);
-                let other = &self.blocks[otherwise.block.index()];
+                let other = &self.blocks[otherwise.block];
                 self.marked.extend(other.iter().rev().filter(is_dead_too));
                 self.stamp = self.bytes.fresh_stamps(1);
             }
@@ -156,11 +156,11 @@ impl<'a> Walk<'a> {
         for at in (0..insts.len()).rev() {
             let inst = insts[at];
             let data = func.inst(inst);
-            let is_used = func.result(inst).is_some_and(|value| self.used[value.index()]);
+            let is_used = func.result(inst).is_some_and(|value| self.used[value]);
             if !is_used && !data.has_effect() || self.visit_access(func, data) {
                 continue;
             }
-            data.for_each_arg(|value| self.used[value.index()] = true);
+            data.for_each_arg(|value| self.used[value] = true);
             kept -= 1;
             insts[kept] = inst;
         }

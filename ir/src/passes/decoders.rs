@@ -28,7 +28,8 @@ use super::thresholds::{
 use super::value_range::mask;
 use crate::tables::FastMap;
 use crate::{
-    BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, Type, Value,
+    BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, PrimaryMap, Type,
+    Value,
 };
 
 /// A field of a word: the word, and by how many bits it must be shifted left so that the field is at its top. Or a double
@@ -48,15 +49,15 @@ struct Members {
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
-    let mut members: Vec<Option<Members>> = vec![None; func.value_count()];
+    let mut members = PrimaryMap::from(vec![None; func.value_count()]);
     let mut has_unions = false;
     for &block in &graph.order {
         for &inst in &func.block(block).insts {
             if let Some(found) = test(func, inst, &members)
-                && let Some(slot) = func.result(inst).and_then(|v| members.get_mut(v.index()))
+                && let Some(result) = func.result(inst)
             {
                 has_unions |= found.comparisons > 1;
-                *slot = Some(found);
+                members[result] = Some(found);
             }
         }
     }
@@ -72,7 +73,11 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 }
 
 /// The test that an instruction is: a comparison with a number, or an OR of tests of one field.
-fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Members> {
+fn test(
+    func: &FuncData,
+    inst: Inst,
+    members: &PrimaryMap<Value, Option<Members>>,
+) -> Option<Members> {
     match *func.inst(inst) {
         InstData::Icmp { cond: IntCond::Eq, args: [value, number] } => {
             let ty = func.ty(value);
@@ -101,7 +106,7 @@ fn test(func: &FuncData, inst: Inst, members: &[Option<Members>]) -> Option<Memb
             Some(Members { field: (double, 0), set: 1 << number, comparisons: 1 })
         }
         InstData::Binary { op: BinaryOp::Or, args } => {
-            let [a, b] = args.map(|arg| members.get(arg.index()).copied().flatten());
+            let [a, b] = args.map(|arg| members[arg]);
             let (a, b) = (a?, b?);
             let comparisons = a.comparisons.saturating_add(b.comparisons);
             let both = Members { set: a.set | b.set, comparisons, ..a };
@@ -124,31 +129,40 @@ fn is_double(func: &FuncData, number: Value) -> bool {
 }
 
 /// For each value whether all its uses are ORs that are tests themselves.
-fn parts(func: &FuncData, graph: &Graph, members: &[Option<Members>]) -> Vec<bool> {
-    let mut is_part = vec![true; func.value_count()];
+fn parts(
+    func: &FuncData,
+    graph: &Graph,
+    members: &PrimaryMap<Value, Option<Members>>,
+) -> PrimaryMap<Value, bool> {
+    let mut is_part = PrimaryMap::from(vec![true; func.value_count()]);
     for &block in &graph.order {
         let data = func.block(block);
         for &inst in &data.insts {
             let result = func.result(inst);
-            if result.is_none_or(|result| members[result.index()].is_none()) {
-                func.inst(inst).for_each_arg(|arg| is_part[arg.index()] = false);
+            if result.is_none_or(|result| members[result].is_none()) {
+                func.inst(inst).for_each_arg(|arg| is_part[arg] = false);
             }
         }
         if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|arg| is_part[arg.index()] = false);
+            terminator.for_each_arg(|arg| is_part[arg] = false);
         }
     }
     is_part
 }
 
 /// Writes the tests of a block again, where it pays; gives whether there were any.
-fn write(func: &mut FuncData, block: Block, members: &[Option<Members>], is_part: &[bool]) -> bool {
+fn write(
+    func: &mut FuncData,
+    block: Block,
+    members: &PrimaryMap<Value, Option<Members>>,
+    is_part: &PrimaryMap<Value, bool>,
+) -> bool {
     let outermost = |func: &FuncData, inst: Inst| {
-        let result = func.result(inst).filter(|result| result.index() < members.len())?;
-        let found = members[result.index()]?;
+        let result = func.result(inst)?;
+        let found = members[result]?;
         // A comparison of an integer is shorter than a test, and one of a double longer.
         let is_long = found.comparisons > 1 || is_double(func, found.field.0);
-        (is_long && !is_part[result.index()]).then_some(found)
+        (is_long && !is_part[result]).then_some(found)
     };
     // For each field how many comparisons and tests there are, and all numbers.
     let mut fields: FastMap<Field, (u32, u32, u64)> = FastMap::default();

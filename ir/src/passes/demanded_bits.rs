@@ -14,7 +14,7 @@
 
 use super::graph::Graph;
 use super::value_range::{ValueRanges, mask};
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
+use crate::{BinaryOp, ConvertOp, FuncData, InstData, PrimaryMap, Type, UnaryOp, Value};
 
 /// At one use no more instructions than this are skipped.
 const MAX_SKIPPED: usize = 32;
@@ -31,17 +31,17 @@ pub(super) fn run(func: &mut FuncData) {
         }
     }
     // For each value the bits that its uses demand.
-    let mut demanded_bits = vec![0u64; func.value_count()];
+    let mut demanded_bits = PrimaryMap::from(vec![0u64; func.value_count()]);
     for &block in graph.order.iter().rev() {
         let data = &func.blocks[block];
         if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|value| demanded_bits[value.index()] = u64::MAX);
+            terminator.for_each_arg(|value| demanded_bits[value] = u64::MAX);
         }
         for at in (0..data.insts.len()).rev() {
             let inst = func.blocks[block].insts[at];
             let mut data = *func.inst(inst);
             let bits = match func.result(inst) {
-                Some(result) => demanded_bits[result.index()],
+                Some(result) => demanded_bits[result],
                 None => u64::MAX,
             };
             if bits == 0 && !data.has_effect() {
@@ -52,7 +52,7 @@ pub(super) fn run(func: &mut FuncData) {
             data.for_each_arg_mut(|value| {
                 let bits = demanded(func, &original, number, bits);
                 *value = without_unneeded(func, &ranges, *value, bits);
-                demanded_bits[value.index()] |= bits;
+                demanded_bits[*value] |= bits;
                 number += 1;
             });
             func.insts[inst] = data;

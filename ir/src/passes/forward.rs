@@ -23,7 +23,7 @@
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
-use crate::{Address, Block, ConvertOp, FuncData, InstData, StatementId, Type, Value};
+use crate::{Address, Block, ConvertOp, FuncData, InstData, PrimaryMap, StatementId, Type, Value};
 
 /// The forwarding window: a value is forwarded in this many statements after the one in which it
 /// was stored or loaded.
@@ -84,14 +84,13 @@ struct End {
 pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool) -> bool {
     let graph = Graph::new(func);
     // Whether each block is the sole predecessor of another. If so, its facts are kept.
-    let mut is_sole_predecessor = vec![false; func.block_count()];
+    let mut is_sole_predecessor = PrimaryMap::from(vec![false; func.block_count()]);
     for &block in &graph.order {
         if let Some(before) = graph.sole_predecessor[block] {
-            is_sole_predecessor[before.index()] = true;
+            is_sole_predecessor[before] = true;
         }
     }
-    let mut ends: Vec<Option<End>> = Vec::new();
-    ends.resize_with(func.block_count(), || None);
+    let mut ends: PrimaryMap<Block, Option<End>> = func.blocks.keys().map(|_| None).collect();
     let mut values = Substitution::new(func);
     // A fact for each access, and one for each that is passed on.
     let count = func.inst_count() + graph.order.len() * MAX_PASSED_ON;
@@ -107,12 +106,10 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool
     };
     let mut changed = false;
     for &block in &graph.order {
-        state.enter_block(
-            graph.sole_predecessor[block].and_then(|before| ends[before.index()].as_ref()),
-        );
+        state.enter_block(graph.sole_predecessor[block].and_then(|before| ends[before].as_ref()));
         changed |= state.block(func, block, &mut values);
-        if is_sole_predecessor[block.index()] {
-            ends[block.index()] = Some(state.facts_at_end());
+        if is_sole_predecessor[block] {
+            ends[block] = Some(state.facts_at_end());
         }
     }
     changed

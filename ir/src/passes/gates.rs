@@ -20,7 +20,9 @@
 //! depends on the order of operands. It must keep the number of loads as it is, and where they stand.
 
 use super::graph::Graph;
-use crate::{BinaryOp, Block, FuncData, Inst, InstData, StatementId, Type, UnaryOp, Value};
+use crate::{
+    BinaryOp, Block, FuncData, Inst, InstData, PrimaryMap, StatementId, Type, UnaryOp, Value,
+};
 
 /// Gates are rearranged together with the gates that are their inputs, and with the inputs of those, down
 /// to this depth; what is deeper is rearranged by itself.
@@ -56,11 +58,11 @@ enum Kind {
 struct Gates<'a> {
     func: &'a mut FuncData,
     /// For each value how often it is used, and the block of its last use.
-    uses: Vec<(u32, Block)>,
+    uses: PrimaryMap<Value, (u32, Block)>,
     /// For each instruction the block in which it stands.
-    places: Vec<Block>,
+    places: PrimaryMap<Inst, Block>,
     /// For each instruction whether it is part of a gate that will be written again.
-    absorbed: Vec<bool>,
+    absorbed: PrimaryMap<Inst, bool>,
     /// The nodes of the outermost gate that is examined or written, each after its inputs.
     nodes: Vec<Node>,
     /// The block that is visited.
@@ -70,24 +72,24 @@ struct Gates<'a> {
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
-    let mut uses = vec![(0, Block(0)); func.value_count()];
-    let mut places = vec![Block(0); func.inst_count()];
+    let mut uses = PrimaryMap::from(vec![(0, Block(0)); func.value_count()]);
+    let mut places = PrimaryMap::from(vec![Block(0); func.inst_count()]);
     for &block in &graph.order {
         let mut note = |value: Value| {
-            let (count, place) = &mut uses[value.index()];
+            let (count, place) = &mut uses[value];
             *count += 1;
             *place = block;
         };
         let data = &func.blocks[block];
         for &inst in &data.insts {
-            places[inst.index()] = block;
+            places[inst] = block;
             func.insts[inst].for_each_arg(&mut note);
         }
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(note);
         }
     }
-    let absorbed = vec![false; func.inst_count()];
+    let absorbed = PrimaryMap::from(vec![false; func.inst_count()]);
     let mut gates = Gates { func, uses, places, absorbed, nodes: vec![], block: Block(0) };
     for &block in &graph.order {
         gates.block = block;
@@ -102,7 +104,7 @@ impl Gates<'_> {
         // The results of outermost gates, found backwards; each is written where it stood.
         let mut roots = vec![];
         for &inst in insts.iter().rev() {
-            if !self.absorbed[inst.index()] && self.gate(inst).is_some() {
+            if !self.absorbed[inst] && self.gate(inst).is_some() {
                 self.nodes.clear();
                 let root = self.node_of(inst, 0);
                 if self.nodes.len() > 2 {
@@ -115,7 +117,7 @@ impl Gates<'_> {
             if let Some((_, root, nodes)) = roots.pop_if(|(root, ..)| *root == inst) {
                 self.nodes = nodes;
                 self.write_root(inst, root, &mut out);
-            } else if !self.absorbed[inst.index()] {
+            } else if !self.absorbed[inst] {
                 out.push(inst);
             }
         }
@@ -138,8 +140,7 @@ impl Gates<'_> {
     /// once, in this block too.
     fn sole_definition(&self, value: Value) -> Option<Inst> {
         let crate::ValueDef::Result(inst) = self.func.def(value) else { return None };
-        let is_own =
-            self.uses[value.index()] == (1, self.block) && self.places[inst.index()] == self.block;
+        let is_own = self.uses[value] == (1, self.block) && self.places[inst] == self.block;
         is_own.then_some(inst)
     }
 
@@ -162,19 +163,19 @@ impl Gates<'_> {
         while let Some((value, inverted)) = pending.pop() {
             if let Some(inst) = self.sole_definition(value) {
                 if let InstData::Unary { op: UnaryOp::Not, arg } = *self.func.inst(inst) {
-                    self.absorbed[inst.index()] = true;
+                    self.absorbed[inst] = true;
                     pending.push((arg, !inverted));
                     continue;
                 }
                 if let Some((inner, args)) = self.gate(inst) {
                     // By De Morgan an inverted gate of the other kind is of this kind.
                     if (inner != or) == inverted {
-                        self.absorbed[inst.index()] = true;
+                        self.absorbed[inst] = true;
                         pending.extend([(args[1], inverted), (args[0], inverted)]);
                         continue;
                     }
                     if depth < MAX_DEPTH {
-                        self.absorbed[inst.index()] = true;
+                        self.absorbed[inst] = true;
                         let mut node = self.node_of(inst, depth + 1);
                         if inverted {
                             node = self.inverted(node);

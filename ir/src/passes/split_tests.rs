@@ -18,13 +18,15 @@
 //! Where the contact comes first, as in `IF (I3) IF (S=1) S=2 ENDIF ENDIF`, the two branches are made one of an AND
 //! before, if nothing happens between them and both lead to the same block where they fail.
 
+use std::iter::repeat_n;
+
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
 use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
-    StatementId, Terminator, Type, Value,
+    PrimaryMap, StatementId, Terminator, Type, Value,
 };
 
 /// Rows of fewer conditions stay as they are.
@@ -53,39 +55,37 @@ struct Condition {
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut uses = uses(func);
-    let condition_of = |index| {
-        let block = Block(index as u32);
-        condition(func, block, &uses).or_else(|| nested(func, &graph, block, &uses))
-    };
-    let mut conditions: Vec<Option<Condition>> =
-        (0..func.block_count()).map(condition_of).collect();
-    let next_of = |conditions: &[Option<Condition>], block: Block| {
-        let condition = conditions[block.index()].as_ref()?;
-        let next = conditions[condition.otherwise.index()].as_ref()?;
+    let condition_of =
+        |block| condition(func, block, &uses).or_else(|| nested(func, &graph, block, &uses));
+    let mut conditions: PrimaryMap<Block, Option<Condition>> =
+        func.blocks.keys().map(condition_of).collect();
+    let next_of = |conditions: &PrimaryMap<Block, Option<Condition>>, block: Block| {
+        let condition = conditions[block].as_ref()?;
+        let next = conditions[condition.otherwise].as_ref()?;
         (next.variable == condition.variable).then_some(condition.otherwise)
     };
     // How many conditions a row has from a block on, and then how many the row has that the block is in.
-    let mut lengths = vec![0; func.block_count()];
+    let mut lengths = PrimaryMap::from(vec![0; func.block_count()]);
     for &block in graph.order.iter().rev() {
-        if conditions[block.index()].is_some() {
-            let rest = next_of(&conditions, block).map_or(0, |next| lengths[next.index()]);
-            lengths[block.index()] = rest + 1;
+        if conditions[block].is_some() {
+            let rest = next_of(&conditions, block).map_or(0, |next| lengths[next]);
+            lengths[block] = rest + 1;
         }
     }
     for &block in &graph.order {
         if let Some(next) = next_of(&conditions, block) {
-            lengths[next.index()] = lengths[next.index()].max(lengths[block.index()]);
+            lengths[next] = lengths[next].max(lengths[block]);
         }
     }
     let mut changed = false;
     for &block in &graph.order {
-        if lengths[block.index()] >= MIN_TESTS
-            && let Some(mut condition) = conditions[block.index()].take()
+        if lengths[block] >= MIN_TESTS
+            && let Some(mut condition) = conditions[block].take()
         {
             if let Some(inner) = condition.inner {
                 join(func, block, inner, &mut uses);
                 changed = true;
-                conditions[inner.index()] = None;
+                conditions[inner] = None;
                 match self::condition(func, block, &uses) {
                     Some(joined) => condition = joined,
                     None => continue,
@@ -102,21 +102,21 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 }
 
 /// How often each value is used.
-fn uses(func: &FuncData) -> Vec<u32> {
-    let mut uses = vec![0; func.value_count()];
+fn uses(func: &FuncData) -> PrimaryMap<Value, u32> {
+    let mut uses = PrimaryMap::from(vec![0; func.value_count()]);
     for (_, data) in func.blocks() {
         for &inst in &data.insts {
-            func.inst(inst).for_each_arg(|value| uses[value.index()] += 1);
+            func.inst(inst).for_each_arg(|value| uses[value] += 1);
         }
         if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|value| uses[value.index()] += 1);
+            terminator.for_each_arg(|value| uses[value] += 1);
         }
     }
     uses
 }
 
 /// The condition with which a block ends; `None` if it is of another form.
-fn condition(func: &FuncData, block: Block, uses: &[u32]) -> Option<Condition> {
+fn condition(func: &FuncData, block: Block, uses: &PrimaryMap<Value, u32>) -> Option<Condition> {
     let data = func.block(block);
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
     if !then.args.is_empty() || !otherwise.args.is_empty() {
@@ -127,7 +127,7 @@ fn condition(func: &FuncData, block: Block, uses: &[u32]) -> Option<Condition> {
     while let Some(value) = open.pop() {
         match func.def_inst(value) {
             Some(InstData::Binary { op: BinaryOp::And, args })
-                if uses[value.index()] == 1 && func.ty(value) == Type::I1 =>
+                if uses[value] == 1 && func.ty(value) == Type::I1 =>
             {
                 let inst = func.definition(value)?;
                 if !data.insts.contains(&inst) {
@@ -151,7 +151,12 @@ fn condition(func: &FuncData, block: Block, uses: &[u32]) -> Option<Condition> {
 }
 
 /// The condition of the block that a block leads to if what it tests itself holds; `None` if they can't be one.
-fn nested(func: &FuncData, graph: &Graph, block: Block, uses: &[u32]) -> Option<Condition> {
+fn nested(
+    func: &FuncData,
+    graph: &Graph,
+    block: Block,
+    uses: &PrimaryMap<Value, u32>,
+) -> Option<Condition> {
     let data = func.block(block);
     let Some(Terminator::Brif { cond: _, then, otherwise }) = &data.terminator else { return None };
     let inner = then.block;
@@ -171,7 +176,7 @@ fn nested(func: &FuncData, graph: &Graph, block: Block, uses: &[u32]) -> Option<
 }
 
 /// Makes one block of two, whose branches become one of an AND.
-fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
+fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut PrimaryMap<Value, u32>) {
     let ends = (&func.block(block).terminator, &func.block(inner).terminator);
     let (Some(Terminator::Brif { cond: first, .. }), Some(Terminator::Brif { cond, then, .. })) =
         ends
@@ -182,7 +187,7 @@ fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut Vec<u32>) {
     let loc = func.definition(*cond).map_or(StatementId::NONE, |inst| func.loc(inst));
     let (and, both) = func.append(InstData::Binary { op: BinaryOp::And, args }, loc);
     // The result is used by the branch alone.
-    uses.resize(func.value_count(), 1);
+    uses.extend(repeat_n(1, func.value_count() - uses.len()));
     let left = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
     let insts = std::mem::replace(&mut func.blocks[inner], left).insts;
     let data = &mut func.blocks[block];
@@ -212,7 +217,12 @@ fn compared_variable(func: &FuncData, block: Block, value: Value) -> Option<(Add
 }
 
 /// Splits the comparison off the AND with which a block ends.
-fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Vec<u32>) {
+fn split(
+    func: &mut FuncData,
+    block: Block,
+    condition: &Condition,
+    uses: &mut PrimaryMap<Value, u32>,
+) {
     let data = &mut func.blocks[block];
     let mut insts = std::mem::take(&mut data.insts);
     let (cold, optimize_for_size) = (data.cold, data.optimize_for_size);
@@ -221,7 +231,7 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
 
     // The instructions that nothing but the other operands needs go to the new block, as far as no effect comes
     // behind them. What only the comparison needed is dropped: it is computed again, for itself.
-    uses[condition.comparison.index()] -= 1;
+    uses[condition.comparison] -= 1;
     let mut uses_there: FastMap<Value, u32> = FastMap::default();
     for &other in &condition.others {
         *uses_there.entry(other).or_default() += 1;
@@ -237,9 +247,9 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
             break;
         }
         let result = func.result(inst);
-        let count = result.map_or(0, |result| uses[result.index()]);
+        let count = result.map_or(0, |result| uses[result]);
         if count == 0 {
-            func.inst(inst).for_each_arg(|value| uses[value.index()] -= 1);
+            func.inst(inst).for_each_arg(|value| uses[value] -= 1);
         } else if result.and_then(|result| uses_there.get(&result)) == Some(&count) {
             func.inst(inst).for_each_arg(|value| *uses_there.entry(value).or_default() += 1);
             there.push(inst);
@@ -266,7 +276,7 @@ fn split(func: &mut FuncData, block: Block, condition: &Condition, uses: &mut Ve
     data.insts = insts;
     data.terminator =
         Some(Terminator::Brif { cond: comparison, then: BlockCall::plain(second), otherwise });
-    uses.resize(func.value_count(), 1);
+    uses.extend(repeat_n(1, func.value_count() - uses.len()));
 }
 
 /// Computes a comparison of a variable with a constant once more at the end of `insts`.
