@@ -25,7 +25,9 @@
 
 use plcc_abi::TrapCode;
 
-use crate::{Block, Inst, InstData, Label, PrimaryMap, RegionId, StatementId, Type, Value};
+use crate::{
+    Block, Inst, InstData, Label, PrimaryMap, RegionId, SecondaryMap, StatementId, Type, Value,
+};
 
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -261,10 +263,10 @@ impl FuncData {
     }
 
     /// How often instructions and terminators use each value.
-    pub fn use_counts(&self) -> Vec<u32> {
-        let mut counts = vec![0u32; self.value_count()];
+    pub fn use_counts(&self) -> SecondaryMap<Value, u32> {
+        let mut counts = SecondaryMap::from(vec![0; self.value_count()]);
         let mut note = |value: Value| {
-            if let Some(count) = counts.get_mut(value.index()) {
+            if let Some(count) = counts.get_mut(value) {
                 *count += 1;
             }
         };

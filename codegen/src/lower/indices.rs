@@ -20,7 +20,8 @@
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, Value as ClifValue, types};
 use plcc_ir::{
-    BinaryOp, Block, ConvertOp, FuncData, Index, InstData, IntCond, Terminator, Type, Value,
+    BinaryOp, Block, ConvertOp, FuncData, Index, InstData, IntCond, PrimaryMap, SecondaryMap,
+    Terminator, Type, Value,
 };
 
 use super::{LowerResult, Lowering};
@@ -41,36 +42,35 @@ enum Edge {
 }
 
 /// What a function's indices need to know of it.
+#[derive(Default)]
 pub(super) struct Indices {
     /// For each block the end of the block that leads to it, if only one does.
-    edges: Vec<Option<Edge>>,
+    edges: SecondaryMap<Block, Option<Edge>>,
     /// Which values of 8 or 16 bits become indices by being widened with zeros.
-    narrow: Vec<bool>,
+    narrow: SecondaryMap<Value, bool>,
     /// Those values widened to 64 bits, once an instruction has defined them. Parameters of blocks
     /// are not widened.
-    wide: Vec<Option<ClifValue>>,
+    wide: SecondaryMap<Value, Option<ClifValue>>,
 }
 
 impl Indices {
     pub(super) fn new(func: &FuncData) -> Self {
-        let mut this = Self { edges: vec![], narrow: vec![], wide: vec![] };
+        let mut this = Self::default();
         let index_of = |data: &InstData| match *data {
             InstData::Load { ty: _, at } | InstData::Store { at, value: _ } => at.index,
             _ => None,
         };
         for (_, block) in func.blocks() {
             for index in block.insts.iter().filter_map(|&inst| index_of(func.inst(inst))) {
-                this.narrow.resize(func.value_count(), false);
-                if let Some(narrow) = widened(func, index.value)
-                    && let Some(slot) = this.narrow.get_mut(narrow.index())
-                {
-                    *slot = true;
+                this.narrow.resize(func.value_count());
+                if let Some(narrow) = widened(func, index.value) {
+                    this.narrow[narrow] = true;
                 }
             }
         }
         // A function without indices needs neither table.
         if !this.narrow.is_empty() {
-            this.wide.resize(func.value_count(), None);
+            this.wide.resize(func.value_count());
             this.edges = edges(func);
         }
         this
@@ -78,14 +78,14 @@ impl Indices {
 
     /// Whether a value is one that becomes an index by being widened with zeros.
     fn is_narrow(&self, value: Value) -> bool {
-        self.narrow.get(value.index()).copied().unwrap_or(false)
+        self.narrow[value]
     }
 
     /// Whether a comparison that dominates a block shows that a value of 32 bits is below the count.
     fn is_compared(&self, func: &FuncData, mut block: Block, value: Value, count: u32) -> bool {
         let narrow = widened(func, value);
         for _ in 0..MAX_DISTANCE {
-            block = match self.edges.get(block.index()).copied().flatten() {
+            block = match self.edges[block] {
                 Some(Edge::Jump(from)) => from,
                 Some(Edge::Brif(from, cond, truth)) => {
                     if let Some((compared, limit)) = value_below_limit(func, cond, truth)
@@ -114,11 +114,11 @@ fn widened(func: &FuncData, value: Value) -> Option<Value> {
 }
 
 /// For each block the end of the block that leads to it, if only one does.
-fn edges(func: &FuncData) -> Vec<Option<Edge>> {
-    let mut ways = vec![0u32; func.block_count()];
-    let mut edges = vec![None; func.block_count()];
+fn edges(func: &FuncData) -> SecondaryMap<Block, Option<Edge>> {
+    let mut ways = PrimaryMap::from(vec![0u32; func.block_count()]);
+    let mut edges = SecondaryMap::from(vec![None; func.block_count()]);
     let mut add = |to: Block, edge: Option<Edge>| {
-        if let (Some(ways), Some(slot)) = (ways.get_mut(to.index()), edges.get_mut(to.index())) {
+        if let (Some(ways), Some(slot)) = (ways.get_mut(to), edges.get_mut(to)) {
             *ways += 1;
             *slot = edge.filter(|_| *ways == 1);
         }
@@ -160,7 +160,7 @@ impl Lowering<'_> {
     pub(super) fn widen_for_index(&mut self, value: Value, clif: ClifValue) {
         if self.indices.is_narrow(value) {
             let wide = self.builder.ins().uextend(types::I64, clif);
-            if let Some(slot) = self.indices.wide.get_mut(value.index()) {
+            if let Some(slot) = self.indices.wide.get_mut(value) {
                 *slot = Some(wide);
             }
         }
@@ -168,7 +168,7 @@ impl Lowering<'_> {
 
     /// A value of 8 or 16 bits, widened to 64 bits with zeros, if it becomes an index.
     fn wide_index(&self, value: Value) -> Option<ClifValue> {
-        self.indices.wide.get(value.index()).copied().flatten()
+        self.indices.wide[value]
     }
 
     /// A value widened with zeros to 32 bits, if it becomes an index: the low half of the register in

@@ -18,7 +18,8 @@ use cranelift_codegen::ir::{
 use cranelift_frontend::FunctionBuilder;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, Module, RegionId, Type, UnaryOp, Value,
+    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, Module, RegionId, SecondaryMap, Type,
+    UnaryOp, Value,
 };
 
 use super::memory::flags;
@@ -144,10 +145,10 @@ impl LocalBits {
     }
 
     /// Finds the ORs of a block that join two groups of bits.
-    fn find_joined(&mut self, func: &FuncData, insts: &[Inst], uses: &[u32]) {
+    fn find_joined(&mut self, func: &FuncData, insts: &[Inst], uses: &SecondaryMap<Value, u32>) {
         // The groups that were gathered since anything was last stored in the local bits.
         let mut gathered: FastMap<Value, Address> = FastMap::default();
-        let is_used_once = |value: Value| uses.get(value.index()) == Some(&1);
+        let is_used_once = |value: Value| uses[value] == 1;
         for &inst in insts {
             if let InstData::Store { at, .. } = func.inst(inst) {
                 if at.region == RegionId::LOCAL_BITS {

@@ -3,7 +3,7 @@
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
 use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
-use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, Type, Value};
+use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, SecondaryMap, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
@@ -81,7 +81,7 @@ impl Lowering<'_> {
     pub(super) fn is_also_extended(&self, value: Value) -> bool {
         matches!(self.func.ty(value), Type::I8 | Type::I16)
             && self.use_count(value) > 1
-            && self.is_extended.get(value.index()).copied().unwrap_or(false)
+            && self.is_extended[value]
     }
 
     /// Loads such a value: by the instruction that extends it, so that no further one has to.
@@ -162,11 +162,11 @@ impl Lowering<'_> {
 }
 
 /// For each value of a function whether it is an operand of an extension with zeros.
-pub(super) fn extended_values(func: &FuncData) -> Vec<bool> {
-    let mut extended = vec![false; func.value_count()];
+pub(super) fn extended_values(func: &FuncData) -> SecondaryMap<Value, bool> {
+    let mut extended = SecondaryMap::from(vec![false; func.value_count()]);
     for inst in func.blocks().flat_map(|(_, block)| &block.insts) {
         if let InstData::Convert { op: ConvertOp::Zext, to: _, arg } = func.inst(*inst)
-            && let Some(slot) = extended.get_mut(arg.index())
+            && let Some(slot) = extended.get_mut(*arg)
         {
             *slot = true;
         }

@@ -27,7 +27,9 @@ use cranelift_codegen::isa::{CallConv, TargetIsa};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use plcc_abi::{HostFn, HostType, ScanContext};
 use plcc_ir::tables::FastMap;
-use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
+use plcc_ir::{
+    Block, FuncData, Inst, InstData, Module, PrimaryMap, SecondaryMap, Type, UnaryOp, Value,
+};
 use target_lexicon::Architecture;
 
 use crate::{CodegenOptions, InternalError};
@@ -86,13 +88,14 @@ pub(crate) fn function(
     let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
     let double_constants = double_constants::choose(func, &mut builder, options);
     let uses = func.use_counts();
-    let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
+    let blocks: PrimaryMap<Block, ClifBlock> =
+        func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
         func,
         builder,
         blocks,
-        values: vec![None; func.value_count()],
+        values: vec![None; func.value_count()].into(),
         context: context_value,
         image,
         bases,
@@ -124,18 +127,18 @@ pub(crate) fn function(
 /// The blocks in an order in which definitions come before uses: reverse postorder from the
 /// entries. Blocks that nothing reaches are left out.
 fn order(func: &FuncData) -> Vec<Block> {
-    let mut visited = vec![false; func.block_count()];
+    let mut visited = PrimaryMap::from(vec![false; func.block_count()]);
     let mut postorder = Vec::with_capacity(func.block_count());
     let mut stack: Vec<(Block, Vec<Block>)> = Vec::new();
     for &(_, entry) in func.entries().iter().rev() {
-        if std::mem::replace(&mut visited[entry.index()], true) {
+        if std::mem::replace(&mut visited[entry], true) {
             continue;
         }
         stack.push((entry, successors(func, entry)));
         while let Some((block, rest)) = stack.last_mut() {
             match rest.pop() {
                 Some(next) => {
-                    if !std::mem::replace(&mut visited[next.index()], true) {
+                    if !std::mem::replace(&mut visited[next], true) {
                         stack.push((next, successors(func, next)));
                     }
                 }
@@ -171,9 +174,9 @@ struct Lowering<'a> {
     func: &'a FuncData,
     builder: FunctionBuilder<'a>,
     /// For each block of the IR the CLIF block.
-    blocks: Vec<ClifBlock>,
+    blocks: PrimaryMap<Block, ClifBlock>,
     /// For each value of the IR the CLIF value, once it is defined.
-    values: Vec<Option<ClifValue>>,
+    values: PrimaryMap<Value, Option<ClifValue>>,
     /// The function's first argument: the address of the scan context.
     context: ClifValue,
     /// The address of the process image.
@@ -191,7 +194,7 @@ struct Lowering<'a> {
     /// Whether the target is x86-64, on which some operations have shorter forms.
     is_x86: bool,
     /// How often each value is used.
-    uses: Vec<u32>,
+    uses: SecondaryMap<Value, u32>,
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
     truncated: FastMap<Value, ClifValue>,
@@ -200,7 +203,7 @@ struct Lowering<'a> {
     /// The checks of variables at the function's entry that are made in vectors.
     variable_checks: VariableChecks,
     /// For each value whether it is an operand of an extension with zeros.
-    is_extended: Vec<bool>,
+    is_extended: SecondaryMap<Value, bool>,
     /// The values of 8 and 16 bits that were loaded with that extension, each with the 32 bits.
     extended_loads: FastMap<Value, ClifValue>,
     /// The block in which all traps with a site leave the function, once there is such a trap. Its
@@ -239,16 +242,16 @@ impl Lowering<'_> {
         let order = order(self.func);
         // A block is sealed as soon as all that lead to it are lowered: until then, each variable that is used there
         // takes a parameter.
-        let mut edges = vec![0u32; self.blocks.len()];
+        let mut edges = PrimaryMap::from(vec![0u32; self.blocks.len()]);
         for block in order.iter().flat_map(|&block| successors(self.func, block)) {
-            edges[block.index()] += 1;
+            edges[block] += 1;
         }
         for block in order {
-            if edges[block.index()] == 0 {
+            if edges[block] == 0 {
                 self.builder.seal_block(self.clif_block(block)?);
             }
             self.block(block)?;
-            successors(self.func, block).iter().for_each(|next| edges[next.index()] -= 1);
+            successors(self.func, block).iter().for_each(|&next| edges[next] -= 1);
         }
         self.write_trap_exit();
         Ok(())
@@ -256,7 +259,7 @@ impl Lowering<'_> {
 
     /// The CLIF block of an IR block.
     fn clif_block(&self, block: Block) -> LowerResult<ClifBlock> {
-        let found = self.blocks.get(block.index()).copied();
+        let found = self.blocks.get(block).copied();
         found.ok_or_else(|| InvalidIr(format!("there is no {block}")))
     }
 
@@ -300,18 +303,18 @@ impl Lowering<'_> {
         if let Some(integer) = self.checked_integer(value) {
             return Ok(integer);
         }
-        let found = self.values.get(value.index()).copied().flatten();
+        let found = self.values.get(value).copied().flatten();
         found.ok_or_else(|| InvalidIr(format!("{value} is used and not defined before")))
     }
 
     /// How often a value is used.
     fn use_count(&self, value: Value) -> u32 {
-        self.uses.get(value.index()).copied().unwrap_or(0)
+        self.uses[value]
     }
 
     /// Records the CLIF value of an IR value.
     fn define(&mut self, value: Value, clif: ClifValue) -> LowerResult<()> {
-        let slot = self.values.get_mut(value.index());
+        let slot = self.values.get_mut(value);
         *slot.ok_or_else(|| InvalidIr(format!("there is no {value}")))? = Some(clif);
         Ok(())
     }

@@ -17,7 +17,7 @@
 use cranelift_codegen::ir::{BlockArg, InstBuilder, Value as ClifValue, types};
 use plcc_ir::passes::thresholds::STORED_RECENTLY;
 use plcc_ir::tables::FastMap;
-use plcc_ir::{Address, BinaryOp, Block, FuncData, Type, Value};
+use plcc_ir::{Address, BinaryOp, Block, FuncData, SecondaryMap, Type, Value};
 
 use super::memory::flags;
 use super::{LowerResult, Lowering};
@@ -31,9 +31,9 @@ pub(super) struct TruthValues {
     /// Whether 32 bits are used at all.
     enabled: bool,
     /// For each value the one in 32 bits, if it has one.
-    wide: Vec<Option<ClifValue>>,
+    wide: SecondaryMap<Value, Option<ClifValue>>,
     /// For each value the number of its uses, and the block of the last one.
-    uses: Vec<(u32, Block)>,
+    uses: SecondaryMap<Value, (u32, Block)>,
     /// The loads that wait for their use, each with its offset in the image.
     waiting: Vec<(Value, Address, i64)>,
     /// For each byte of the image that was stored, by its offset, the number of the instruction that stored it last.
@@ -46,11 +46,14 @@ impl TruthValues {
     /// For a function of a module.
     pub(super) fn new(func: &FuncData, options: CodegenOptions) -> Self {
         let enabled = options.wide_bits;
-        let mut uses = vec![(0, Block(0)); if enabled { func.value_count() } else { 0 }];
+        let mut uses = SecondaryMap::with_default((0, Block(0)));
+        let mut wide = SecondaryMap::new();
         if enabled {
+            uses.resize(func.value_count());
+            wide.resize(func.value_count());
             for (block, data) in func.blocks() {
                 let mut note = |value: Value| {
-                    if let Some((count, place)) = uses.get_mut(value.index()) {
+                    if let Some((count, place)) = uses.get_mut(value) {
                         *count += 1;
                         *place = block;
                     }
@@ -61,13 +64,12 @@ impl TruthValues {
                 }
             }
         }
-        let wide = vec![None; uses.len()];
         Self { enabled, wide, uses, waiting: vec![], last_stores: FastMap::default(), current: 0 }
     }
 
     /// Whether a value is in 32 bits, or can be loaded so.
     pub(super) fn is_wide(&self, value: Value) -> bool {
-        self.wide.get(value.index()).is_some_and(Option::is_some) || self.is_waiting(value)
+        self.wide[value].is_some() || self.is_waiting(value)
     }
 
     /// Whether a value is a load that waits for its use.
@@ -97,7 +99,7 @@ impl Lowering<'_> {
         }
         let offset = self.image_offset(ty, at)?;
         let truths = &mut self.truth_values;
-        if truths.uses.get(result.index()) == Some(&(1, block)) {
+        if truths.uses[result] == (1, block) {
             truths.waiting.push((result, at, offset));
             return Ok(true);
         }
@@ -131,8 +133,8 @@ impl Lowering<'_> {
             BinaryOp::Xor => self.builder.ins().bxor(x, y),
             _ => return Ok(false),
         };
-        let value = match self.truth_values.uses.get(result.index()) {
-            Some((2.., _)) => self.through_parameter(value),
+        let value = match self.truth_values.uses[result] {
+            (2.., _) => self.through_parameter(value),
             _ => value,
         };
         self.define_wide(result, value);
@@ -170,7 +172,7 @@ impl Lowering<'_> {
 
     /// Records the CLIF value that is a truth value in 32 bits.
     fn define_wide(&mut self, result: Value, value: ClifValue) {
-        if let Some(slot) = self.truth_values.wide.get_mut(result.index()) {
+        if let Some(slot) = self.truth_values.wide.get_mut(result) {
             *slot = Some(value);
         }
     }
@@ -186,7 +188,7 @@ impl Lowering<'_> {
                 false => ins.uload8(types::I32, flags(), base, displacement),
             });
         }
-        match self.truth_values.wide.get(value.index()).copied().flatten() {
+        match self.truth_values.wide[value] {
             Some(wide) => Ok(wide),
             None => {
                 let narrow = self.value(value)?;
@@ -224,7 +226,7 @@ impl Lowering<'_> {
             let (base, displacement) = self.address(Type::I1, at)?;
             return Ok(Some(self.builder.ins().load(types::I8, flags(), base, displacement)));
         }
-        let wide = self.truth_values.wide.get(value.index()).copied().flatten();
+        let wide = self.truth_values.wide[value];
         Ok(wide.map(|wide| self.builder.ins().ireduce(types::I8, wide)))
     }
 

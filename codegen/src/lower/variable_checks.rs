@@ -24,7 +24,8 @@ use cranelift_codegen::ir::{
 };
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
-    Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, Terminator, Type, Value,
+    Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, PrimaryMap, SecondaryMap,
+    Terminator, Type, Value,
 };
 
 use super::memory::flags;
@@ -71,7 +72,7 @@ impl VariableChecks {
     pub(super) fn new(
         module: &Module,
         func: &FuncData,
-        uses: &[u32],
+        uses: &SecondaryMap<Value, u32>,
         options: CodegenOptions,
     ) -> Self {
         let &[(_, first)] = func.entries() else { return Self::default() };
@@ -82,7 +83,7 @@ impl VariableChecks {
             return Self::default();
         };
         let edges = edges(func);
-        let is_reached_once = |block: Block| edges.get(block.index()) == Some(&1);
+        let is_reached_once = |block: Block| edges[block] == 1;
         let slow = first_check.slow;
         let mut next = first_check.next;
         let (mut checks, mut others) = (vec![first_check], FastSet::default());
@@ -94,7 +95,7 @@ impl VariableChecks {
             checks.push(found);
         }
         // Nothing but the entry leads to the first one.
-        if checks.len() < MIN_CHECKS || edges.get(first.index()) != Some(&0) {
+        if checks.len() < MIN_CHECKS || edges[first] != 0 {
             return Self::default();
         }
         Self { first: Some(first), others, checks, ..Self::default() }
@@ -102,18 +103,23 @@ impl VariableChecks {
 }
 
 /// How often each block is the target of a branch.
-fn edges(func: &FuncData) -> Vec<u32> {
-    let mut edges = vec![0; func.block_count()];
+fn edges(func: &FuncData) -> PrimaryMap<Block, u32> {
+    let mut edges = PrimaryMap::from(vec![0; func.block_count()]);
     for (_, block) in func.blocks() {
         if let Some(terminator) = &block.terminator {
-            terminator.for_each_block(|block, _| edges[block.index()] += 1);
+            terminator.for_each_block(|block, _| edges[block] += 1);
         }
     }
     edges
 }
 
 /// The check that a block is, if it is one. `uses` says how often each value is used.
-fn check(module: &Module, func: &FuncData, uses: &[u32], block: Block) -> Option<Check> {
+fn check(
+    module: &Module,
+    func: &FuncData,
+    uses: &SecondaryMap<Value, u32>,
+    block: Block,
+) -> Option<Check> {
     let data = func.block(block);
     let &[load, truncated, converted, compared] = data.insts.as_slice() else { return None };
     let InstData::Load { ty: Type::F64, at } = *func.inst(load) else { return None };
@@ -126,9 +132,8 @@ fn check(module: &Module, func: &FuncData, uses: &[u32], block: Block) -> Option
             if args == [double, variable]);
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
     let is_plain = data.params.is_empty() && then.args.is_empty() && otherwise.args.is_empty();
-    let used = |value: Value| uses.get(value.index()).copied();
     // The integer and its double may be used elsewhere, but not what the image holds, and whether the check fails.
-    let is_closed = used(variable) == Some(2) && used(fails) == Some(1);
+    let is_closed = uses[variable] == 2 && uses[fails] == 1;
     let is_fixed = at.index.is_none() && !at.volatile && module.finite_regions.contains(&at.region);
     (is_check && is_plain && is_closed && is_fixed && *cond == fails).then_some(Check {
         at,

@@ -28,8 +28,8 @@ use super::insert::Insert;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastSet;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, StatementId, Type, UnaryOp,
-    Value,
+    Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, PrimaryMap, SecondaryMap,
+    StatementId, Type, UnaryOp, Value,
 };
 
 /// Words with fewer lanes than this stay as they are.
@@ -87,13 +87,13 @@ struct Rows<'a> {
     ranges: ValueRanges,
     /// For each value the place of its definition among the instructions of the current block. It is
     /// 0 for one that another block defines.
-    places: Vec<usize>,
+    places: SecondaryMap<Value, usize>,
     /// For each value the first load in its block that reads the same, or the value itself.
-    first_load: Vec<Value>,
+    first_load: PrimaryMap<Value, Value>,
     /// The rows of the current block that were computed last: their lanes and the words.
     known: VecDeque<(FastSet<Lane>, Value)>,
     /// How often each value was used before the pass, and how often new instructions use it.
-    uses: Vec<u32>,
+    uses: SecondaryMap<Value, u32>,
     /// New instructions, each with the place of the instruction before which it stands.
     inserted: Vec<(usize, Inst)>,
     /// The source place of the store that is examined.
@@ -121,8 +121,8 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     }
     let graph = Graph::new(func);
     let ranges = ValueRanges::new(func);
-    let places = vec![0; func.value_count()];
-    let first_load = (0..func.value_count() as u32).map(Value).collect();
+    let places = vec![0; func.value_count()].into();
+    let first_load = func.values.keys().collect();
     let uses = func.use_counts();
     let (known, inserted, loc) = (VecDeque::new(), vec![], StatementId::NONE);
     let mut rows =
@@ -142,7 +142,7 @@ impl Insert for Rows<'_> {
     fn insert(&mut self, data: InstData) -> Value {
         let (inst, result) = self.func.append(data, self.loc);
         data.for_each_arg(|value| {
-            if let Some(count) = self.uses.get_mut(value.index()) {
+            if let Some(count) = self.uses.get_mut(value) {
                 *count += 1;
             }
         });
@@ -184,7 +184,7 @@ impl Rows<'_> {
         all.extend(inserted.map(|(_, inst)| inst));
         let moved = self.selects(block, all);
         for value in defined {
-            self.places[value.index()] = 0;
+            self.places[value] = 0;
         }
         changed || moved
     }
@@ -196,13 +196,13 @@ impl Rows<'_> {
             let data = *self.func.inst(inst);
             if let Some(result) = self.func.result(inst) {
                 self.ranges.note(self.func, result, &data);
-                self.places[result.index()] = at;
+                self.places[result] = at;
                 if let InstData::Load { ty, at } = data
                     && at.index.is_none()
                     && !at.volatile
                 {
                     match loads.iter().find(|load| (load.0, load.1) == (at, ty)) {
-                        Some(&(_, _, first)) => self.first_load[result.index()] = first,
+                        Some(&(_, _, first)) => self.first_load[result] = first,
                         None if loads.len() < MAX_LOADS => loads.push((at, ty, result)),
                         None => {}
                     }
@@ -255,7 +255,7 @@ impl Rows<'_> {
             if ones.is_power_of_two() && taken & ones == 0 {
                 taken |= ones;
                 let bit = ones.trailing_zeros() as u8;
-                let place = self.places.get(part.index()).copied().unwrap_or(0) + 1;
+                let place = self.places[part] + 1;
                 found.push((Lane { value: part, bit, to: bit }, place));
             } else {
                 rest.push((part, kept));
@@ -326,7 +326,7 @@ impl Rows<'_> {
     }
 
     fn first(&self, value: Value) -> Value {
-        self.first_load.get(value.index()).copied().unwrap_or(value)
+        self.first_load.get(value).copied().unwrap_or(value)
     }
 
     /// Follows a lane back through shifts, masks and conversions, and gives the same bit as a bit of the value that it

@@ -52,10 +52,10 @@ impl Planner<'_> {
             let chosen = self.func.constant(chosen)?;
             selects.push((next, cond, chosen));
             let before = self.func.definition(other).filter(|before| {
-                let is_here = self.positions.get(before.index()) != Some(&u32::MAX);
+                let is_here = self.positions[*before] != u32::MAX;
                 let is_select = matches!(self.func.inst(*before), InstData::Select { args: [a, _], .. }
                     if self.func.constant(*a).is_some());
-                is_here && is_select && self.uses.get(other.index()) == Some(&1)
+                is_here && is_select && self.uses[other] == 1
             });
             match before {
                 Some(before) if selects.len() < MAX_CHAIN => next = before,
@@ -73,7 +73,7 @@ impl Planner<'_> {
         {
             return None;
         }
-        let end = *self.positions.get(end.index())?;
+        let end = self.positions[end];
         let (mut rows, mut rest) = (vec![], selects.as_slice());
         while let Some((_, cond, _)) = rest.first() {
             let (window, node) = by_first.get(cond)?;

@@ -40,7 +40,7 @@ impl Planner<'_> {
             .iter()
             .map(|&lane| {
                 let inst = self.func.definition(lane)?;
-                let here = self.positions.get(inst.index()) != Some(&u32::MAX);
+                let here = self.positions[inst] != u32::MAX;
                 here.then(|| *self.func.inst(inst))
             })
             .collect::<Option<_>>()?;
@@ -133,7 +133,7 @@ impl Planner<'_> {
         let mut addresses = vec![];
         for (&lane, data) in lanes.iter().zip(data) {
             let InstData::Load { ty: _, at } = *data else { return None };
-            let position = *self.positions.get(self.func.definition(lane)?.index())?;
+            let position = self.positions[self.func.definition(lane)?];
             if at.index.is_some() || at.volatile || self.has_effect_between(position, self.end) {
                 return None;
             }

@@ -11,7 +11,9 @@
 use std::ops::Range;
 
 use plcc_ir::tables::{FastMap, FastSet};
-use plcc_ir::{Address, Block, FuncData, Inst, InstData, Module, Type, Value};
+use plcc_ir::{
+    Address, Block, FuncData, Inst, InstData, Module, PrimaryMap, SecondaryMap, Type, Value,
+};
 
 use super::row::{Chain, Format, Node, StoredRow, Vectors};
 
@@ -46,8 +48,8 @@ pub(in super::super) fn plan(module: &Module, func: &FuncData) -> Vectors {
     let mut planner = Planner {
         module,
         func,
-        positions: vec![],
-        uses: vec![],
+        positions: PrimaryMap::new(),
+        uses: SecondaryMap::new(),
         accesses: FastMap::default(),
         indexed: vec![],
         effects: vec![],
@@ -83,9 +85,9 @@ pub(super) struct Planner<'a> {
     pub(super) func: &'a FuncData,
     /// For each instruction its place in the current block; that of an instruction in another block is
     /// `u32::MAX`. Empty as long as no block was examined closely.
-    pub(super) positions: Vec<u32>,
+    pub(super) positions: PrimaryMap<Inst, u32>,
     /// How often each value is used by what is not left out.
-    pub(super) uses: Vec<u32>,
+    pub(super) uses: SecondaryMap<Value, u32>,
     /// For each byte of the image the positions of the block's accesses, and whether they are stores.
     pub(super) accesses: FastMap<u32, Vec<(u32, bool)>>,
     /// The block's accesses through an index: their positions, their bytes, and whether they are stores.
@@ -150,20 +152,20 @@ impl Planner<'_> {
             let is_constant =
                 |inst: &&Inst| matches!(self.func.inst(**inst), InstData::Iconst { .. });
             if cost + left_out.iter().filter(is_constant).count() < left_out.len() {
-                self.vectors.left_out.resize(self.func.inst_count(), false);
+                self.vectors.left_out.resize(self.func.inst_count());
                 for inst in left_out {
-                    self.vectors.left_out[inst.index()] = true;
+                    self.vectors.left_out[inst] = true;
                 }
                 self.vectors.rows.extend(rows);
                 self.vectors.chains.extend(chains);
             } else {
                 for inst in left_out {
-                    self.func.inst(inst).for_each_arg(|arg| self.uses[arg.index()] += 1);
+                    self.func.inst(inst).for_each_arg(|arg| self.uses[arg] += 1);
                 }
             }
         }
         for &inst in insts {
-            self.positions[inst.index()] = u32::MAX;
+            self.positions[inst] = u32::MAX;
         }
     }
 
@@ -294,7 +296,7 @@ impl Planner<'_> {
     /// Enters the positions, accesses and effects of a block's instructions.
     fn note(&mut self, insts: &[Inst]) {
         if self.positions.is_empty() {
-            self.positions = vec![u32::MAX; self.func.inst_count()];
+            self.positions = vec![u32::MAX; self.func.inst_count()].into();
             self.uses = self.func.use_counts();
         }
         self.accesses.clear();
@@ -302,7 +304,7 @@ impl Planner<'_> {
         self.effects.clear();
         self.known.clear();
         for (&inst, position) in insts.iter().zip(0..) {
-            self.positions[inst.index()] = position;
+            self.positions[inst] = position;
             let data = *self.func.inst(inst);
             let (at, ty, is_store) = match data {
                 InstData::Load { ty, at } => (at, ty, false),
@@ -410,23 +412,22 @@ impl Planner<'_> {
         // Values that rows take from scalars are needed.
         for node in &self.vectors.nodes[first_node..] {
             if let Node::Splat(value, _) = node {
-                self.uses[value.index()] += 1;
+                self.uses[*value] += 1;
             }
         }
         for (_, chain) in chains {
-            self.uses[chain.otherwise.index()] += 1;
+            self.uses[chain.otherwise] += 1;
         }
         let written_otherwise: FastSet<Inst> =
             stores.iter().map(|store| store.inst).chain(chains.iter().map(|c| c.0)).collect();
         let mut left_out = vec![];
         for &inst in insts.iter().rev() {
             let data = self.func.inst(inst);
-            let is_unused =
-                self.func.result(inst).is_some_and(|value| self.uses[value.index()] == 0)
-                    && !data.has_effect()
-                    && !matches!(data, InstData::HostCall { .. });
+            let is_unused = self.func.result(inst).is_some_and(|value| self.uses[value] == 0)
+                && !data.has_effect()
+                && !matches!(data, InstData::HostCall { .. });
             if is_unused || written_otherwise.contains(&inst) {
-                data.for_each_arg(|arg| self.uses[arg.index()] -= 1);
+                data.for_each_arg(|arg| self.uses[arg] -= 1);
                 left_out.push(inst);
             }
         }

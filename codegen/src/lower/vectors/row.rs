@@ -2,13 +2,13 @@
 
 use cranelift_codegen::ir::Value as ClifValue;
 use plcc_ir::tables::FastMap;
-use plcc_ir::{Address, BinaryOp, Inst, IntCond, Type, UnaryOp, Value};
+use plcc_ir::{Address, BinaryOp, Inst, IntCond, SecondaryMap, Type, UnaryOp, Value};
 
 /// What of a function is computed in vectors.
 #[derive(Default)]
 pub(in super::super) struct Vectors {
     /// For each instruction whether it is left out. Empty if there are no rows.
-    pub(super) left_out: Vec<bool>,
+    pub(super) left_out: SecondaryMap<Inst, bool>,
     /// The rows of stores, by the instruction in whose place they are written: the last of their stores.
     pub(super) rows: FastMap<Inst, StoredRow>,
     /// The rows of selects, by the last of these instructions.
@@ -24,7 +24,7 @@ pub(in super::super) struct Vectors {
 impl Vectors {
     /// Whether nothing is to be written for an instruction.
     pub(in super::super) fn leaves_out(&self, inst: Inst) -> bool {
-        self.left_out.get(inst.index()).copied().unwrap_or(false)
+        self.left_out[inst]
     }
 }
 

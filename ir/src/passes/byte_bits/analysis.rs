@@ -11,7 +11,9 @@
 use super::super::graph::Graph;
 use super::word::{MAX_WORDS, WORD_BITS, Word};
 use crate::tables::{FastMap, FastSet};
-use crate::{Address, BinaryOp, FuncData, Inst, InstData, RegionId, Type, Value};
+use crate::{
+    Address, BinaryOp, Block, FuncData, Inst, InstData, PrimaryMap, RegionId, Type, Value,
+};
 
 /// What a read of a bit saves, in instructions: a shift, and a load that becomes an operand.
 const SAVED_BY_READ: u32 = 2;
@@ -94,7 +96,7 @@ struct Search<'a> {
     /// The number of the candidate at an address.
     numbers: FastMap<(RegionId, u32), usize>,
     /// For each value how it follows from a word, if it does.
-    derived: Vec<Option<Derived>>,
+    derived: PrimaryMap<Value, Option<Derived>>,
     /// The number of the current instruction, counted over the whole function.
     current: u32,
     /// The number of the last instruction in this block that may have changed any word, or of the block's beginning.
@@ -111,14 +113,14 @@ pub(super) fn find(
     func: &FuncData,
     graph: &Graph,
     regions: &[RegionId],
-    frequencies: &[f32],
+    frequencies: &PrimaryMap<Block, f32>,
 ) -> Found {
     let mut search = Search {
         func,
         regions,
         candidates: vec![],
         numbers: FastMap::default(),
-        derived: vec![None; func.value_count()],
+        derived: vec![None; func.value_count()].into(),
         current: 0,
         last_effect: 0,
         accesses: FastMap::default(),
@@ -129,7 +131,7 @@ pub(super) fn find(
         search.current += 1;
         search.last_effect = search.current;
         let data = func.block(block);
-        let frequency = frequencies.get(block.index()).copied().unwrap_or(0.0);
+        let frequency = frequencies[block];
         for &inst in &data.insts {
             search.current += 1;
             search.inst(inst, frequency);
@@ -161,21 +163,21 @@ impl Search<'_> {
     /// Enters how a value follows from a word.
     fn define(&mut self, value: Option<Value>, form: Form) {
         let at = self.current;
-        if let Some(slot) = value.and_then(|value| self.derived.get_mut(value.index())) {
-            *slot = Some(Derived { form, at, bit_uses: 0 });
+        if let Some(value) = value {
+            self.derived[value] = Some(Derived { form, at, bit_uses: 0 });
         }
     }
 
     /// How a value follows from a word; `None` if it does not, or the word may have changed since.
     fn form(&self, value: Value) -> Option<Form> {
-        let derived = (*self.derived.get(value.index())?)?;
+        let derived = self.derived[value]?;
         let last_store = self.candidates.get(derived.form.word())?.last_store;
         (derived.at > last_store.max(self.last_effect)).then_some(derived.form)
     }
 
     /// Counts a use of a value that belongs to a read or write of a bit.
     fn count_bit_use(&mut self, value: Value) {
-        if let Some(Some(derived)) = self.derived.get_mut(value.index()) {
+        if let Some(derived) = &mut self.derived[value] {
             derived.bit_uses += 1;
         }
     }
@@ -285,9 +287,9 @@ impl Search<'_> {
     /// The words that are used in no other way; those whose bytes save most come first, and get the lowest numbers.
     fn finish(mut self) -> Found {
         let uses = self.func.use_counts();
-        for (derived, uses) in self.derived.iter().zip(uses) {
+        for (value, derived) in &self.derived {
             if let Some(derived) = derived
-                && derived.bit_uses != uses
+                && derived.bit_uses != uses[value]
                 && let Some(candidate) = self.candidates.get_mut(derived.form.word())
             {
                 candidate.refused = true;

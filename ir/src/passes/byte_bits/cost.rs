@@ -3,7 +3,7 @@
 use super::super::graph::Graph;
 use super::analysis::{Access, Found};
 use super::word::{Word, WordSet};
-use crate::{Block, FuncData, Inst, InstData, IntCond, Terminator};
+use crate::{Block, FuncData, Inst, InstData, IntCond, PrimaryMap, Terminator};
 
 /// What it costs to unpack a group of eight bits, in instructions.
 const UNPACK_GROUP: u32 = 6;
@@ -31,24 +31,24 @@ fn tests_a_state(func: &FuncData, block: Block) -> bool {
 }
 
 /// How often each block is executed when the function is, estimated; `None` if the function has a loop.
-pub(super) fn frequencies(func: &FuncData, graph: &Graph) -> Option<Vec<f32>> {
-    let mut frequencies = vec![0.0f32; func.block_count()];
-    let mut visited = vec![false; func.block_count()];
+pub(super) fn frequencies(func: &FuncData, graph: &Graph) -> Option<PrimaryMap<Block, f32>> {
+    let mut frequencies = PrimaryMap::from(vec![0.0f32; func.block_count()]);
+    let mut visited = PrimaryMap::from(vec![false; func.block_count()]);
     for &(_, entry) in func.entries() {
-        *frequencies.get_mut(entry.index())? = 1.0;
+        frequencies[entry] = 1.0;
     }
     for &block in &graph.order {
-        *visited.get_mut(block.index())? = true;
-        let frequency = frequencies.get(block.index()).copied()?;
+        visited[block] = true;
+        let frequency = frequencies[block];
         let mut targets = vec![];
         if let Some(terminator) = &func.block(block).terminator {
             terminator.for_each_block(|target, _| targets.push(target));
         }
-        let is_cold = |target: &&Block| func.block(**target).cold;
+        let is_cold = |target: &Block| func.block(*target).cold;
         let warm = targets.iter().filter(|target| !is_cold(target)).count().max(1);
         let is_state = tests_a_state(func, block);
-        for (number, target) in targets.iter().enumerate() {
-            if visited.get(target.index()).copied()? {
+        for (number, &target) in targets.iter().enumerate() {
+            if visited[target] {
                 return None;
             }
             let share = match (is_cold(&target), is_state && warm == 2, number) {
@@ -57,7 +57,7 @@ pub(super) fn frequencies(func: &FuncData, graph: &Graph) -> Option<Vec<f32>> {
                 (_, true, _) => 1.0 - STATE,
                 _ => 1.0 / warm as f32,
             };
-            let sum = frequencies.get_mut(target.index())?;
+            let sum = &mut frequencies[target];
             *sum = (*sum + frequency * share).min(1.0);
         }
     }
@@ -80,12 +80,12 @@ pub(super) fn is_exit(terminator: &Terminator) -> bool {
 /// Which words are unpacked and packed where.
 pub(super) struct Flow {
     /// For each block the words that may have been changed at its beginning, since they were unpacked.
-    pub(super) changed: Vec<WordSet>,
+    pub(super) changed: PrimaryMap<Block, WordSet>,
     /// For each block the words that are needed at its end: that may be accessed before the next barrier or exit, or packed
     /// there.
-    pub(super) needed: Vec<WordSet>,
+    pub(super) needed: PrimaryMap<Block, WordSet>,
     /// The same at the beginning of each block.
-    pub(super) needed_at_begin: Vec<WordSet>,
+    pub(super) needed_at_begin: PrimaryMap<Block, WordSet>,
 }
 
 /// The set of the word that an instruction accesses, empty if there is none; and whether the instruction writes it.
@@ -100,23 +100,24 @@ impl Flow {
     /// For a function without loops.
     pub(super) fn new(func: &FuncData, graph: &Graph, found: &Found) -> Self {
         let count = func.block_count();
-        let (mut changed, mut needed) = (vec![0; count], vec![0; count]);
-        let mut needed_at_begin: Vec<WordSet> = vec![0; count];
+        let mut changed = PrimaryMap::from(vec![0; count]);
+        let mut needed = changed.clone();
+        let mut needed_at_begin = changed.clone();
         // For each block the words that are packed at its barriers, and at its end if that is an exit.
-        let mut packed: Vec<Vec<WordSet>> = vec![vec![]; count];
+        let mut packed = PrimaryMap::from(vec![vec![]; count]);
         for &block in &graph.order {
-            let mut set = changed[block.index()];
+            let mut set = changed[block];
             for &inst in &func.block(block).insts {
                 if is_barrier(func.inst(inst)) {
-                    packed[block.index()].push(std::mem::take(&mut set));
+                    packed[block].push(std::mem::take(&mut set));
                 } else if let (word, true) = accessed(found, inst) {
                     set |= word;
                 }
             }
             if let Some(terminator) = &func.block(block).terminator {
-                terminator.for_each_block(|target, _| changed[target.index()] |= set);
+                terminator.for_each_block(|target, _| changed[target] |= set);
                 if is_exit(terminator) {
-                    packed[block.index()].push(set);
+                    packed[block].push(set);
                 }
             }
         }
@@ -125,19 +126,19 @@ impl Flow {
             let data = func.block(block);
             let mut set: WordSet = 0;
             if let Some(terminator) = &data.terminator {
-                terminator.for_each_block(|target, _| set |= needed_at_begin[target.index()]);
+                terminator.for_each_block(|target, _| set |= needed_at_begin[target]);
                 if is_exit(terminator) {
-                    set |= packed[block.index()].pop().unwrap_or(0);
+                    set |= packed[block].pop().unwrap_or(0);
                 }
             }
-            needed[block.index()] = set;
+            needed[block] = set;
             for &inst in data.insts.iter().rev() {
                 match is_barrier(func.inst(inst)) {
-                    true => set = packed[block.index()].pop().unwrap_or(0),
+                    true => set = packed[block].pop().unwrap_or(0),
                     false => set |= accessed(found, inst).0,
                 }
             }
-            needed_at_begin[block.index()] = set;
+            needed_at_begin[block] = set;
         }
         Self { changed, needed, needed_at_begin }
     }
@@ -152,13 +153,12 @@ impl Flow {
         mut f: impl FnMut(Block, WordSet, WordSet),
     ) {
         for &(_, entry) in func.entries() {
-            f(entry, 0, self.needed_at_begin[entry.index()]);
+            f(entry, 0, self.needed_at_begin[entry]);
         }
         for &block in &graph.order {
             let data = func.block(block);
-            let mut needed_after =
-                needed_after_barriers(func, found, block, self.needed[block.index()]);
-            let mut set = self.changed[block.index()];
+            let mut needed_after = needed_after_barriers(func, found, block, self.needed[block]);
+            let mut set = self.changed[block];
             for &inst in &data.insts {
                 if is_barrier(func.inst(inst)) {
                     f(block, set, needed_after.pop().unwrap_or(0));
@@ -179,11 +179,11 @@ impl Flow {
         func: &FuncData,
         graph: &Graph,
         found: &Found,
-        frequencies: &[f32],
+        frequencies: &PrimaryMap<Block, f32>,
     ) -> WordSet {
         let mut costs: Vec<(f32, u32)> = vec![(0.0, 0); found.words.len()];
         self.for_each_place(func, graph, found, |block, packed, unpacked| {
-            let frequency = frequencies.get(block.index()).copied().unwrap_or(1.0);
+            let frequency = frequencies[block];
             for (number, (word, cost)) in found.words.iter().zip(&mut costs).enumerate() {
                 let groups = |bits: u32| Word::groups(bits).count() as u32;
                 let packing = (packed >> number & 1) as u32 * groups(word.written) * PACK_GROUP;

@@ -27,7 +27,7 @@ pub(super) fn rewrite(
     let mut made: Vec<(Block, Block)> = vec![];
     for index in 0..writer.func.entries.len() {
         let (label, entry) = writer.func.entries[index];
-        let needed = flow.needed_at_begin[entry.index()] & chosen;
+        let needed = flow.needed_at_begin[entry] & chosen;
         if needed == 0 {
             continue;
         }
@@ -65,8 +65,8 @@ impl Writer<'_> {
     /// Changes a block.
     fn block(&mut self, flow: &Flow, chosen: WordSet, block: Block) {
         let mut needed_after =
-            needed_after_barriers(self.func, self.found, block, flow.needed[block.index()]);
-        let mut changed = flow.changed[block.index()] & chosen;
+            needed_after_barriers(self.func, self.found, block, flow.needed[block]);
+        let mut changed = flow.changed[block] & chosen;
         let insts = std::mem::take(&mut self.func.blocks[block].insts);
         self.out.reserve(insts.len());
         for inst in insts {

@@ -127,8 +127,8 @@ impl Rows<'_> {
         while let ValueDef::Result(inst) = self.func.def(initial)
             && let InstData::Select { cond, args: [constant, before] } = *self.func.inst(inst)
             && self.func.constant(constant).is_some()
-            && self.uses.get(initial.index()) == Some(&1)
-            && self.places.get(initial.index()).is_some_and(|&place| place > 0)
+            && self.uses[initial] == 1
+            && self.places[initial] > 0
             && selects.len() < MAX_SELECTS
         {
             selects.push(Select { inst, cond, constant, bit: self.bit_of_row(cond) });

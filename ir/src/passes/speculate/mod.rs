@@ -50,7 +50,7 @@ use super::integers::PassedRanges;
 use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    RegionId, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    RegionId, SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 use plan::{Check, Mark, Plan};
 use row::Row;
@@ -79,7 +79,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let graph = Graph::new(func);
     let (integers, floats) = analyse(func, &graph, finite_regions);
     let uses = Uses::new(func);
-    let marks = vec![Mark::default(); func.value_count()];
+    let marks = vec![Mark::default(); func.value_count()].into();
     let mut this = Speculate { func, integers, floats, uses, marks, changed: false, row: None };
     for &block in &graph.order {
         let data = this.func.block(block);
@@ -124,7 +124,7 @@ struct Speculate<'a> {
     integers: ValueRanges,
     floats: FloatRanges<'a>,
     uses: Uses,
-    marks: Vec<Mark>,
+    marks: SecondaryMap<Value, Mark>,
     changed: bool,
     /// The row of statements that ends at the current place, if there is one.
     row: Option<Row>,
@@ -264,16 +264,15 @@ impl Speculate<'_> {
     fn used_later(&self, copied: &[Inst], next: usize) -> Vec<Value> {
         // Uses in other blocks count as uses elsewhere.
         let is_used = |value: &Value| {
-            is_set(&self.uses.elsewhere, *value)
-                || self.uses.last.get(value.index()).is_some_and(|&last| last >= next)
+            self.uses.elsewhere[*value]
+                || self.uses.last.get(*value).is_some_and(|&last| last >= next)
         };
         copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_used).collect()
     }
 
     /// Those results, and the ones that the block's terminator uses.
     fn with_terminator(&self, copied: &[Inst], passed: Vec<Value>) -> Vec<Value> {
-        let is_passed =
-            |value: &Value| passed.contains(value) || is_set(&self.uses.by_terminator, *value);
+        let is_passed = |value: &Value| passed.contains(value) || self.uses.by_terminator[*value];
         copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_passed).collect()
     }
 
@@ -338,11 +337,6 @@ struct OutputTail {
     out: Vec<Inst>,
     /// Its terminator.
     terminator: Option<Terminator>,
-}
-
-/// Whether the flag of a value is set.
-fn is_set(flags: &[bool], value: Value) -> bool {
-    flags.get(value.index()).copied().unwrap_or(false)
 }
 
 /// Replaces operands by their copies. `visit` calls what it is given for each operand.

@@ -90,14 +90,11 @@ impl Speculate<'_> {
     }
 
     fn mark(&self, value: Value) -> Mark {
-        self.marks.get(value.index()).copied().unwrap_or_default()
+        self.marks[value]
     }
 
     fn mark_mut(&mut self, value: Value) -> &mut Mark {
-        if value.index() >= self.marks.len() {
-            self.marks.resize(value.index() + 1, Mark::default());
-        }
-        &mut self.marks[value.index()]
+        &mut self.marks[value]
     }
 
     /// The range of a double, if the loads that may be checked give integers.
@@ -284,8 +281,7 @@ impl Speculate<'_> {
         for (&inst, &may_come_before) in copied.iter().zip(&may_come_before).rev() {
             let data = self.func.inst(inst);
             let is_needed = self.func.result(inst).is_some_and(|result| {
-                let elsewhere = self.uses.elsewhere.get(result.index()).copied();
-                needed.contains(&result) || elsewhere.unwrap_or(false) || is_leaf(result)
+                needed.contains(&result) || self.uses.elsewhere[result] || is_leaf(result)
             });
             let is_long = matches!(data, InstData::Load { .. } | InstData::HostCall { .. });
             if may_come_before && (is_needed || is_long || data.has_effect()) {
@@ -401,7 +397,7 @@ impl Speculate<'_> {
         // An instruction that takes the low bits of the call's result is written twice with it.
         let result = call.and_then(|call| self.func.result(call));
         if let (Some(result), Some(&next)) = (result, insts.get(end))
-            && self.uses.counts.get(result.index()) == Some(&1)
+            && self.uses.counts[result] == 1
             && matches!(*self.func.inst(next), InstData::Convert { op: ConvertOp::Trunc, to: _, arg }
                 if arg == result)
         {
@@ -421,7 +417,7 @@ impl Speculate<'_> {
                     args.for_each_arg(|arg| {
                         let is_checked = checked.iter().any(|&(value, _)| value == arg);
                         let is_arg = self.func.result(inst) == Some(arg) && !is_checked;
-                        serves |= is_arg && self.uses.counts.get(arg.index()) == Some(&1);
+                        serves |= is_arg && self.uses.counts[arg] == 1;
                     });
                 }
                 serves

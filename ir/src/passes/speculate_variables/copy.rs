@@ -11,7 +11,7 @@ use crate::func::ValueData;
 use crate::tables::FastMap;
 use crate::{
     Address, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond,
-    StatementId, Terminator, Type, Value, ValueDef,
+    PrimaryMap, SecondaryMap, StatementId, Terminator, Type, Value, ValueDef,
 };
 
 /// The bytes of a double.
@@ -26,9 +26,9 @@ pub(super) struct Copy<'a> {
     pub(super) integers: ValueRanges,
     pub(super) floats: FloatRanges<'a>,
     /// For each value of the original its copy.
-    pub(super) values: Vec<Option<Value>>,
+    pub(super) values: SecondaryMap<Value, Option<Value>>,
     /// For each block of the original its copy.
-    pub(super) blocks: Vec<Option<Block>>,
+    pub(super) blocks: PrimaryMap<Block, Option<Block>>,
     /// The variables that are checked.
     pub(super) variables: Vec<Address>,
     /// For values of the copy that are the bits of a variable, as an `i64`, the double.
@@ -75,19 +75,19 @@ impl Copy<'_> {
     /// Copies all blocks.
     pub(super) fn blocks(&mut self, graph: &Graph, entry: Block, checks: &[Check]) {
         let before = graph.predecessors(self.func);
-        let mut ends: Vec<Known> = vec![vec![]; self.func.block_count()];
+        let mut ends = PrimaryMap::from(vec![Known::new(); self.func.block_count()]);
         for &block in &graph.order {
             let cold = self.func.block(block).cold;
             let copy = self.func.blocks.push(BlockData { cold, ..BlockData::default() });
-            self.blocks[block.index()] = Some(copy);
+            self.blocks[block] = Some(copy);
         }
         for &block in &graph.order {
-            let Some(copy) = self.blocks.get(block.index()).copied().flatten() else { continue };
+            let Some(copy) = self.blocks[block] else { continue };
             let params = self.func.block(block).params.clone();
             for param in params {
                 let ty = self.func.ty(param);
                 let value = self.add_param(copy, ty);
-                self.values[param.index()] = Some(value);
+                self.values[param] = Some(value);
             }
             let mut known: Known = match block == entry {
                 true => checks.iter().map(|check| Some(check.double)).collect(),
@@ -100,14 +100,14 @@ impl Copy<'_> {
             if let Some(terminator) = &mut terminator {
                 terminator.for_each_arg_mut(|value| *value = self.copied(*value));
                 terminator.for_each_block_mut(|block| {
-                    if let Some(copy) = self.blocks.get(block.index()).copied().flatten() {
+                    if let Some(copy) = self.blocks[*block] {
                         *block = copy;
                     }
                 });
             }
             let data = &mut self.func.blocks[copy];
             (data.insts, data.terminator) = (std::mem::take(&mut self.out), terminator);
-            ends[block.index()] = known;
+            ends[block] = known;
         }
     }
 
@@ -123,14 +123,19 @@ impl Copy<'_> {
     /// What is known at the beginning of a copied block. `before` are the blocks of the original from which
     /// control comes; `ends` says what is known at their ends. A variable of which they say different
     /// things becomes a parameter.
-    fn known_at(&mut self, copy: Block, before: &[Block], ends: &[Known]) -> Known {
+    fn known_at(
+        &mut self,
+        copy: Block,
+        before: &[Block],
+        ends: &PrimaryMap<Block, Known>,
+    ) -> Known {
         let mut known: Known = vec![None; self.variables.len()];
         let is_switch = |block: &Block| {
             matches!(self.func.block(*block).terminator, Some(Terminator::Switch { .. }))
         };
         let takes_params = !before.iter().any(is_switch);
         for (number, known) in known.iter_mut().enumerate() {
-            let values = before.iter().map(|block| ends[block.index()].get(number).copied()?);
+            let values = before.iter().map(|&block| ends[block].get(number).copied()?);
             let Some(values) = values.collect::<Option<Vec<Value>>>() else { continue };
             let Some(&first) = values.first() else { continue };
             if values.iter().all(|&value| value == first) {
@@ -152,7 +157,7 @@ impl Copy<'_> {
 
     /// Lets the copy of a block pass one more value to another copy.
     fn pass(&mut self, from: Block, to: Block, value: Value) {
-        let Some(from) = self.blocks.get(from.index()).copied().flatten() else { return };
+        let Some(from) = self.blocks[from] else { return };
         let add = |call: &mut BlockCall| {
             if call.block == to {
                 call.args.push(value);
@@ -170,7 +175,7 @@ impl Copy<'_> {
 
     /// The copy of a value of the original. Definitions are copied before their uses.
     fn copied(&self, value: Value) -> Value {
-        self.values.get(value.index()).copied().flatten().unwrap_or(Value::NONE)
+        self.values[value].unwrap_or(Value::NONE)
     }
 
     /// The number of the variable that an access of 8 bytes reads or writes.
@@ -191,7 +196,7 @@ impl Copy<'_> {
             InstData::Load { ty: Type::F64, at } => {
                 let value = self.variable(&at).and_then(|number| known[number]);
                 if let (Some(result), Some(value)) = (result, value) {
-                    self.values[result.index()] = Some(value);
+                    self.values[result] = Some(value);
                     return;
                 }
             }
@@ -215,7 +220,7 @@ impl Copy<'_> {
         }
         let new = self.insert(data);
         if let Some(result) = result {
-            self.values[result.index()] = Some(new);
+            self.values[result] = Some(new);
             self.bits.extend(double.map(|double| (new, double)));
         }
     }

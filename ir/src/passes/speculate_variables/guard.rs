@@ -24,7 +24,7 @@ pub(super) fn add_guard(
     let counts = func.use_counts();
     let mut next = fast;
     for check in checks.into_iter().rev() {
-        if counts.get(check.double.index()).is_none_or(|&count| count == 0) {
+        if counts[check.double] == 0 {
             continue;
         }
         let (then, otherwise) = (BlockCall::plain(slow), BlockCall::plain(next));

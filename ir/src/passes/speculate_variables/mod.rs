@@ -37,7 +37,7 @@ use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::value_range::ValueRanges;
 use crate::tables::FastMap;
-use crate::{Address, Block, FuncData, Inst, InstData, RegionId, StatementId};
+use crate::{Address, Block, FuncData, Inst, InstData, PrimaryMap, RegionId, StatementId};
 
 /// The checked variables must be loaded at least this often on average: otherwise checking each costs more than it
 /// saves.
@@ -66,8 +66,8 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let mut copy = Copy {
         integers: ValueRanges::new(func),
         floats,
-        values: vec![None; func.value_count()],
-        blocks: vec![None; func.block_count()],
+        values: vec![None; func.value_count()].into(),
+        blocks: vec![None; func.block_count()].into(),
         variables,
         bits: FastMap::default(),
         gaining: 0,
@@ -81,7 +81,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let count = copy.func.block_count();
     copy.blocks(&graph, entry, &checks);
     let (gaining, others) = (copy.gaining, copy.other_operands);
-    let fast = copy.blocks.get(entry.index()).copied().flatten();
+    let fast = copy.blocks[entry];
     let Some(fast) = fast.filter(|_| others * GAINING_PER_OTHER <= gaining) else {
         let mut blocks = Vec::from(std::mem::take(&mut func.blocks));
         blocks.truncate(count);
@@ -98,16 +98,16 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
 
 /// Whether a function has the form that the pass can copy.
 fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
-    let mut places = vec![0; func.block_count()];
+    let mut places = PrimaryMap::from(vec![0; func.block_count()]);
     for (place, &block) in graph.order.iter().enumerate() {
-        places[block.index()] = place;
+        places[block] = place;
     }
     let is_suitable = |&block: &Block| {
         let data = func.block(block);
         let mut goes_on = true;
         if let Some(terminator) = &data.terminator {
-            let place = places[block.index()];
-            terminator.for_each_block(|next, _| goes_on &= places[next.index()] > place);
+            let place = places[block];
+            terminator.for_each_block(|next, _| goes_on &= places[next] > place);
         }
         let calls_host = |&inst: &Inst| match func.inst(inst) {
             InstData::HostCall { function, args: _ } => !function.is_pure(),
@@ -120,7 +120,7 @@ fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
 
 /// The variables that are worth being checked, in the order of their addresses; none if it does not pay.
 fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) -> Vec<Address> {
-    let mut needed = vec![false; func.value_count()];
+    let mut needed = PrimaryMap::from(vec![false; func.value_count()]);
     let mut counts: FastMap<(RegionId, u32), usize> = FastMap::default();
     // How many operations are faster on integers, and how many of their operands come from something other than
     // variables.
@@ -128,7 +128,7 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
     for &block in graph.order.iter().rev().filter(|block| !func.block(**block).cold) {
         for &inst in func.block(block).insts.iter().rev() {
             let data = func.inst(inst);
-            let is_needed = func.result(inst).is_some_and(|value| needed[value.index()]);
+            let is_needed = func.result(inst).is_some_and(|value| needed[value]);
             match *data {
                 InstData::Load { ty: _, at } if is_needed && is_variable(floats, data) => {
                     *counts.entry((at.region, at.offset)).or_default() += 1;
@@ -137,7 +137,7 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
                     || is_needed && keeps_integers(func, data) =>
                 {
                     gaining += usize::from(is_faster_on_integers(func, data));
-                    data.for_each_arg(|value| needed[value.index()] = true);
+                    data.for_each_arg(|value| needed[value] = true);
                 }
                 InstData::Load { .. } | InstData::Binary { .. } if is_needed => others += 1,
                 _ => {}
