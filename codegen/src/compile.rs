@@ -214,11 +214,11 @@ fn assemble(
         }
     }
     let targets = module.label_targets();
-    let labels = targets.iter().enumerate().map(|(label, target)| {
+    let labels = targets.iter().map(|(label, target)| {
         let function = target.and_then(|(func, _)| code.functions.get(func.index()));
         let offset = function.map(|function| function.offset);
         let offset = offset.or(options.is_part.then_some(CodeParts::NO_CODE));
-        offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
+        offset.ok_or_else(|| CodegenError::internal(format!("label {label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
     code.lines = Arc::new(lines);

@@ -31,7 +31,7 @@ mod calls;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::{Block, Func, Label, Module, RegionId, StatementId, Terminator};
+use crate::{Block, Func, Label, Module, PrimaryMap, RegionId, StatementId, Terminator};
 
 /// Where return labels are kept in the process image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,10 +116,10 @@ struct Edges {
 struct Analysis<'a> {
     module: &'a Module,
     /// For each label the function and the block at which it stands.
-    targets: Vec<Option<(Func, Block)>>,
+    targets: PrimaryMap<Label, Option<(Func, Block)>>,
     returns: Option<ReturnStack>,
     /// Whether the code from a block on may push a pending label, by function and block.
-    wants_pending: Vec<Vec<bool>>,
+    wants_pending: PrimaryMap<Func, PrimaryMap<Block, bool>>,
     /// The number of each node.
     numbers: HashMap<Node, usize>,
     /// The nodes by their numbers; the tables below have the same order.
@@ -164,7 +164,7 @@ impl<'a> Analysis<'a> {
             module,
             targets: module.label_targets(),
             returns,
-            wants_pending: vec![],
+            wants_pending: PrimaryMap::new(),
             numbers: HashMap::new(),
             nodes: vec![],
             ways: vec![],
@@ -245,7 +245,7 @@ impl<'a> Analysis<'a> {
 
     /// The node at a label.
     fn start(&mut self, label: Label) -> Option<usize> {
-        let (func, block) = self.targets.get(label.index()).copied().flatten()?;
+        let (func, block) = self.targets.get(label).copied().flatten()?;
         Some(self.number((func, block, None)))
     }
 
@@ -256,7 +256,7 @@ impl<'a> Analysis<'a> {
             return vec![];
         };
         if let Terminator::Goto(label) = terminator {
-            return self.targets.get(label.index()).copied().flatten().into_iter().collect();
+            return self.targets.get(*label).copied().flatten().into_iter().collect();
         }
         let mut next: Vec<(Func, Block)> = vec![];
         terminator.for_each_block(|block, _| next.push((func, block)));

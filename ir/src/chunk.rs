@@ -410,7 +410,7 @@ mod tests {
         b.ret();
         let module = b.finish();
         assert_eq!(module.funcs.len(), 2, "nothing stands before the first place");
-        assert!(module.label_targets().iter().all(Option::is_some));
+        assert!(module.label_targets().values().all(Option::is_some));
         assert_eq!(crate::verify::module(&module).first(), None);
     }
 
@@ -437,7 +437,7 @@ mod tests {
         b.ret();
         let module = b.finish();
         assert!(module.funcs.len() > 5);
-        assert!(module.label_targets().iter().all(Option::is_some));
+        assert!(module.label_targets().values().all(Option::is_some));
         assert_eq!(module.tasks[0].entry, 0);
     }
 }

@@ -8,18 +8,19 @@ use std::sync::Arc;
 use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image};
 
 use crate::{
-    Address, Block, Func, FuncData, InstData, Module, RegionId, Terminator, Type, Value, eval,
+    Address, Block, Func, FuncData, InstData, Label, Module, PrimaryMap, RegionId, SecondaryMap,
+    Terminator, Type, Value, eval,
 };
 
 /// An engine that interprets a module.
 pub struct Interpreter {
     module: Arc<Module>,
     /// For each label the function and the block at which it stands.
-    labels: Vec<Option<(Func, Block)>>,
+    labels: PrimaryMap<Label, Option<(Func, Block)>>,
     /// For each task the labels of its resume points, and the one at which its next scan goes on.
     tasks: Vec<ResumeLabels>,
     /// The values of the function that is executed.
-    values: Vec<i64>,
+    values: SecondaryMap<Value, i64>,
     /// The local bits of the function that is executed.
     local_bits: Vec<u8>,
     /// How many operations have been executed.
@@ -44,7 +45,7 @@ impl Interpreter {
         let labels = module.label_targets();
         let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
         let local_bits = vec![0; module.local_bits.as_ref().map_or(0, |local| local.size as usize)];
-        Self { module, labels, tasks, values: vec![], local_bits, operations: 0 }
+        Self { module, labels, tasks, values: SecondaryMap::new(), local_bits, operations: 0 }
     }
 
     /// How many operations have been executed since the engine was made: instructions and ends of
@@ -54,7 +55,7 @@ impl Interpreter {
     }
 
     fn set(&mut self, value: Value, bits: i64) {
-        if let Some(slot) = self.values.get_mut(value.index()) {
+        if let Some(slot) = self.values.get_mut(value) {
             *slot = bits;
         }
     }
@@ -69,7 +70,7 @@ impl Interpreter {
         scan: &mut Scan<'_>,
     ) -> Exit {
         self.values.clear();
-        self.values.resize(func.value_count(), 0);
+        self.values.resize(func.value_count());
         // They mean nothing yet, so that anything may be in them.
         self.local_bits.fill(0x55);
         loop {
@@ -125,8 +126,9 @@ impl Interpreter {
         }
     }
 
+    #[allow(clippy::indexing_slicing, reason = "a SecondaryMap has a value for every key")]
     fn get(&self, value: Value) -> i64 {
-        self.values.get(value.index()).copied().unwrap_or(0)
+        self.values[value]
     }
 
     /// Executes an instruction and gives its result, or 0 if it has none.
@@ -220,7 +222,7 @@ impl Engine for Interpreter {
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         let Some(mut label) = labels.label(from) else { return BAD_LABEL };
         loop {
-            let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
+            let Some((func, block)) = self.labels.get(Label(label)).copied().flatten() else {
                 return BAD_LABEL;
             };
             let Some(func) = module.funcs.get(func.index()) else {

@@ -7,7 +7,7 @@
 
 use plcc_abi::{SourceLine, Task, TrapSite};
 
-use crate::{Block, Func, FuncData, Label, RegionId, StatementId, Terminator};
+use crate::{Block, Func, FuncData, Label, PrimaryMap, RegionId, StatementId, Terminator};
 
 /// In how many blocks after a label the first statement is looked for. Blocks without instructions stand
 /// where conditional statements end.
@@ -103,11 +103,11 @@ impl Module {
 
     /// For each label the function and the block at which it stands; `None` for one that stands
     /// nowhere, which the [verifier](crate::verify) reports.
-    pub fn label_targets(&self) -> Vec<Option<(Func, Block)>> {
-        let mut targets = vec![None; self.label_count as usize];
+    pub fn label_targets(&self) -> PrimaryMap<Label, Option<(Func, Block)>> {
+        let mut targets = PrimaryMap::from(vec![None; self.label_count as usize]);
         for (func, data) in self.funcs() {
             for &(label, block) in data.entries() {
-                if let Some(slot) = targets.get_mut(label.index()) {
+                if let Some(slot) = targets.get_mut(label) {
                     *slot = Some((func, block));
                 }
             }
@@ -120,7 +120,7 @@ impl Module {
     pub fn label_lines(&self) -> Vec<Option<SourceLine>> {
         let targets = self.label_targets();
         let line = |target: &Option<(Func, Block)>| self.line_at((*target)?, &targets);
-        targets.iter().map(line).collect()
+        targets.values().map(line).collect()
     }
 
     /// The line of the first statement that has instructions in a block of a function or, if it has none, in
@@ -128,7 +128,7 @@ impl Module {
     fn line_at(
         &self,
         (mut func, mut block): (Func, Block),
-        targets: &[Option<(Func, Block)>],
+        targets: &PrimaryMap<Label, Option<(Func, Block)>>,
     ) -> Option<SourceLine> {
         for _ in 0..MAX_EMPTY_BLOCKS {
             let body = self.funcs.get(func.index())?;
@@ -138,7 +138,7 @@ impl Module {
                 return self.line(loc);
             }
             match data.terminator.as_ref()? {
-                Terminator::Goto(label) => (func, block) = (*targets.get(label.index())?)?,
+                Terminator::Goto(label) => (func, block) = (*targets.get(*label)?)?,
                 terminator => block = terminator.successor(0)?,
             }
         }

@@ -70,7 +70,7 @@ mod tests {
             assert_eq!(verify::part(part), []);
             let targets = part.label_targets();
             assert_eq!(targets.len(), whole.label_targets().len());
-            assert_eq!(targets.iter().filter(|target| target.is_some()).count(), labels);
+            assert_eq!(targets.values().filter(|target| target.is_some()).count(), labels);
         }
         assert!(module.split_off_rare(rare).is_none());
         // A whole program has all of its labels.

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::{Analysis, Edges, Node};
-use crate::{Address, Block, Func, InstData, Label};
+use crate::{Address, Block, Func, InstData, Label, PrimaryMap};
 
 impl Analysis<'_> {
     /// The nodes to which calls return, of all calls.
@@ -48,8 +48,8 @@ impl Analysis<'_> {
     /// Finds out from which blocks on code may push a label that was stored as pending before them.
     pub(super) fn find_pending(&mut self) {
         let module = self.module;
-        let mut wants: Vec<Vec<bool>> =
-            module.funcs().map(|(_, func)| vec![false; func.block_count()]).collect();
+        let mut wants: PrimaryMap<Func, PrimaryMap<Block, bool>> =
+            module.funcs().map(|(_, func)| vec![false; func.block_count()].into()).collect();
         let mut before: HashMap<(Func, Block), Vec<(Func, Block)>> = HashMap::new();
         let mut work = vec![];
         for (id, func) in module.funcs() {
@@ -60,7 +60,7 @@ impl Analysis<'_> {
                     _ => None,
                 });
                 if first == Some(true) {
-                    wants[id.index()][block.index()] = true;
+                    wants[id][block] = true;
                     work.push((id, block));
                 }
                 // Code that stores another pending label does not need the one before.
@@ -73,7 +73,7 @@ impl Analysis<'_> {
         }
         while let Some(place) = work.pop() {
             for &(func, block) in before.get(&place).map_or(&[][..], Vec::as_slice) {
-                if !std::mem::replace(&mut wants[func.index()][block.index()], true) {
+                if !std::mem::replace(&mut wants[func][block], true) {
                     work.push((func, block));
                 }
             }
@@ -96,10 +96,10 @@ impl Analysis<'_> {
         }
         let next = self.successors(func, block).into_iter();
         let wants = |(func, block): (Func, Block)| {
-            self.wants_pending.get(func.index()).is_some_and(|func| func[block.index()])
+            self.wants_pending.get(func).is_some_and(|func| func[block])
         };
         let node = |place: (Func, Block)| (place.0, place.1, pending.filter(|_| wants(place)));
-        let target = |label: u32| self.targets.get(label as usize).copied().flatten();
+        let target = |label: u32| self.targets.get(Label(label)).copied().flatten();
         Edges {
             successors: next.map(node).collect(),
             returns_to: labels.into_iter().filter_map(target).map(|(f, b)| (f, b, None)).collect(),

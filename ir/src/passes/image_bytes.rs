@@ -7,12 +7,12 @@
 
 use std::ops::Range;
 
-use crate::{Address, Module, RegionId, Type};
+use crate::{Address, Module, PrimaryMap, RegionId, Type};
 
 /// Where the regions are in the image, and the marks.
 pub(super) struct ImageBytes {
     /// For each region the address of its first byte.
-    bases: Vec<u64>,
+    bases: PrimaryMap<RegionId, u64>,
     /// The address of the first of the local bits, which lie behind the image.
     local_base: u64,
     /// For each byte of the image its mark; those below the stamps of a pass mean nothing to it.
@@ -38,7 +38,7 @@ impl ImageBytes {
     pub(super) fn bytes(&self, at: &Address, ty: Type) -> Range<usize> {
         let base = match at.region {
             RegionId::LOCAL_BITS => self.local_base,
-            region => self.bases.get(region.index()).copied().unwrap_or(0),
+            region => self.bases[region],
         };
         let Range { start, end } = at.extent(ty);
         (base + start) as usize..(base + end) as usize

@@ -6,7 +6,8 @@ use plcc_abi::{SourceLine, TrapSite};
 
 use crate::module::LOCAL_BITS_NAME;
 use crate::{
-    Address, Block, BlockCall, FuncData, InstData, Module, RegionId, StatementId, Terminator, Value,
+    Address, Block, BlockCall, FuncData, InstData, Module, PrimaryMap, RegionId, SecondaryMap,
+    StatementId, Terminator, Value,
 };
 
 /// The column in which a comment begins. After a longer line it follows at once.
@@ -98,17 +99,18 @@ struct Printer<'a> {
     module: &'a Module,
     func: &'a FuncData,
     /// For each value its number in the text, counted in the order of definitions.
-    numbers: Vec<u32>,
+    numbers: SecondaryMap<Value, u32>,
 }
 
 impl<'a> Printer<'a> {
     fn new(module: &'a Module, func: &'a FuncData) -> Self {
-        let mut numbers = vec![u32::MAX; func.value_count()];
+        let mut numbers = SecondaryMap::with_default(u32::MAX);
+        numbers.resize(func.value_count());
         let mut next = 0;
         for (_, block) in func.blocks() {
             let results = block.insts.iter().filter_map(|&inst| func.result(inst));
             for value in block.params.iter().copied().chain(results) {
-                if let Some(number) = numbers.get_mut(value.index()) {
+                if let Some(number) = numbers.get_mut(value) {
                     *number = next;
                 }
                 next += 1;
@@ -117,8 +119,9 @@ impl<'a> Printer<'a> {
         Self { module, func, numbers }
     }
 
+    #[allow(clippy::indexing_slicing, reason = "a SecondaryMap has a value for every key")]
     fn value(&self, value: Value) -> Value {
-        Value(self.numbers.get(value.index()).copied().unwrap_or(u32::MAX))
+        Value(self.numbers[value])
     }
 
     fn values(&self, values: &[Value]) -> String {
@@ -128,14 +131,14 @@ impl<'a> Printer<'a> {
 
     fn function(&self, out: &mut String) -> fmt::Result {
         writeln!(out, "fn {} {{", quoted(self.func.name()))?;
-        let mut labels = vec![vec![]; self.func.block_count()];
+        let mut labels = PrimaryMap::from(vec![vec![]; self.func.block_count()]);
         for &(label, block) in self.func.entries() {
-            if let Some(labels) = labels.get_mut(block.index()) {
+            if let Some(labels) = labels.get_mut(block) {
                 labels.push(label.to_string());
             }
         }
         let mut loc = StatementId::NONE;
-        for ((block, data), labels) in self.func.blocks().zip(&labels) {
+        for ((block, data), labels) in self.func.blocks().zip(labels.values()) {
             write!(out, "{block}")?;
             let typed = |&param: &Value| format!("{}: {}", self.value(param), self.func.ty(param));
             let params: Vec<String> = data.params.iter().map(typed).collect();

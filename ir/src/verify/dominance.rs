@@ -12,7 +12,7 @@
 
 use super::error::Errors;
 use crate::passes::Graph;
-use crate::{Block, FuncData, Value, ValueDef};
+use crate::{Block, FuncData, PrimaryMap, Value, ValueDef};
 
 /// The root of the tree. It is no block, but the parent of all entries.
 const ROOT: u32 = u32::MAX;
@@ -24,26 +24,26 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
     let graph = Graph::new(func);
     let tree = Tree::new(func, &graph);
     // Whether each value's definition has been visited.
-    let mut defined = vec![false; func.values.len()];
-    let mut block_of: Vec<Option<Block>> = vec![None; func.insts.len()];
+    let mut defined = PrimaryMap::from(vec![false; func.values.len()]);
+    let mut block_of = PrimaryMap::from(vec![None; func.insts.len()]);
     for &block in &graph.order {
         for &inst in &func.block(block).insts {
-            block_of[inst.index()] = Some(block);
+            block_of[inst] = Some(block);
         }
     }
     for &block in &graph.order {
         errors.block = Some(block);
         let data = func.block(block);
         for &param in &data.params {
-            defined[param.index()] = true;
+            defined[param] = true;
         }
-        let is_defined_at_use = |defined: &[bool], value: Value| {
+        let is_defined_at_use = |defined: &PrimaryMap<Value, bool>, value: Value| {
             let from = match func.def(value) {
-                ValueDef::Result(inst) => block_of.get(inst.index()).copied().flatten(),
-                ValueDef::Param(block, _) => (block.index() < func.blocks.len()).then_some(block),
+                ValueDef::Result(inst) => block_of.get(inst).copied().flatten(),
+                ValueDef::Param(block, _) => func.blocks.is_valid(block).then_some(block),
             };
             match from {
-                Some(from) if from == block => defined[value.index()],
+                Some(from) if from == block => defined[value],
                 Some(from) => tree.dominates(from, block),
                 None => false,
             }
@@ -56,7 +56,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
                 }
             });
             if let Some(result) = func.result(inst) {
-                defined[result.index()] = true;
+                defined[result] = true;
             }
         }
         errors.inst = None;
@@ -74,7 +74,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
 /// The dominator tree. Blocks are known by their number in the graph's order.
 struct Tree {
     /// For each block its number, or [`UNREACHABLE`].
-    number: Vec<u32>,
+    number: PrimaryMap<Block, u32>,
     /// For each block the first and last number of its subtree, in a walk of the tree.
     spans: Vec<(u32, u32)>,
 }
@@ -82,13 +82,13 @@ struct Tree {
 impl Tree {
     fn new(func: &FuncData, graph: &Graph) -> Self {
         let count = graph.order.len();
-        let mut number = vec![UNREACHABLE; func.block_count()];
-        for (at, block) in graph.order.iter().enumerate() {
-            number[block.index()] = at as u32;
+        let mut number = PrimaryMap::from(vec![UNREACHABLE; func.block_count()]);
+        for (at, &block) in graph.order.iter().enumerate() {
+            number[block] = at as u32;
         }
         let mut parents: Vec<Option<u32>> = vec![None; count];
-        for (_, entry) in func.entries() {
-            parents[number[entry.index()] as usize] = Some(ROOT);
+        for &(_, entry) in func.entries() {
+            parents[number[entry] as usize] = Some(ROOT);
         }
         let mut changed = true;
         while changed {
@@ -99,7 +99,7 @@ impl Tree {
                     continue;
                 }
                 terminator.for_each_block(|next, _| {
-                    let slot = number[next.index()] as usize;
+                    let slot = number[next] as usize;
                     let meet = match parents[slot] {
                         None => at as u32,
                         Some(other) => nearest_common_dominator(&parents, other, at as u32),
@@ -116,7 +116,7 @@ impl Tree {
 
     /// Whether one block dominates another; every block dominates itself.
     fn dominates(&self, dominator: Block, block: Block) -> bool {
-        let span = |of: Block| self.spans.get(*self.number.get(of.index())? as usize);
+        let span = |of: Block| self.spans.get(*self.number.get(of)? as usize);
         match (span(dominator), span(block)) {
             (Some(&(first, last)), Some(&(at, _))) => first <= at && at <= last,
             _ => false,

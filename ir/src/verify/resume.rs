@@ -2,7 +2,7 @@
 
 use super::error::Errors;
 use crate::tables::FastSet;
-use crate::{Block, Func, Label, Module, Terminator};
+use crate::{Block, Func, Label, Module, PrimaryMap, Terminator};
 
 pub(super) fn check_module(module: &Module, errors: &mut Errors) {
     let suspended = suspensions(module);
@@ -47,11 +47,11 @@ fn suspensions(module: &Module) -> Vec<Label> {
 /// task without a jump to a label by number.
 fn suspensions_reached(
     module: &Module,
-    targets: &[Option<(Func, Block)>],
+    targets: &PrimaryMap<Label, Option<(Func, Block)>>,
     entry: u32,
     points: &FastSet<u32>,
 ) -> Vec<Label> {
-    let target = |label: u32| targets.get(label as usize).copied().flatten();
+    let target = |label: u32| targets.get(Label(label)).copied().flatten();
     let mut seen: FastSet<(Func, Block)> = FastSet::default();
     let mut to_visit: Vec<(Func, Block)> =
         points.iter().copied().chain([entry]).filter_map(target).collect();

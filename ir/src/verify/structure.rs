@@ -2,7 +2,7 @@
 
 use super::error::Errors;
 use crate::module::MAX_LOCAL_BITS;
-use crate::{FuncData, Module};
+use crate::{FuncData, Module, PrimaryMap};
 
 pub(super) fn check_module(module: &Module, is_whole: bool, errors: &mut Errors) {
     check_regions(module, errors);
@@ -64,10 +64,10 @@ fn check_regions(module: &Module, errors: &mut Errors) {
 }
 
 fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
-    let mut seen = vec![0u32; module.label_count as usize];
+    let mut seen = PrimaryMap::from(vec![0u32; module.label_count as usize]);
     for (_, func) in module.funcs() {
-        for (label, _) in func.entries() {
-            match seen.get_mut(label.index()) {
+        for &(label, _) in func.entries() {
+            match seen.get_mut(label) {
                 Some(count) => *count += 1,
                 None => {
                     let count = module.label_count;
@@ -76,10 +76,10 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
             }
         }
     }
-    for (label, count) in seen.iter().enumerate() {
-        let is_elsewhere = *count == 0 && !is_whole;
-        if *count != 1 && !is_elsewhere {
-            errors.push(format!("L{label} stands at {count} places"));
+    for (label, &count) in &seen {
+        let is_elsewhere = count == 0 && !is_whole;
+        if count != 1 && !is_elsewhere {
+            errors.push(format!("{label} stands at {count} places"));
         }
     }
     for task in &module.tasks {
@@ -111,17 +111,16 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
             Some(_) => {}
         }
     }
-    let mut placed = vec![false; func.insts.len()];
-    let values = func.values.len();
+    let mut placed = PrimaryMap::from(vec![false; func.insts.len()]);
+    let values = &func.values;
     for (block, data) in func.blocks() {
         errors.block = Some(block);
-        for param in data.params.iter().filter(|param| param.index() >= values) {
+        for param in data.params.iter().filter(|param| !values.is_valid(**param)) {
             errors.push(format!("parameter {param} is not there"));
         }
         for &inst in &data.insts {
             errors.inst = Some(inst);
-            let (Some(slot), Some(instruction)) =
-                (placed.get_mut(inst.index()), func.insts.get(inst))
+            let (Some(slot), Some(instruction)) = (placed.get_mut(inst), func.insts.get(inst))
             else {
                 errors.push("is not there");
                 continue;
@@ -130,7 +129,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
                 errors.push("is listed twice");
             }
             instruction.for_each_arg(|value| {
-                if value.index() >= values {
+                if !values.is_valid(value) {
                     errors.push(format!("operand {value} is not there"));
                 }
             });
@@ -141,12 +140,12 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
             continue;
         };
         terminator.for_each_arg(|value| {
-            if value.index() >= values {
+            if !values.is_valid(value) {
                 errors.push(format!("operand {value} is not there"));
             }
         });
         terminator.for_each_block(|target, _| {
-            if target.index() >= func.blocks.len() {
+            if !func.blocks.is_valid(target) {
                 errors.push(format!("goes to {target}, which is not there"));
             }
         });

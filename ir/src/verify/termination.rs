@@ -10,7 +10,7 @@ use crate::{Block, Func, Label, Module, Terminator};
 /// with a jump to a label by number this is not proven, since such a jump can lead anywhere.
 pub fn every_scan_ends(module: &Module) -> bool {
     let labels = module.label_targets();
-    let target = |label: Label| labels.get(label.index()).copied().flatten();
+    let target = |label: Label| labels.get(label).copied().flatten();
     let mut first = vec![];
     let mut count = 0;
     for (_, func) in module.funcs() {
