@@ -23,7 +23,7 @@ pub struct Target {
     features: Vec<&'static str>,
 }
 
-/// Programs of so many IR instructions have the functions that seldom run compiled quickly. Code for general
+/// Programs of this many IR instructions have the functions that seldom run compiled quickly. Code for general
 /// versions of PLCs is up to three times as long then, so it is done only in programs near the limit of length.
 const QUICK_FROM: usize = 200_000;
 

@@ -80,7 +80,7 @@ impl FuncBuilder {
         self.func.blocks.push(BlockData::default())
     }
 
-    /// Adds a parameter to a block and gives its value.
+    /// Adds a parameter to a block and returns its value.
     pub fn block_param(&mut self, block: Block, ty: Type) -> Value {
         let number = self.func.block(block).params.len() as u32;
         let value = self.value(ty, ValueDef::Param(block, number));
@@ -96,7 +96,7 @@ impl FuncBuilder {
 
     /// Says whether the code from here on seldom runs. If so, the current block and each block that
     /// becomes the current one are marked as [cold](BlockData::cold), until this is called with
-    /// `false`; marks that are made stay. Gives what was said before.
+    /// `false`; marks that are made stay. Returns what was said before.
     pub fn set_cold(&mut self, cold: bool) -> bool {
         let before = std::mem::replace(&mut self.cold, cold);
         self.mark();
@@ -132,7 +132,7 @@ impl FuncBuilder {
         self.func.values.push(ValueData { ty, def })
     }
 
-    /// Appends an instruction; gives its result if it has one.
+    /// Appends an instruction; returns its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
         self.begin_block_behind_end();
         let (inst, _) = self.func.append(data, self.loc);

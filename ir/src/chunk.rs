@@ -43,7 +43,7 @@ pub const MAX_INSTRUCTIONS: usize = 1 << 19;
 pub const MAX_STATEMENT_INSTRUCTIONS: usize = 1 << 17;
 
 /// The number of instructions that a host call counts as in a statement: values that live across it are
-/// spilled, so that code generation takes about as much memory for it as for so many others.
+/// spilled, so that code generation takes about as much memory for it as for that many others.
 const INSTRUCTIONS_PER_HOST_CALL: usize = 9;
 
 /// The number of instructions that a task counts as, for its entry and its tables.
@@ -120,7 +120,7 @@ impl ChunkBuilder {
         self.module.finite_regions.push(region);
     }
 
-    /// Adds a source file and gives its number, by which statements refer to it.
+    /// Adds a source file and returns its number, by which statements refer to it.
     pub fn add_file(&mut self, name: impl Into<String>, text: impl Into<String>) -> u32 {
         self.module.files.push(SourceFile { name: name.into(), text: text.into() });
         self.module.files.len() as u32 - 1
@@ -303,7 +303,7 @@ impl ChunkBuilder {
         self.current.trap(code);
     }
 
-    /// Adds a place at which the program may be stopped, for [`FuncBuilder::trap_at`], and gives its
+    /// Adds a place at which the program may be stopped, for [`FuncBuilder::trap_at`], and returns its
     /// number. They are numbered from 0 in the order of these calls.
     pub fn trap_site(&mut self, site: TrapSite) -> u32 {
         self.module.trap_sites.push(site);

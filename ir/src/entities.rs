@@ -56,7 +56,7 @@ entities! {
     Func "fn";
     /// A region of the process image, or the local bits.
     RegionId "region";
-    /// A number that stands at a block, through which control can pass to the block from any
+    /// A number that is at a block, through which control can pass to the block from any
     /// function of the module.
     Label "L";
     /// A statement of the source: an index into [`Module::statements`](crate::Module::statements).

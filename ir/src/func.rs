@@ -110,7 +110,7 @@ pub enum Terminator {
 
 impl Terminator {
     /// The successor with this number, from 0: one of the blocks that control may go to. `None` if
-    /// there are not so many.
+    /// there are fewer.
     pub fn successor(&self, number: usize) -> Option<Block> {
         match (self, number) {
             (Self::Jump(call), 0) => Some(call.block),
@@ -213,7 +213,7 @@ pub struct BlockData {
     pub params: Vec<Value>,
     /// Its instructions, in order.
     pub insts: Vec<Inst>,
-    /// Whether it seldom runs. Code generation places its code behind that of the other blocks, and
+    /// Whether it seldom runs. Code generation places its code after that of the other blocks, and
     /// does not keep base registers over its calls. What the block computes is not changed by it.
     pub cold: bool,
     /// Whether its code should be small rather than fast. It seldom runs, like that of a cold
@@ -289,7 +289,7 @@ impl FuncData {
         })
     }
 
-    /// The number of instructions, those that stand in no block included.
+    /// The number of instructions, those that are in no block included.
     pub fn inst_count(&self) -> usize {
         self.insts.len()
     }

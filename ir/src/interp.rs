@@ -131,7 +131,7 @@ impl Interpreter {
         self.values[value]
     }
 
-    /// Executes an instruction and gives its result, or 0 if it has none.
+    /// Executes an instruction and returns its result, or 0 if it has none.
     fn execute(&mut self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
         match *data {
             InstData::Iconst { ty: _, value } => value,

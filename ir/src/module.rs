@@ -74,7 +74,7 @@ pub struct Module {
     pub local_bits: Option<plcc_abi::Region>,
     /// The tasks, which can be called from outside, each with the label where it starts.
     pub tasks: Vec<Task>,
-    /// How many labels there are. They are numbered from 0, and each stands at one block of one
+    /// How many labels there are. They are numbered from 0, and each is at one block of one
     /// function.
     pub label_count: u32,
     /// The functions.
@@ -124,7 +124,7 @@ impl Module {
     }
 
     /// The line of the first statement that has instructions in a block of a function or, if it has none, in
-    /// the blocks that follow it, in the same function or behind a label. `targets` are those of the labels.
+    /// the blocks that follow it, in the same function or after a label. `targets` are those of the labels.
     fn line_at(
         &self,
         (mut func, mut block): (Func, Block),
@@ -160,7 +160,7 @@ impl Module {
     }
 
     /// A region of `size` local bits for a process image of `image_size` bytes. It gets offsets of its own
-    /// behind the image, and a gap in between, so that accesses of the two are told apart by their offsets.
+    /// after the image, and a gap in between, so that accesses of the two are told apart by their offsets.
     pub fn local_bits_of(image_size: u32, size: u32) -> plcc_abi::Region {
         let offset = image_size.saturating_add(LOCAL_BITS_GAP);
         plcc_abi::Region { name: LOCAL_BITS_NAME.into(), offset, size, bits: true }

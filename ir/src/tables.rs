@@ -1,5 +1,5 @@
 //! Hash tables of the compiler's own numbers and instructions, with a fast hash function. A program could be written so
-//! that its constants collide. That only costs time, and little: most tables hold what stands in one function, whose length
+//! that its constants collide. That only costs time, and little: most tables hold what is in one function, whose length
 //! is limited. What a program names is kept in the standard library's tables.
 
 use std::collections::{HashMap, HashSet};

@@ -63,7 +63,7 @@ enum Next {
     Table,
 }
 
-/// Decodes the first instruction of some bytes, which stand at an offset in the function: its text,
+/// Decodes the first instruction of some bytes, which are at an offset in the function: its text,
 /// its length in bytes, and what follows it. `None` if there is no such instruction.
 type Decode = fn(&[u8], u32) -> Option<(String, u32, Next)>;
 

@@ -26,7 +26,7 @@ const SECTION_HEADER: usize = 64;
 const FLAGS: usize = 8;
 const ADDRESS: usize = 16;
 
-/// The debug part for code that was compiled for the target. The prefix in `options` stands before the names of
+/// The debug part for code that was compiled for the target. The prefix in `options` is before the names of
 /// functions, and the image's type is called `struct {prefix}_image`.
 ///
 /// # Errors

@@ -37,7 +37,7 @@ const LONG: BaseType = BaseType { name: "int", encoding: DW_ATE_signed, bytes: 4
 const WORD: BaseType = BaseType { name: "unsigned int", encoding: DW_ATE_unsigned, bytes: 4 };
 const DOUBLE: BaseType = BaseType { name: "double", encoding: DW_ATE_float, bytes: 8 };
 
-/// Adds the structure, named `{prefix}_image`, to a unit, and gives its entry.
+/// Adds the structure, named `{prefix}_image`, to a unit, and returns its entry.
 pub(super) fn add(dwarf: &mut DwarfUnit, program: &Program, prefix: &str) -> UnitEntryId {
     let mut types = Types { dwarf, base: HashMap::new(), arrays: HashMap::new() };
     let root = types.dwarf.unit.root();

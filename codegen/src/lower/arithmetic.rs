@@ -28,7 +28,7 @@ impl Lowering<'_> {
     }
 
     /// The finite double that is nearest. Nearly every double is finite, so what makes one of the
-    /// others stands in a cold block.
+    /// others is in a cold block.
     fn finite(&mut self, x: ClifValue) -> ClifValue {
         let (other, join) = (self.builder.create_block(), self.builder.create_block());
         let result = self.builder.append_block_param(join, types::F64);

@@ -17,7 +17,7 @@ const MAX_BASES_WITH_LOCAL_BITS: usize = 3;
 /// compute it.
 const MIN_ACCESSES: usize = 24;
 
-/// The offsets in the image, or of local bits behind it, that a function's base registers best hold.
+/// The offsets in the image, or of local bits after it, that a function's base registers best hold.
 /// A function with local bits always has a base for them. Any other base is for a part of the image that is
 /// accessed often enough, and only x86-64 has such bases.
 pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<u32> {

@@ -160,7 +160,7 @@ impl Lowering<'_> {
     /// The conditions of a guard, each of which gets a branch of its own: to the cold block from any of
     /// them. A branch takes two instructions fewer than it takes to make a truth value of a comparison
     /// and join it with others. For other branches there is one condition. What was joined in 32 bits already stays
-    /// as it is: a load that became part of it is no value of its own any more.
+    /// as it is: a load that became part of it is not a value of its own any more.
     fn separate_conditions(
         &self,
         cond: Value,

@@ -1,6 +1,6 @@
 //! Doubles that a function keeps in registers because it uses them often.
 //!
-//! A double as an operand is loaded from the constants behind the code, and processors load fewer vectors in a cycle
+//! A double as an operand is loaded from the constants after the code, and processors load fewer vectors in a cycle
 //! than they add and multiply. A statement on three variables has three or four constants, counting the 0 that is
 //! added lest a variable hold -0. So the constants that code uses most are loaded where the function is entered.
 //! Cold blocks load what they need themselves; after a call of the host in one of them, the registers are loaded

@@ -25,7 +25,7 @@ use plcc_ir::{
 use super::memory::flags;
 use super::{LowerResult, Lowering};
 
-/// So many bytes follow the last local bit, since a truth value may be loaded with the bytes behind it.
+/// That many bytes follow the last local bit, since a truth value may be loaded with the bytes after it.
 const PADDING: u32 = 8;
 
 /// Of a vector of bytes, the bit that each byte stands for.
@@ -35,7 +35,7 @@ const BIT_OF_BYTE: [u8; 16] = [1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 
 pub(super) struct LocalBits {
     /// The number of bytes up to the last one that the function accesses.
     pub(super) size: u32,
-    /// The first of the offsets that stand for them, behind those of the image.
+    /// The first of the offsets that stand for them, after those of the image.
     pub(super) offset: i64,
     /// The part of the stack frame, if the function has local bits.
     pub(super) slot: Option<StackSlot>,

@@ -7,7 +7,7 @@ use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, SecondaryMap, Ty
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
-/// A base register: a value that the whole function uses; or a variable, where the value is computed again behind calls
+/// A base register: a value that the whole function uses; or a variable, where the value is computed again after calls
 /// in cold blocks. Each block where ways meet then takes it as a parameter, which takes long to compile where such
 /// calls are many; so functions that are optimised for size keep one value.
 #[derive(Clone, Copy)]
@@ -62,7 +62,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The base value and the offset from it for a local bit, whose offset behind the image is given.
+    /// The base value and the offset from it for a local bit, whose offset after the image is given.
     fn local_address(&mut self, offset: i64) -> LowerResult<(ClifValue, i32)> {
         let missing = || InvalidIr("the function has no local bits".into());
         let start = self.local_bits.offset;
@@ -112,7 +112,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The offset in the image of an address without its index; local bits lie behind the image. Code is safe to
+    /// The offset in the image of an address without its index; local bits lie after the image. Code is safe to
     /// run only if each access stays in its region whatever the index is, so this checks it, though the
     /// verifier has done so before.
     pub(super) fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {

@@ -4,7 +4,7 @@
 //! the instruction that uses it only from 32 bits up: `and eax, [rbx+5]` instead of a load of a
 //! byte and an instruction on registers. So AND, OR, XOR and NOT of truth values are computed in
 //! 32 bits. What is in the upper 24 bits is of no meaning: a load of 32 bits brings the three bytes
-//! behind the truth value along. It does no harm, since only the lowest byte is stored or tested,
+//! after the truth value along. It does no harm, since only the lowest byte is stored or tested,
 //! and that stays 0 or 1.
 //!
 //! A load that is used once, in its own block, waits until the instruction that uses it is lowered.
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         self.truth_values.current += 1;
     }
 
-    /// Lowers the load of a truth value; gives whether it did, since it leaves volatile loads, loads
+    /// Lowers the load of a truth value; returns whether it did, since it leaves volatile loads, loads
     /// through an index and other types to others.
     pub(super) fn load_truth(
         &mut self,
@@ -109,7 +109,7 @@ impl Lowering<'_> {
         Ok(true)
     }
 
-    /// Lowers AND, OR or XOR of truth values of which at least one is in 32 bits; gives whether it
+    /// Lowers AND, OR or XOR of truth values of which at least one is in 32 bits; returns whether it
     /// did.
     pub(super) fn wide_binary(
         &mut self,
@@ -156,7 +156,7 @@ impl Lowering<'_> {
         parameter
     }
 
-    /// Lowers NOT of a truth value that is in 32 bits; gives whether it did.
+    /// Lowers NOT of a truth value that is in 32 bits; returns whether it did.
     pub(super) fn wide_not(&mut self, result: Value, arg: Value) -> LowerResult<bool> {
         if !self.truth_values.enabled || !self.truth_values.is_wide(arg) {
             return Ok(false);
@@ -198,7 +198,7 @@ impl Lowering<'_> {
     }
 
     /// Whether the four bytes from an offset on can be loaded at once: they lie in the image or among the local
-    /// bits, behind both of which more bytes follow, and none of them was stored recently.
+    /// bits, after both of which more bytes follow, and none of them was stored recently.
     fn can_load_four_bytes(&self, offset: i64) -> bool {
         let truths = &self.truth_values;
         let recent = |byte| {

@@ -7,7 +7,7 @@
 //!     v1: i32 = ftoi v0                   converted back, and compared; the integers are stored in the
 //!     v2: f64 = itof v1                   stack frame
 //!     v3: i1 = fcmp ordered_ne v2, v0
-//!     brif v3, block0, block10        then one branch for all: to block0 if any is no integer
+//!     brif v3, block0, block10        then one branch for all: to block0 if any is not an integer
 //! block10: the same for p:8
 //! ```
 //!
@@ -145,7 +145,7 @@ fn check(
 }
 
 impl Lowering<'_> {
-    /// Makes all checks, if a block is the first of them; gives whether the block is one of them.
+    /// Makes all checks, if a block is the first of them; returns whether the block is one of them.
     pub(super) fn variable_checks(&mut self, block: Block) -> LowerResult<bool> {
         if self.variable_checks.others.contains(&block) {
             return Ok(true);

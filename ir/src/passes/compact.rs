@@ -38,7 +38,7 @@ pub(super) fn run(func: &mut FuncData) {
         values: PrimaryMap::with_capacity(total),
         ..FuncData::default()
     };
-    // Definitions get their new numbers first. Then uses are replaced, some of which stand before
+    // Definitions get their new numbers first. Then uses are replaced, some of which are before
     // their definition in the order of the blocks.
     for (block, data) in &mut func.blocks {
         for (at, param) in data.params.iter_mut().enumerate() {

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Instructions are looked up in a hash table by operation and operands (hash consing). An earlier
-//! one replaces a later one if it stands in the same block, or in a block that control must have
+//! one replaces a later one if it is in the same block, or in a block that control must have
 //! passed through before. The latter is known along sole predecessors ([`Graph`]). They form trees,
 //! which are numbered so that the blocks of each subtree have consecutive numbers.
 //!

@@ -167,7 +167,7 @@ impl<'a> Walk<'a> {
         insts.drain(..kept);
     }
 
-    /// Enters which bytes an instruction makes dead or live; gives whether it is a dead store.
+    /// Enters which bytes an instruction makes dead or live; returns whether it is a dead store.
     fn visit_access(&mut self, func: &FuncData, data: &InstData) -> bool {
         match data {
             InstData::Store { at, value } if !at.volatile && at.index.is_none() => {
@@ -177,7 +177,7 @@ impl<'a> Walk<'a> {
                 let marks = self.bytes.marks_mut(bytes);
                 let is_dead = !marks.is_empty() && marks.iter().all(|mark| *mark == stamp);
                 // Also bytes that were dead already count as those that are overwritten soonest: a register that
-                // every statement stores would otherwise be forgotten behind many bytes that are stored once.
+                // every statement stores would otherwise be forgotten after many bytes that are stored once.
                 self.marked.extend((first..).take(marks.len()));
                 marks.fill(stamp);
                 is_dead

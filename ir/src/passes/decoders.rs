@@ -16,7 +16,7 @@
 //!
 //! It may also be a double, as a PMAC's variables are, or the bits of one, compared as an integer of 64 bits. It is
 //! converted to an integer and back, and whether that gives the same number, which is 1 or 0, is shifted in the place of
-//! the 1: a double that is no integer of 32 bits is none of the numbers.
+//! the 1: a double that is not an integer of 32 bits is none of the numbers.
 
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
@@ -46,7 +46,7 @@ struct Members {
     comparisons: u32,
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut members = PrimaryMap::from(vec![None; func.value_count()]);
@@ -150,7 +150,7 @@ fn parts(
     is_part
 }
 
-/// Writes the tests of a block again, where it pays; gives whether there were any.
+/// Writes the tests of a block again, where it pays; returns whether there were any.
 fn write(
     func: &mut FuncData,
     block: Block,

@@ -391,7 +391,7 @@ impl<'a> FloatRanges<'a> {
     pub(super) fn is_finite_load(&self, data: &InstData) -> bool {
         match data {
             InstData::Load { ty: Type::F64, at } => {
-                // The doubles of a region stand at multiples of 8.
+                // The doubles of a region are at multiples of 8.
                 let aligned = at.offset % 8 == 0 && at.index.is_none_or(|i| i.scale % 8 == 0);
                 aligned && self.finite_regions.contains(&at.region)
             }

@@ -205,7 +205,7 @@ impl Fold<'_> {
         integer(a).is_some_and(|arg| integer(b) == Some(arg))
     }
 
-    /// Turns an address whose index is a constant into one without index; gives whether it did.
+    /// Turns an address whose index is a constant into one without index; returns whether it did.
     fn fix_constant_index(&self, data: &mut InstData) -> bool {
         let (InstData::Load { ty: _, at } | InstData::Store { at, value: _ }) = data else {
             return false;

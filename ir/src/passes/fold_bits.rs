@@ -1,7 +1,7 @@
 //! Rules for single bits of words, which are most of what PLC programs work with.
 //!
 //! Truth values that are bits of words are combined as words: one word is shifted so that the two
-//! bits stand at the same position, and one bit of the result is the truth value. That is shorter
+//! bits are at the same position, and one bit of the result is the truth value. That is shorter
 //! than making two truth values.
 //!
 //! ```text

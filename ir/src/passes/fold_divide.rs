@@ -11,7 +11,7 @@
 //! - *Rounded down* (`smod`): where the dividend is never negative, that is the same. Otherwise
 //!   the factor `f` is `2^(n+l) / d` rounded to the nearest integer, and half of `2^(n+l) / d`,
 //!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
-//!   at most `2^(n-1)`, which is no more than what was added and, as `d` is no power of two, less
+//!   at most `2^(n-1)`, which is no more than what was added and, as `d` is not a power of two, less
 //!   than the other half. So the shift gives the quotient of the dividend rounded down, whatever
 //!   the dividend's sign. A dividend of little more than 32 bits, such as the sum of an `i32` and a
 //!   constant, is treated in the same way if there is a shift with which the product fits into 64
@@ -120,7 +120,7 @@ impl Fold<'_> {
         Rewrite::binary(BinaryOp::Sub, a, product)
     }
 
-    /// The remainder (`smod`) by a constant that is no power of two, of a dividend for which no product fits
+    /// The remainder (`smod`) by a constant that is not a power of two, of a dividend for which no product fits
     /// into 64 bits.
     fn modulo_of_long_dividend(
         &mut self,
@@ -151,7 +151,7 @@ impl Fold<'_> {
         Some(Rewrite::Value(self.truncated_from_i64(ty, rest)))
     }
 
-    /// The quotient rounded down by a positive constant that is no power of two.
+    /// The quotient rounded down by a positive constant that is not a power of two.
     fn quotient_rounded_down(
         &mut self,
         ty: Type,

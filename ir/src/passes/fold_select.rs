@@ -16,7 +16,7 @@ use crate::{ConvertOp, InstData, Type, Value};
 /// Every integer up to this magnitude is a double.
 const EXACT: u64 = 1 << 53;
 
-/// The integer that a double is, by its bits; `None` for -0 and for what is no integer up to [`EXACT`].
+/// The integer that a double is, by its bits; `None` for -0 and for what is not an integer up to [`EXACT`].
 fn integer_of(bits: i64) -> Option<i64> {
     let integer = f64::from_bits(bits as u64) as i64;
     let same = (integer as f64).to_bits() == bits as u64;

@@ -79,7 +79,7 @@ struct End {
     loc: StatementId,
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 /// With `reload_bits`, truth values are not forwarded.
 pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool) -> bool {
     let graph = Graph::new(func);
@@ -141,7 +141,7 @@ impl State<'_> {
         End { facts, now, loc: self.loc }
     }
 
-    /// Visits the instructions of a block; gives whether something was changed.
+    /// Visits the instructions of a block; returns whether something was changed.
     fn block(&mut self, func: &mut FuncData, block: Block, values: &mut Substitution) -> bool {
         let mut insts = std::mem::take(&mut func.blocks[block].insts);
         let before = insts.len();
@@ -235,7 +235,7 @@ impl State<'_> {
         None
     }
 
-    /// Adds the fact of a store; gives whether it writes what is there already.
+    /// Adds the fact of a store; returns whether it writes what is there already.
     fn store(&mut self, func: &FuncData, at: &Address, value: Value) -> bool {
         let ty = func.ty(value);
         let bytes = self.bytes.bytes(at, ty);

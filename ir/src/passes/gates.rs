@@ -37,7 +37,7 @@ const LOAD: u32 = 4;
 /// The cost of a NOT.
 const NOT: u32 = 3;
 
-/// A gate, or an input of gates that is no gate.
+/// A gate, or an input of gates that is not a gate.
 struct Node {
     kind: Kind,
     /// The cost of having the value in a register, and that of having its opposite there.
@@ -136,7 +136,7 @@ impl Gates<'_> {
         }
     }
 
-    /// The instruction that defines a value, if it stands in this block, and the value is used only
+    /// The instruction that defines a value, if it is in this block, and the value is used only
     /// once, in this block too.
     fn sole_definition(&self, value: Value) -> Option<Inst> {
         let crate::ValueDef::Result(inst) = self.func.def(value) else { return None };
@@ -144,7 +144,7 @@ impl Gates<'_> {
         is_own.then_some(inst)
     }
 
-    /// Adds a node; gives its number.
+    /// Adds a node; returns its number.
     fn push(&mut self, kind: Kind, cost: [u32; 2], operand: [u32; 2]) -> usize {
         self.nodes.push(Node { kind, cost, operand });
         self.nodes.len() - 1

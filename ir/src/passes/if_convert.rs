@@ -41,7 +41,7 @@ struct Arm {
     to: BlockCall,
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let Graph { order, mut edges, sole_predecessor: _ } = Graph::new(func);
     let mut changed = false;
@@ -54,7 +54,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     changed
 }
 
-/// Converts the branch at the end of a block; gives whether that was possible.
+/// Converts the branch at the end of a block; returns whether that was possible.
 fn convert(func: &mut FuncData, block: Block, edges: &mut PrimaryMap<Block, u32>) -> bool {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return false;

@@ -13,7 +13,7 @@ use crate::{Address, Module, PrimaryMap, RegionId, Type};
 pub(super) struct ImageBytes {
     /// For each region the address of its first byte.
     bases: PrimaryMap<RegionId, u64>,
-    /// The address of the first of the local bits, which lie behind the image.
+    /// The address of the first of the local bits, which lie after the image.
     local_base: u64,
     /// For each byte of the image its mark; those below the stamps of a pass mean nothing to it.
     marks: Vec<u32>,

@@ -1,4 +1,4 @@
-//! Between which numbers a computed index lies, for the passes that copy code behind integrality checks.
+//! Between which numbers a computed index lies, for the passes that copy code after integrality checks.
 
 use plcc_abi::IntegerForm;
 

@@ -5,7 +5,7 @@
 //! | `byte-bits` | keeps bits of words as bytes while a long program's function is executed |
 //! | `integers` | computes with integers where doubles are known to be integers |
 //! | `speculate-variables` | checks once in a function that its variables hold integers |
-//! | `speculate` | computes with integers behind a check that doubles are integers |
+//! | `speculate` | computes with integers after a check that doubles are integers |
 //! | `branches` | decides branches whose condition is known, skips empty blocks, joins blocks |
 //! | `forward` | replaces a load by the value stored or loaded before (store-to-load forwarding) |
 //! | `fold` | folds constants, applies identities, divides by constants without a division |
@@ -28,7 +28,7 @@
 //!   builds check that after each pass.
 //! - Every scan leaves the same process image and the same outcome, whatever image it begins with.
 //! - Volatile accesses are neither moved, merged nor dropped.
-//! - Every store that stands before a trap, a suspension, a call of a host function or a volatile
+//! - Every store that is before a trap, a suspension, a call of a host function or a volatile
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!

@@ -23,7 +23,7 @@ use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, PrimaryMap, SecondaryMap, Type, UnaryOp, Value,
 };
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let demanded = demanded_above_lowest(func, &graph);

@@ -36,7 +36,7 @@ use crate::{
     Address, BinaryOp, Block, FuncData, Inst, InstData, StatementId, Terminator, Type, Value,
 };
 
-/// Bits of at most so many words are collected at the same time. When there is one more, the word that has
+/// Bits of at most this many words are collected at the same time. When there is one more, the word that has
 /// been collected longest is stored.
 const MAX_WORDS: usize = 32;
 
@@ -79,7 +79,7 @@ struct Collector<'a> {
     loc: StatementId,
 }
 
-/// Runs the pass; gives whether it may have changed anything.
+/// Runs the pass; returns whether it may have changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let graph = Graph::new(func);
     let candidates = candidates(func, &graph);

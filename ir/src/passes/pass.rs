@@ -17,9 +17,9 @@ words! {
         ByteBits = "byte-bits",
         /// Makes integer arithmetic of doubles that are known to be integers.
         Integers = "integers",
-        /// Makes a copy of a function for variables that hold integers, behind a check of each variable.
+        /// Makes a copy of a function for variables that hold integers, after a check of each variable.
         SpeculateVariables = "speculate-variables",
-        /// Makes integer arithmetic behind a check that doubles are integers (speculation).
+        /// Makes integer arithmetic after a check that doubles are integers (speculation).
         Speculate = "speculate",
         /// Simplifies control flow.
         Branches = "branches",

@@ -41,7 +41,7 @@ const MAX_PARTS: usize = 256;
 /// Operations are followed to this depth from a stored bit.
 const MAX_DEPTH: u32 = 6;
 
-/// Through so many shifts, masks and conversions a bit is followed to the word that it is a bit of.
+/// Through this many shifts, masks and conversions a bit is followed to the word that it is a bit of.
 const MAX_STEPS: usize = 16;
 
 /// No more rows than this are remembered.
@@ -65,7 +65,7 @@ struct Lane {
 enum Row {
     /// It was computed before, as this word.
     Known(Value),
-    /// It is this word, shifted left by so many bits; if the number is negative, right.
+    /// It is this word, shifted left by that many bits; if the number is negative, right.
     Word(Value, i32),
     /// An operation on one or two rows, which gives these lanes.
     Operation(Operation, Vec<Row>, Vec<Lane>),
@@ -114,7 +114,7 @@ pub(super) fn applies(func: &FuncData) -> bool {
     func.blocks.values().any(|block| block.insts.iter().any(is_joined))
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     if !applies(func) {
         return false;
@@ -152,7 +152,7 @@ impl Insert for Rows<'_> {
 }
 
 impl Rows<'_> {
-    /// Examines a block; gives whether it was changed.
+    /// Examines a block; returns whether it was changed.
     fn block(&mut self, block: Block) -> bool {
         let insts = std::mem::take(&mut self.func.blocks[block].insts);
         self.known.clear();

@@ -3,7 +3,7 @@
 //!
 //! Where each transition of a state machine is a condition of its own, as in `IF ((S=1)&I3) S=2 ENDIF`, the
 //! branch is of an AND. If the row has at least [`MIN_TESTS`] such conditions on one variable, each comparison of the
-//! variable gets a branch of its own, and what else the AND has is tested behind it:
+//! variable gets a branch of its own, and what else the AND has is tested after it:
 //!
 //! ```text
 //! block1: v0: i16 = load vars:0             block1: v0: i16 = load vars:0
@@ -51,7 +51,7 @@ struct Condition {
     inner: Option<Block>,
 }
 
-/// Splits the comparisons off the conditions of all rows; gives whether there were any.
+/// Splits the comparisons off the conditions of all rows; returns whether there were any.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut uses = uses(func);
@@ -230,7 +230,7 @@ fn split(
     let loc = func.definition(cond).map_or(StatementId::NONE, |inst| func.loc(inst));
 
     // The instructions that nothing but the other operands needs go to the new block, as far as no effect comes
-    // behind them. What only the comparison needed is dropped: it is computed again, for itself.
+    // after them. What only the comparison needed is dropped: it is computed again, for itself.
     uses[condition.comparison] -= 1;
     let mut uses_there: FastMap<Value, u32> = FastMap::default();
     for &other in &condition.others {

@@ -38,7 +38,7 @@ const MAX_EXTRA_ENTRIES: u64 = 8;
 const START_AT_ZERO_BELOW: u64 = 4;
 /// A block between two comparisons may have no more instructions than this, nor one that is compared with others.
 const MAX_INSTS: usize = 5;
-/// Each target is compared with so many others at most.
+/// Each target is compared with this many others at most.
 const MAX_COMPARED: usize = 8;
 
 /// A branch that compares a value with a number: to `then` if they are equal, else to
@@ -53,7 +53,7 @@ struct Test {
     otherwise: Block,
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; returns whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut changed = false;
@@ -63,7 +63,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     changed
 }
 
-/// Replaces the row of branches that begins at the end of a block; gives whether there was one.
+/// Replaces the row of branches that begins at the end of a block; returns whether there was one.
 fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
     let (value, shift) = (first.value, first.shift);

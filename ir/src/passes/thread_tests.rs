@@ -15,12 +15,12 @@
 //!
 //! Before that, conditions that have more than a test get a branch for the test ([`split_tests`]). And where ways meet
 //! in a short block before a test, those ways on which the variable is known get a copy of the block, for example
-//! behind `IF (I3) S=2 ELSEIF (I4) S=7 ENDIF Q1=T`.
+//! after `IF (I3) S=2 ELSEIF (I4) S=7 ENDIF Q1=T`.
 //!
 //! When no jump leads into the middle of a row of tests any more, each test has the one before as its
 //! sole predecessor, and the pass `switches` can make one switch of the row.
 //!
-//! A test that stands alone, with no test of the same variable before or behind it, is skipped only in the run behind
+//! A test that stands alone, with no test of the same variable before or after it, is skipped only in the run after
 //! `if-convert`. A way around it would keep the branch before it from becoming a select. That is how counters are
 //! written: `IF (I3) C=C+1 ELSE C=0 ENDIF IF (C=9) …`.
 //!
@@ -60,7 +60,7 @@ struct Test {
     otherwise: Block,
 }
 
-/// Runs the pass; gives whether it changed anything. `skips_lone` says whether tests that stand alone are skipped.
+/// Runs the pass; returns whether it changed anything. `skips_lone` says whether tests that stand alone are skipped.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes, skips_lone: bool) -> bool {
     // A branch and the two blocks to which it leads.
     if func.block_count() < 3 {
@@ -327,7 +327,7 @@ impl Finder<'_> {
     }
 
     /// Lets an edge that begins at a block skip the tests whose results are known on it. `known` holds what variables
-    /// are known to hold at the end of the block. Gives whether the edge leads to another block now.
+    /// are known to hold at the end of the block. Returns whether the edge leads to another block now.
     fn thread(
         &self,
         block: Block,
@@ -370,7 +370,7 @@ impl Finder<'_> {
         to != first
     }
 
-    /// Whether neither a block before nor a block behind a test tests the same variable.
+    /// Whether neither a block before nor a block after a test tests the same variable.
     fn stands_alone(&self, block: Block, test: &Test) -> bool {
         let tests_it = |other: &Block| {
             let other = self.tests[*other].as_ref();

@@ -13,7 +13,7 @@ pub const RELOAD_BITS_FROM: usize = 8000;
 /// programs of relay logic take 2.5 to 3.5 times as long; beyond 100 little changes.
 pub const STORED_RECENTLY: u32 = 100;
 
-/// If all passes may run and a module has fewer instructions than this behind them, truth values are
+/// If all passes may run and a module has fewer instructions than this after them, truth values are
 /// computed in 8 bits, not in 32 (`wide-bits`). With 32 bits loads are parts of operations. That makes
 /// code shorter, which does not pay where the processor holds all of it decoded, and each result later,
 /// since an operation then waits for its load. On an AMD EPYC of 2024 programs of 200 relay equations

@@ -63,7 +63,7 @@ impl ValueRanges {
         Self { possible_ones, bounds: vec![None; func.value_count()].into() }
     }
 
-    /// Enters the bounds of a value that is no truth value.
+    /// Enters the bounds of a value that is not a truth value.
     pub(super) fn set_bounds(&mut self, value: Value, ty: Type, bounds: Bounds) {
         self.possible_ones[value] = mask(ty);
         self.bounds[value] = Some(bounds);

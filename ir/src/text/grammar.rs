@@ -20,11 +20,11 @@ use crate::{
     RegionId, SourceFile, Statement, StatementId, Terminator, Type, UnaryOp, Value,
 };
 
-/// What stands at the top of the text.
+/// What is at the top of the text.
 pub(super) enum Item {
     /// `image`: the size in bytes.
     Image(u32),
-    /// `region`: a region, whether `finite` stands after it, for
+    /// `region`: a region, whether `finite` is after it, for
     /// [`Module::finite_regions`](crate::Module::finite_regions), and whether `words24` does, for
     /// [`Module::word_regions`](crate::Module::word_regions).
     Region(plcc_abi::Region, bool, bool),
@@ -52,11 +52,11 @@ pub(super) struct Func {
 pub(super) struct BlockText {
     /// The name it has at its head.
     pub(super) head: Block,
-    /// What stands in parentheses after that.
+    /// What is in parentheses after that.
     pub(super) params: Vec<Param>,
-    /// Whether `cold` stands before the colon.
+    /// Whether `cold` is before the colon.
     pub(super) cold: bool,
-    /// Whether `small` stands before the colon.
+    /// Whether `small` is before the colon.
     pub(super) small: bool,
     pub(super) lines: Vec<Line>,
     pub(super) terminator: Terminator,
@@ -64,7 +64,7 @@ pub(super) struct BlockText {
 
 /// What the parentheses of a block's head hold.
 pub(super) enum Param {
-    /// A label that stands at the block.
+    /// A label that is at the block.
     Label(Label),
     /// A parameter.
     Value(Value, Type),

@@ -2,11 +2,11 @@
 //!
 //! | token | what it is |
 //! | --- | --- |
-//! | word | letters, digits, `_` and `.`; may begin with `@`. A number is a word too: it may begin with `-`, and `+` or `-` may stand after the `e` of its exponent |
-//! | quoted text | what stands between two `"`, escapes not yet replaced |
-//! | line of text | what stands after a `\|` at the very beginning of a line, escapes not yet replaced |
-//! | sign | any other character that is no space |
-//! | end of a line | after each line that has tokens and is no line of text |
+//! | word | letters, digits, `_` and `.`; may begin with `@`. A number is a word too: it may begin with `-`, and `+` or `-` may be after the `e` of its exponent |
+//! | quoted text | what is between two `"`, escapes not yet replaced |
+//! | line of text | what is after a `\|` at the very beginning of a line, escapes not yet replaced |
+//! | sign | any other character that is not a space |
+//! | end of a line | after each line that has tokens and is not a line of text |
 //!
 //! A `;` outside quotes begins a comment, which is left out.
 
@@ -125,7 +125,7 @@ fn lexer<'t>() -> impl Parser<'t, &'t str, Vec<(Option<Token<'t>>, SimpleSpan)>>
 }
 
 /// Text with each escape replaced by the character that it stands for; `None` if something else
-/// than `\`, `r` or `{hex}` stands after a backslash.
+/// than `\`, `r` or `{hex}` is after a backslash.
 pub(super) fn unescaped(text: &str) -> Option<String> {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();

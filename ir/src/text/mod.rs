@@ -41,15 +41,15 @@
 //! ```
 //!
 //! - A `;` begins a comment, except inside quotes.
-//! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which
+//! - Regions are above the functions. Blocks are numbered from `block0` in the order in which
 //!   they stand. A value may be used above its definition.
 //! - The names of labels in parentheses after a block's name make it an entry.
 //! - `cold` before the colon of a block's head (`block3(v7: i32) cold:`) says that the block seldom
-//!   runs, `small` (after `cold` if both stand there) that it is to be optimised for size.
+//!   runs, `small` (after `cold` if both are there) that it is to be optimised for size.
 //! - `finite` at the end of a region's line (`region p at 0 size 8 finite`) says that the region
 //!   holds only doubles that are finite and never -0.
 //! - `words24` there says that it holds words of four bytes whose highest byte is 0.
-//! - `local_bits 48` below the regions says that functions have so many
+//! - `local_bits 48` below the regions says that functions have that many
 //!   [local bits](crate::Module::local_bits); an access names them as a region, `local_bits:7`.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.
@@ -60,7 +60,7 @@
 //! - The terminators that the example does not show are `switch V, [BLOCK, …], BLOCK`, `goto L`,
 //!   `goto_indirect V`, `suspend L` and `trap CODE`.
 //! - A double is written as Rust writes it, or as its bits (`0x7ff…`).
-//! - A `|` begins a line of a source file's text. There, and in quotes, a backslash stands before
+//! - A `|` begins a line of a source file's text. There, and in quotes, a backslash is before
 //!   `\`, `r` (carriage return), and hexadecimal digits in braces (any other character).
 //!
 //! The printer numbers values in the order in which they stand, so that text which is printed,

@@ -1,6 +1,6 @@
 //! Finds what each name of a text stands for, and makes a module of its structure.
 //!
-//! What the [grammar](super::grammar) gives holds indices of tokens for names. Regions stand above
+//! What the [grammar](super::grammar) gives holds indices of tokens for names. Regions are above
 //! the functions that use them; blocks, values and labels may be used before they are defined, so a
 //! function is read twice: once for what it defines, once for what it uses.
 
@@ -90,7 +90,7 @@ fn number(tokens: &Tokens<'_>, token: u32, prefix: &str) -> u32 {
 /// A function while its names are looked up.
 struct FuncResolver<'a> {
     tokens: &'a Tokens<'a>,
-    /// What stands above the function.
+    /// What is above the function.
     module: &'a Module,
     labels: &'a mut Vec<Label>,
     /// For each number of a value in the text the value.

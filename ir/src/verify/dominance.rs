@@ -4,7 +4,7 @@
 //! block form a tree (its parent is the nearest one), which is computed by the algorithm of
 //! Cooper, Harvey and Kennedy (A Simple, Fast Dominance Algorithm): blocks are visited in reverse
 //! postorder, and the parent of each becomes the nearest common dominator of its predecessors,
-//! until nothing changes. A function has several entries; a root that is no block stands above
+//! until nothing changes. A function has several entries; a root that is not a block is above
 //! them all.
 //!
 //! The tree is then numbered so that the blocks of each subtree have consecutive numbers. A block
@@ -14,7 +14,7 @@ use super::error::Errors;
 use crate::passes::Graph;
 use crate::{Block, FuncData, PrimaryMap, Value, ValueDef};
 
-/// The root of the tree. It is no block, but the parent of all entries.
+/// The root of the tree. It is not a block, but the parent of all entries.
 const ROOT: u32 = u32::MAX;
 
 /// In place of the number of a block that control cannot reach.

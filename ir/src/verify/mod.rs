@@ -8,10 +8,10 @@
 //!
 //! # Rules
 //! The module:
-//! 1. Regions lie inside the process image and do not overlap. The local bits lie behind it.
-//! 2. A task's entry is a label of the module. Each label stands at exactly one block of one
+//! 1. Regions lie inside the process image and do not overlap. The local bits lie after it.
+//! 2. A task's entry is a label of the module. Each label is at exactly one block of one
 //!    function, and there are as many labels as [`Module::label_count`] says. In a [part](part) of
-//!    a program a label may also stand nowhere.
+//!    a program a label may also be nowhere.
 //! 3. A statement names a source file of the module, if the module holds its source files.
 //!
 //! Each function:
@@ -76,7 +76,7 @@ pub use termination::every_scan_ends;
 use crate::{FuncData, Module};
 use error::Errors;
 
-/// Checks a module and gives everything that is wrong with it.
+/// Checks a module and returns everything that is wrong with it.
 pub fn verify(module: &Module) -> Vec<VerifyError> {
     let mut errors = self::module(module);
     for (_, func) in module.funcs() {
@@ -102,7 +102,7 @@ fn whole_or_part(module: &Module, is_whole: bool) -> Vec<VerifyError> {
     errors.list
 }
 
-/// Checks one function of a module and gives everything that is wrong with it.
+/// Checks one function of a module and returns everything that is wrong with it.
 pub fn function(module: &Module, func: &FuncData) -> Vec<VerifyError> {
     let mut errors = Errors { function: Some(func.name().to_owned()), ..Errors::default() };
     if structure::check_function(func, &mut errors) {

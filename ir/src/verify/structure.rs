@@ -98,7 +98,7 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
     }
 }
 
-/// Checks that everything that a function refers to exists. Gives whether it does; only then can
+/// Checks that everything that a function refers to exists. Returns whether it does; only then can
 /// the other rules be checked.
 pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();

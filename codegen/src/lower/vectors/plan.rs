@@ -23,9 +23,9 @@ const MAX_DEPTH: u32 = 8;
 pub(super) const SHAPE_DEPTH: u32 = 3;
 /// Blocks with fewer stores than this have no rows.
 const MIN_STORES: usize = 4;
-/// If the stores of a block are no rows after so many attempts, each with fewer of them, the block has none.
+/// If the stores of a block are no rows after this many attempts, each with fewer of them, the block has none.
 const MAX_ROUNDS: usize = 4;
-/// A store moves over at most so many instructions.
+/// A store moves over at most this many instructions.
 const MAX_DISTANCE: u32 = 4000;
 
 /// A store to a fixed address.
@@ -377,7 +377,7 @@ impl Planner<'_> {
         Some(StoredRow { at: first.at, ty: first.ty, format, node: node? })
     }
 
-    /// Whether something between two positions has an effect that is no store.
+    /// Whether something between two positions has an effect that is not a store.
     pub(super) fn has_effect_between(&self, start: u32, end: u32) -> bool {
         self.effects.iter().any(|position| (start..end).contains(position))
     }

@@ -31,7 +31,7 @@ impl Vectors {
 /// How a vector holds a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Format {
-    /// So many truth values, 16 or 8, as bytes that are 0 or 1.
+    /// That many truth values, 16 or 8, as bytes that are 0 or 1.
     Truths(usize),
     /// Integers of this type, which fill the vector. Truth values in a vector of this format have the
     /// same width, and all of their bits are equal.

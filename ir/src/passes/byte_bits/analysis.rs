@@ -50,7 +50,7 @@ pub(super) struct Found {
 enum Form {
     /// It is the word as it is in the image.
     Whole(usize),
-    /// It is the word, shifted right by so many bits.
+    /// It is the word, shifted right by that many bits.
     Shifted(usize, u32),
     /// It is the word, with this bit 0.
     Without(usize, u32),

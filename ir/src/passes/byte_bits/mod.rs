@@ -46,7 +46,7 @@ use crate::{FuncData, RegionId};
 pub(super) use word::LOCAL_BITS;
 use word::{WORD_BITS, WordSet};
 
-/// Runs the pass; gives whether it changed anything. Words of `regions` have a highest byte that is 0. With
+/// Runs the pass; returns whether it changed anything. Words of `regions` have a highest byte that is 0. With
 /// `always`, bits become bytes also where that does not pay.
 pub(super) fn run(func: &mut FuncData, regions: &[RegionId], always: bool) -> bool {
     if regions.is_empty() || func.is_optimized_for_size() && !always {

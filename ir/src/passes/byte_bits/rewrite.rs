@@ -22,7 +22,7 @@ pub(super) fn rewrite(
     for &block in &graph.order {
         writer.block(flow, chosen, block);
     }
-    // Where control enters the function, bits are unpacked in a block of their own, since the block behind it may also be
+    // Where control enters the function, bits are unpacked in a block of their own, since the block after it may also be
     // reached from within.
     let mut made: Vec<(Block, Block)> = vec![];
     for index in 0..writer.func.entries.len() {

@@ -17,7 +17,7 @@
 //! Each select takes its constant if its condition holds, and else what the select before it gives. `rows`
 //! has computed the conditions as the bits of a word. So they need not be computed one by one, and
 //! one comparison shows that none of them holds, which is what mostly happens to keys and one-shots. The
-//! selects and the store of their result move behind the word.
+//! selects and the store of their result move after the word.
 
 use std::ops::Range;
 
@@ -52,8 +52,8 @@ struct Chain {
 }
 
 impl Rows<'_> {
-    /// Moves the first row of selects of a block behind the row that has their conditions; `insts` are the
-    /// block's instructions, which this puts into the block and those that are made. Gives whether there was
+    /// Moves the first row of selects of a block after the row that has their conditions; `insts` are the
+    /// block's instructions, which this puts into the block and those that are made. Returns whether there was
     /// such a row.
     pub(super) fn selects(&mut self, block: Block, mut insts: Vec<Inst>) -> bool {
         let data = self.func.block(block);
@@ -150,7 +150,7 @@ impl Rows<'_> {
         })
     }
 
-    /// The place behind all rows that a row of selects needs and behind its store; `None` if the store
+    /// The place after all rows that a row of selects needs and after its store; `None` if the store
     /// can't be moved there.
     fn place_behind(&self, chain: &Chain, insts: &[Inst]) -> Option<usize> {
         let mut behind = chain.store + 1;

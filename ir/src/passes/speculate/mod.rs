@@ -65,7 +65,7 @@ const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// exponent, and the highest bit of the fraction. The other bits are sign-extended to get the integer.
 const UPPER_BITS: i64 = 13;
 
-/// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
+/// Runs the pass; returns whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let is_faster_on_integers =
         |inst: &InstData| inst.integer_form().is_some_and(|form| form != IntegerForm::Range);
@@ -151,7 +151,7 @@ impl Speculate<'_> {
     }
 
     /// Examines a statement. `end` is the place after it among the instructions of its block, and `after` are those
-    /// that stand there.
+    /// that are there.
     fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut OutputTail) {
         let is_last = after.is_empty();
         let taken = self.whole_statement(insts, after, end, rest).unwrap_or(0);

@@ -56,7 +56,7 @@ pub(super) struct Mark {
     assumed: Option<FloatRange>,
     /// Whether it depends on a load that may be checked.
     depends: bool,
-    /// Whether an operation that is_faster_on_integers by integers needs it to be one.
+    /// Whether an operation that is faster on integers needs it to be one.
     needed: bool,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Plan {
     pub(super) before: Vec<Inst>,
     /// Those that are written twice.
     pub(super) twice: Vec<Inst>,
-    /// How many instructions of the statement stand in `before` and `twice`. Those behind them follow
+    /// How many instructions of the statement are in `before` and `twice`. Those after them follow
     /// the copies.
     pub(super) end: usize,
 }
@@ -115,8 +115,8 @@ impl Speculate<'_> {
         let mut same: Vec<(Value, Value)> = vec![];
         // The first instruction that writes to the image.
         let mut first_write = insts.len();
-        // The last operation that is_faster_on_integers, and the first call that stays although the loads are integers:
-        // nothing behind that is written twice.
+        // The last operation that is faster on integers, and the first call that stays although the loads are integers:
+        // nothing after that is written twice.
         let (mut gain, mut barrier) = (None, insts.len());
         let mut replaced = vec![];
         let mut single_checks = 0;

@@ -18,7 +18,7 @@
 //! what they have found is known there: a variable that was checked or that got an integer holds an integer
 //! until something else is stored in it, and is not checked again ([`KnownInteger`]).
 //!
-//! A row is made of statements that stand one behind the other in a block, of which
+//! A row is made of statements that stand one after the other in a block, of which
 //! [`statement`](super::statement) has written each as a whole twice.
 
 use super::super::float_range::FloatRange;
@@ -43,7 +43,7 @@ pub(super) struct Row {
     cold: Block,
     /// The empty block, without parameters, that gets what follows the row.
     join: Block,
-    /// What is known in the specialised code behind the last statement.
+    /// What is known in the specialised code after the last statement.
     pub(super) known: Vec<KnownInteger>,
 }
 
@@ -65,8 +65,8 @@ impl Speculate<'_> {
         self.is_closed(insts, end).then_some(row)
     }
 
-    /// Whether the statement behind a statement could go on a row that begins with it, and is_faster_on_integers by what its check finds: it
-    /// loads a variable that is checked there, or that gets an integer. `after` are the instructions behind the statement.
+    /// Whether the statement after a statement could go on a row that begins with it, and gains by what its check finds: it
+    /// loads a variable that is checked there, or that gets an integer. `after` are the instructions after the statement.
     pub(super) fn serves_next(&self, insts: &[Inst], after: &[Inst], checks: &Checks<'_>) -> bool {
         let Some(&first) = after.first() else { return false };
         let loc = self.func.loc(first);
@@ -98,7 +98,7 @@ impl Speculate<'_> {
         is_closed
     }
 
-    /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block behind
+    /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block after
     /// it. `copied` are the statement's instructions as they were; `copies` are their results, each with the value that
     /// has its place in the specialised code.
     pub(super) fn add_to_row(
@@ -118,7 +118,7 @@ impl Speculate<'_> {
         self.func.blocks[row.cold].terminator = Some(Terminator::Jump(BlockCall::plain(cold)));
     }
 
-    /// What is known behind the specialised code of a statement.
+    /// What is known after the specialised code of a statement.
     fn known_behind(
         &self,
         mut known: Vec<KnownInteger>,

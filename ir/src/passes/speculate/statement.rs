@@ -39,7 +39,7 @@ use crate::{
 const MAX_CHECKS: usize = 8;
 
 /// If there are no more instructions than this from the first effect of a statement on, both copies contain
-/// them. Otherwise they stand once, after the copies.
+/// them. Otherwise they are once, after the copies.
 const MAX_COPIED_FROM_EFFECT: usize = 2;
 
 /// The operands of an operation are followed back through this many instructions to the loads that
@@ -73,7 +73,7 @@ impl Speculate<'_> {
     /// Speculates on a statement that needs at least two checks, whose check serves several operations or the next
     /// statement, or that continues a row of such statements.
     /// `insts` are the instructions of the statement, `end` is the place after them among those of the block, and
-    /// `after` are those that stand there. Gives how many of the instructions were copied; `None` if nothing was done.
+    /// `after` are those that are there. Returns how many of the instructions were copied; `None` if nothing was done.
     pub(super) fn whole_statement(
         &mut self,
         insts: &[Inst],

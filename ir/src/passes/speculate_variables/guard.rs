@@ -20,7 +20,7 @@ pub(super) fn add_guard(
     slow: Block,
     fast: Block,
 ) -> Block {
-    // The checks stand in no block yet, so these are the uses in the copy.
+    // The checks are in no block yet, so these are the uses in the copy.
     let counts = func.use_counts();
     let mut next = fast;
     for check in checks.into_iter().rev() {

@@ -19,7 +19,7 @@
 //! was stored since, takes its place, as a parameter of a block where control flow joins. So the pass
 //! [`integers`](super::integers) makes integer arithmetic of the whole copy. Every store stays in its place.
 //! What the copy computes does not depend on what a variable holds later: where integers are not known, as
-//! behind a store to a computed place, it loads the variable again, and `speculate` checks it there.
+//! after a store to a computed place, it loads the variable again, and `speculate` checks it there.
 //!
 //! The function must have a single entry, no loop, and no call of a host function that is not pure outside of
 //! cold blocks. The number of loads that need no check any more must be at least
@@ -53,7 +53,7 @@ const GAINING_PER_OTHER: usize = 8;
 /// No more variables than this are checked.
 const MAX_VARIABLES: usize = 64;
 
-/// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
+/// Runs the pass; returns whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let &[(label, entry)] = func.entries() else { return false };
     let graph = Graph::new(func);
