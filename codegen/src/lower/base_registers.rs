@@ -5,18 +5,13 @@
 //! distance does not. So the parts of the image that a function accesses most get base registers of
 //! their own, besides the one for the beginning of the image.
 
+use plcc_ir::passes::thresholds::base_registers::{
+    MAX_BASES, MAX_BASES_WITH_LOCAL_BITS, MIN_ACCESSES,
+};
 use plcc_ir::{FuncData, InstData, Module};
 
 /// The bytes that a distance of one signed byte reaches: 128 before the base to 127 after it.
 const REACH: u32 = 256;
-/// The largest number of bases, since each takes a register.
-const MAX_BASES: usize = 2;
-/// The largest number of bases in a function with local bits, which seldom accesses the image itself.
-const MAX_BASES_WITH_LOCAL_BITS: usize = 3;
-/// The number of accesses from which on a base is worth its register and the instructions that
-/// compute it.
-const MIN_ACCESSES: usize = 24;
-
 /// The offsets in the image, or of local bits after it, that a function's base registers best hold.
 /// A function with local bits always has a base for them. Any other base is for a part of the image that is
 /// accessed often enough, and only x86-64 has such bases.

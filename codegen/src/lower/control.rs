@@ -7,17 +7,10 @@ use cranelift_codegen::ir::{
     Value as ClifValue, types,
 };
 use plcc_abi::{RawOutcome, ScanContext, TrapCode};
+use plcc_ir::passes::thresholds::entries::{MAX_ENTRIES_PER_LABEL, MAX_SEARCHED_LABELS};
 use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering};
-
-/// A function is entered by a jump table if for each label there are at most this many entries;
-/// otherwise a search takes less code.
-const MAX_ENTRIES_PER_LABEL: u32 = 8;
-
-/// A function with no more labels than this is always entered by a search: one comparison and a branch for
-/// two labels, two for four. A jump table takes eight instructions.
-const MAX_SEARCHED_LABELS: usize = 4;
 
 /// Bits with lower numbers can be tested by one instruction where they are in their word: its
 /// constant is sign-extended from 32 bits.

@@ -8,15 +8,12 @@
 
 use cranelift_codegen::ir::{Value as ClifValue, types};
 use cranelift_frontend::{FunctionBuilder, Variable};
+use plcc_ir::passes::thresholds::double_constants::{MAX_CONSTANTS, MIN_USES};
 use plcc_ir::{FuncData, InstData, Value};
 
 use super::Lowering;
 use crate::CodegenOptions;
 
-/// The largest number of constants, of 16 registers for doubles.
-const MAX_CONSTANTS: usize = 6;
-/// The number of uses from which on a constant is worth its register and being loaded where the function is entered.
-const MIN_USES: u32 = 6;
 /// The uses of no more constants than this are counted, so that the search takes linear time.
 const MAX_COUNTED: usize = 64;
 

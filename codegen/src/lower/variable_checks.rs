@@ -22,6 +22,7 @@ use cranelift_codegen::ir::{
     Endianness, InstBuilder, MemFlagsData, StackSlot, StackSlotData, StackSlotKind,
     Value as ClifValue, types,
 };
+use plcc_ir::passes::thresholds::variable_checks::MIN_CHECKS;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
     Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, PrimaryMap, SecondaryMap,
@@ -32,8 +33,6 @@ use super::memory::flags;
 use super::{LowerResult, Lowering};
 use crate::CodegenOptions;
 
-/// The number of checks from which on they are made in vectors.
-const MIN_CHECKS: usize = 4;
 /// The number of instructions of a check.
 const CHECK: usize = 4;
 /// The bytes of a double.

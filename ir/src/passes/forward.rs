@@ -23,14 +23,8 @@
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
+use super::thresholds::forward::{FORWARDING_WINDOW, FORWARDING_WINDOW_OF_NUMBERS};
 use crate::{Address, Block, ConvertOp, FuncData, InstData, PrimaryMap, StatementId, Type, Value};
-
-/// The forwarding window: a value is forwarded in this many statements after the one in which it
-/// was stored or loaded.
-pub(super) const FORWARDING_WINDOW: u32 = 8;
-
-/// The same for numbers of up to 32 bits. (In NCT each operation counts as a statement.)
-const FORWARDING_WINDOW_OF_NUMBERS: u32 = 64;
 
 /// A block passes on no more facts than this to the blocks of which it is the sole predecessor.
 const MAX_PASSED_ON: usize = 64;

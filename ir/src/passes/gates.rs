@@ -20,6 +20,7 @@
 //! depends on the order of operands. It must keep the number of loads as it is, and where they stand.
 
 use super::graph::Graph;
+use super::thresholds::gates::{LOAD, NOT, OPERATION, OPERATION_WITH_LOAD};
 use crate::{
     BinaryOp, Block, FuncData, Inst, InstData, PrimaryMap, StatementId, Type, UnaryOp, Value,
 };
@@ -27,15 +28,6 @@ use crate::{
 /// Gates are rearranged together with the gates that are their inputs, and with the inputs of those, down
 /// to this depth; what is deeper is rearranged by itself.
 const MAX_DEPTH: usize = 32;
-
-/// The cost of an operation on two registers.
-const OPERATION: u32 = 2;
-/// The cost of an operation with a byte of the image.
-const OPERATION_WITH_LOAD: u32 = 3;
-/// The cost of a load.
-const LOAD: u32 = 4;
-/// The cost of a NOT.
-const NOT: u32 = 3;
 
 /// A gate, or an input of gates that is not a gate.
 struct Node {

@@ -21,19 +21,11 @@
 
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
+use super::thresholds::if_convert::{MAX_COST, SAVED_BY_COMMON_STORE, STORE_COST};
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData,
     PrimaryMap, Terminator, Type, UnaryOp, Value,
 };
-
-/// The instructions of both ways may cost no more than this together, in cycles, roughly. It is
-/// about half of what a wrongly predicted branch costs.
-const MAX_COST: u32 = 8;
-/// The cost of a store, with the load of the value that it writes back if its way is not taken.
-const STORE_COST: u32 = 3;
-/// Ways that end with stores to the same place may cost this much more: only one of the two stores is left,
-/// and neither needs a load and a select.
-const SAVED_BY_COMMON_STORE: u32 = STORE_COST + 2;
 
 /// One way of a branch: through a block of its own, or straight to the block where the ways meet.
 struct Arm {

@@ -25,15 +25,13 @@ use std::collections::VecDeque;
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::insert::Insert;
+use super::thresholds::rows::MIN_LANES;
 use super::value_range::{ValueRanges, mask};
 use crate::tables::FastSet;
 use crate::{
     Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, PrimaryMap, SecondaryMap,
     StatementId, Type, UnaryOp, Value,
 };
-
-/// Words with fewer lanes than this stay as they are.
-const MIN_LANES: usize = 4;
 
 /// Words that are joined of more parts than this stay as they are.
 const MAX_PARTS: usize = 256;

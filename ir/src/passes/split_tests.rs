@@ -23,14 +23,13 @@ use std::iter::repeat_n;
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
+use super::thresholds::split_tests::MIN_TESTS;
 use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
     PrimaryMap, StatementId, Terminator, Type, Value,
 };
 
-/// Rows of fewer conditions stay as they are.
-const MIN_TESTS: usize = 5;
 /// A block with more instructions than this does not become part of the one before it.
 const MAX_JOINED: usize = 16;
 /// How many operands an AND may have.

@@ -22,20 +22,14 @@
 
 use super::graph::Graph;
 use super::insert::{Cursor, Insert};
+use super::thresholds::switches::{
+    MAX_EXTRA_ENTRIES, MIN_TESTS, MIN_TESTS_OF_DOUBLES, START_AT_ZERO_BELOW,
+};
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond,
     Terminator, Type, Value,
 };
 
-/// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
-/// through a table badly.
-const MIN_TESTS: usize = 5;
-/// The same for doubles, whose conversion takes as long as some comparisons.
-const MIN_TESTS_OF_DOUBLES: usize = 8;
-/// The table of a switch has at most four entries for each comparison, and this many more.
-const MAX_EXTRA_ENTRIES: u64 = 8;
-/// If the least constant is below this, the table begins at 0, which saves a subtraction.
-const START_AT_ZERO_BELOW: u64 = 4;
 /// A block between two comparisons may have no more instructions than this, nor one that is compared with others.
 const MAX_INSTS: usize = 5;
 /// Each target is compared with this many others at most.

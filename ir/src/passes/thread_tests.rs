@@ -33,6 +33,7 @@ use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use super::split_tests;
 use super::switches::compared_field;
+use super::thresholds::thread_tests::{MAX_BLOCKS, MAX_COPIED, MAX_WAYS};
 use crate::{
     Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, PrimaryMap, Terminator,
     Type, Value, eval,
@@ -40,13 +41,6 @@ use crate::{
 
 /// How many tests one edge skips at most in one run of the pass.
 const MAX_SKIPPED: usize = 256;
-/// How many blocks are searched at most for the value of a variable.
-const MAX_BLOCKS: usize = 12;
-/// A block where ways meet is copied if it has no more instructions than this.
-const MAX_COPIED: usize = 4;
-/// A block where more ways meet than this is not copied.
-const MAX_WAYS: usize = 8;
-
 /// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
 /// before it is compared (0 unless a field of a word is compared; see [`compared_field`]).
 type Variable = (Address, Type, u32);

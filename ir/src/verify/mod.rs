@@ -10,7 +10,7 @@
 //! The module:
 //! 1. Regions lie inside the process image and do not overlap. The local bits lie after it.
 //! 2. A task's entry is a label of the module. Each label is at exactly one block of one
-//!    function, and there are as many labels as [`Module::label_count`] says. In a [part](part) of
+//!    function, and there are as many labels as [`Module::label_count`] says. In a [`part`] of
 //!    a program a label may also be nowhere.
 //! 3. A statement names a source file of the module, if the module holds its source files.
 //!

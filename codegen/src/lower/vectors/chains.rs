@@ -1,13 +1,12 @@
 //! Finds rows of selects that choose a number by the last truth value of a row that is 1 ([`Chain`]).
 
+use plcc_ir::passes::thresholds::vectors::MIN_CHAIN;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{Inst, InstData, Type, Value};
 
 use super::plan::{Planner, Window};
 use super::row::{Chain, Format, StoredRow};
 
-/// How many consecutive selects become one choice: at least and at most.
-const MIN_CHAIN: usize = 8;
 const MAX_CHAIN: usize = 32;
 
 impl Planner<'_> {

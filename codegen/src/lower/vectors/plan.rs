@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use plcc_ir::passes::thresholds::vectors::MIN_STORES;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
     Address, Block, FuncData, Inst, InstData, Module, PrimaryMap, SecondaryMap, Type, Value,
@@ -21,8 +22,6 @@ use super::row::{Chain, Format, Node, StoredRow, Vectors};
 const MAX_DEPTH: u32 = 8;
 /// Whether stores may be lanes of one row is first decided by operations to this depth.
 pub(super) const SHAPE_DEPTH: u32 = 3;
-/// Blocks with fewer stores than this have no rows.
-const MIN_STORES: usize = 4;
 /// If the stores of a block are no rows after this many attempts, each with fewer of them, the block has none.
 const MAX_ROUNDS: usize = 4;
 /// A store moves over at most this many instructions.

@@ -9,16 +9,12 @@
 //! A word that is used in any other way is refused.
 
 use super::super::graph::Graph;
+use super::super::thresholds::byte_bits::{SAVED_BY_READ, SAVED_BY_WRITE};
 use super::word::{MAX_WORDS, WORD_BITS, Word};
 use crate::tables::{FastMap, FastSet};
 use crate::{
     Address, BinaryOp, Block, FuncData, Inst, InstData, PrimaryMap, RegionId, Type, Value,
 };
-
-/// What a read of a bit saves, in instructions: a shift, and a load that becomes an operand.
-const SAVED_BY_READ: u32 = 2;
-/// What a write of a bit saves, in instructions: the load of the word, two masks and an OR. The shift may remain.
-const SAVED_BY_WRITE: u32 = 4;
 
 /// An access of one bit of a word. It is entered for the instruction in whose place an access of a byte comes.
 #[derive(Clone, Copy, Debug)]

@@ -1,22 +1,10 @@
 //! Where bits have to be unpacked and packed, and for which words that pays.
 
 use super::super::graph::Graph;
+use super::super::thresholds::byte_bits::{COLD, MIN_SAVED, PACK_GROUP, STATE, UNPACK_GROUP};
 use super::analysis::{Access, Found};
 use super::word::{Word, WordSet};
 use crate::{Block, FuncData, Inst, InstData, IntCond, PrimaryMap, Terminator};
-
-/// What it costs to unpack a group of eight bits, in instructions.
-const UNPACK_GROUP: u32 = 6;
-/// What it costs to pack a group of eight bits, in instructions.
-const PACK_GROUP: u32 = 4;
-/// How many instructions must be saved in one execution of the function: what is packed was stored just before, and
-/// what is unpacked is loaded soon after, so the processor waits for both. Of state machines, for instance,
-/// only one state's code is executed in each scan.
-const MIN_SAVED: f32 = 300.0;
-/// How often the branch of one state is taken, of a machine that has several.
-const STATE: f32 = 0.1;
-/// How often a cold block is executed when the block before it is.
-const COLD: f32 = 0.01;
 
 /// Whether a block ends with a branch that tests whether a number, of which there are more than two, is a constant.
 fn tests_a_state(func: &FuncData, block: Block) -> bool {

@@ -13,11 +13,9 @@
 use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
+use super::super::thresholds::speculate::MAX_CHECKED;
 use super::Speculate;
 use crate::{BinaryOp, ConvertOp, Inst, InstData, Type, UnaryOp, Value};
-
-/// A statement speculates on no more loads than this: each costs an integrality check.
-pub(super) const MAX_CHECKED: usize = 6;
 
 /// In statements of more instructions than this only single operands are checked, so that the pass
 /// takes time in proportion to the length of a function.

@@ -26,6 +26,7 @@ use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
 use super::super::insert::Insert;
+use super::super::thresholds::speculate::{MAX_CHECKS, MAX_COPIED_FROM_EFFECT};
 use super::checks::{Checks, KnownInteger};
 use super::plan::{Check, MAX_STATEMENT};
 use super::row::Row;
@@ -34,13 +35,6 @@ use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
 };
-
-/// A statement may have at most this many checks.
-const MAX_CHECKS: usize = 8;
-
-/// If there are no more instructions than this from the first effect of a statement on, both copies contain
-/// them. Otherwise they are once, after the copies.
-const MAX_COPIED_FROM_EFFECT: usize = 2;
 
 /// The operands of an operation are followed back through this many instructions to the loads that
 /// they are computed from.

@@ -35,20 +35,10 @@ use operations::{is_faster_on_integers, keeps_integers};
 
 use super::float_range::FloatRanges;
 use super::graph::Graph;
+use super::thresholds::speculate_variables::{GAINING_PER_OTHER, LOADS_PER_VARIABLE, MIN_LOADS};
 use super::value_range::ValueRanges;
 use crate::tables::FastMap;
 use crate::{Address, Block, FuncData, Inst, InstData, PrimaryMap, RegionId, StatementId};
-
-/// The checked variables must be loaded at least this often on average: otherwise checking each costs more than it
-/// saves.
-const LOADS_PER_VARIABLE: usize = 2;
-
-/// The least number of loads for which the code is copied.
-const MIN_LOADS: usize = 24;
-
-/// For each operand that must still be checked in the copy, there must be at least this many operations that gain
-/// by integers: after a check that may fail, a result is not known to be an integer any more.
-const GAINING_PER_OTHER: usize = 8;
 
 /// No more variables than this are checked.
 const MAX_VARIABLES: usize = 64;
