@@ -39,12 +39,15 @@ use plcc_diag::{Diagnostic, FileId};
 use crate::common::{Evaluate, EvaluationError, Expression, Value};
 use crate::pmi::{
     Program,
-    analyse::{
-        expression::{Parser, Until},
-        names::Names,
-    },
+    analyse::{expression::ExpressionCheck, names::Names},
     ast::{Binary, Op, SymbolId},
-    read::{cursor::Cursor, diagnostic, lexer::lex, statements::Statement},
+    read::{
+        cursor::Cursor,
+        diagnostic,
+        expression::{ExpressionReader, Until},
+        lexer::lex,
+        split::Extent,
+    },
 };
 
 /// The table of a program's names, which is made for the first expression. A debugger reads one for each of very many
@@ -62,20 +65,22 @@ impl Program {
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         let mut tokens = vec![];
         lex(text, 0, end, self.limits, &mut tokens);
-        let statement = Statement { file: FileId(0), start: 0, end, open: false };
+        let statement = Extent { file: FileId(0), start: 0, end, open: false };
         let mut cursor = Cursor::new(text, &tokens, statement);
         let table = self.names.0.get_or_init(|| Mutex::new(Names::of(&self.checked.symbols)));
         let mut names = table.lock().unwrap_or_else(PoisonError::into_inner);
         names.renew_suggestions();
         let mut ops = vec![];
-        let parsed = Parser::new(&mut cursor, &mut names, &mut ops, self.limits).parse(Until::End);
-        let parsed = parsed.map_err(|mut problem| {
+        let mut parts = vec![];
+        let mut read = ExpressionReader::new(&mut cursor, &mut parts, self.limits).read(Until::End);
+        let check = ExpressionCheck::new(&cursor, &mut names, &mut ops);
+        let checked = check.check(&mut read, &parts, None).map_err(|mut problem| {
             let help = diagnostic::default_help(problem.code).map(Into::into);
             problem.help = problem.help.or(help);
             vec![*problem]
         })?;
         let mut evaluator =
-            Evaluator { is_logical: parsed.ty == Some(Type::Logical), codes: vec![] };
+            Evaluator { is_logical: checked.ty == Some(Type::Logical), codes: vec![] };
         let mut variables: Vec<String> = vec![];
         for op in ops {
             let code = self.code(op, &mut variables).ok_or_else(|| {

@@ -6,13 +6,17 @@ use plcc_diag::{Diagnostic, Span};
 use crate::common::Limits;
 use crate::pmi::{
     analyse::{
-        expression::{Index, Parser, Until},
+        expression::{CheckedExpression, ExpressionCheck, Index},
         lookup::resolve,
-        names::{Names, RESERVED},
-        specification_section::{HelpIfNone, Result},
+        names::Names,
     },
     ast::{Action, Checked, Meaning, Step, SymbolId, Target},
-    read::{cursor::Cursor, diagnostic::error, token::Kind},
+    read::{
+        cursor::Cursor,
+        diagnostic::{Result, error},
+        syntax::{Expression, Logic, LogicForm, Part},
+        token::{RESERVED, Token},
+    },
 };
 
 /// How deep IFs may nest for the original compiler (PMI 3.3.3).
@@ -36,6 +40,8 @@ struct OpenIf {
 pub(crate) struct ExecutionSection<'a> {
     names: &'a mut Names,
     checked: &'a mut Checked,
+    /// The parts of all expressions.
+    parts: &'a [Part],
     limits: Limits,
     open_ifs: Vec<OpenIf>,
     gotos: u32,
@@ -43,36 +49,28 @@ pub(crate) struct ExecutionSection<'a> {
     jumps: Vec<(usize, SymbolId)>,
 }
 
-/// The keyword that the next token is, if it is one that begins a statement.
-fn keyword<'c>(cursor: &Cursor<'c>) -> Option<&'c str> {
-    let token = cursor.token().filter(|token| token.kind == Kind::Name)?;
-    let word = cursor.slice(token);
-    matches!(word, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO").then_some(word)
-}
-
 /// Declares the labels in front of a statement, and as a LOGICAL the variable that it assigns. This
 /// is done for all statements before any is checked.
-pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
-    while cursor.kind() == Some(Kind::Name) && cursor.second_kind() == Some(Kind::Colon) {
-        if let Some((name, span)) = cursor.name()
-            && !RESERVED.contains(&name)
-        {
-            let _ = names.declare(name, span, Type::Logical, None, Meaning::Label(None));
+pub(crate) fn declare(names: &mut Names, cursor: &Cursor<'_>, logic: &Logic) {
+    let labels = logic.labels.iter().map(|label| (label, Meaning::Label(None)));
+    let assigned = logic.assigned.iter().map(|name| (name, Meaning::Variable));
+    for (token, meaning) in labels.chain(assigned) {
+        let name = cursor.slice(*token);
+        if !RESERVED.contains(&name) {
+            let _ = names.declare(name, cursor.span_of(*token), Type::Logical, None, meaning);
         }
-        cursor.at += 1;
-    }
-    if cursor.kind() == Some(Kind::Name)
-        && cursor.second_kind() == Some(Kind::Eq)
-        && let Some((name, span)) = cursor.name()
-        && !RESERVED.contains(&name)
-    {
-        let _ = names.declare(name, span, Type::Logical, None, Meaning::Variable);
     }
 }
 
 impl<'a> ExecutionSection<'a> {
-    pub(crate) fn new(names: &'a mut Names, checked: &'a mut Checked, limits: Limits) -> Self {
-        Self { names, checked, limits, open_ifs: vec![], gotos: 0, jumps: vec![] }
+    pub(crate) fn new(
+        names: &'a mut Names,
+        checked: &'a mut Checked,
+        parts: &'a [Part],
+        limits: Limits,
+    ) -> Self {
+        let (open_ifs, jumps) = (vec![], vec![]);
+        Self { names, checked, parts, limits, open_ifs, gotos: 0, jumps }
     }
 
     /// The index of the step that is added next.
@@ -80,33 +78,46 @@ impl<'a> ExecutionSection<'a> {
         self.checked.steps.len() as u32
     }
 
-    /// Adds a step and gives its index.
+    /// Adds a step and returns its index.
     fn step(&mut self, action: Action, span: Span) -> usize {
         self.checked.steps.push(Step { action, span, line: 0 });
         self.checked.steps.len() - 1
     }
 
-    /// Reads one statement.
-    pub(crate) fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let label = self.label(cursor);
-        let statement = match keyword(cursor) {
-            Some("IF") => self.begin_if(cursor),
-            Some("ELSEIF") => self.else_if(cursor),
-            Some("ELSE") => self.else_(cursor),
-            Some("ENDIF") => self.end_if(cursor),
-            Some("GOTO") => self.goto(cursor),
-            _ => self.statement_without_keyword(cursor),
+    /// Checks one statement.
+    pub(crate) fn statement(
+        &mut self,
+        cursor: &Cursor<'_>,
+        logic: &mut Logic,
+        error: Option<Box<Diagnostic>>,
+    ) -> Result {
+        let label = logic.labels.first().map_or(Ok(()), |label| self.label(cursor, *label));
+        let form = match error {
+            None => Ok(()),
+            Some(error) => Err(error),
+        };
+        let statement = match &mut logic.form {
+            LogicForm::Assignment { name, index, value } => {
+                self.assignment(cursor, *name, index, value, form)
+            }
+            LogicForm::If { word, condition } => self.begin_if(cursor, *word, condition, form),
+            LogicForm::ElseIf { word, condition } => self.else_if(cursor, *word, condition, form),
+            LogicForm::Else { word, is_else_if } => self.else_(cursor, *word, *is_else_if, form),
+            LogicForm::EndIf { word } => self.end_if(cursor, *word, form),
+            LogicForm::Goto { word, label } => self.goto(cursor, *word, *label, form),
+            LogicForm::Other { ends_if } => {
+                if *ends_if {
+                    self.open_ifs.pop();
+                }
+                form
+            }
         };
         label.and(statement)
     }
 
     /// The label in front of a statement.
-    fn label(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        if cursor.kind() != Some(Kind::Name) || cursor.second_kind() != Some(Kind::Colon) {
-            return Ok(());
-        }
-        let Some((name, span)) = cursor.name() else { return Ok(()) };
-        cursor.at += 1;
+    fn label(&mut self, cursor: &Cursor<'_>, label: Token) -> Result {
+        let (name, span) = (cursor.slice(label), cursor.span_of(label));
         if RESERVED.contains(&name) {
             return Err(error(10, span, format!("{name} is a reserved word"))
                 .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be labels")
@@ -132,45 +143,27 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
-    /// An assignment, or the error of what begins no statement.
-    fn statement_without_keyword(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        match cursor.kind() {
-            None => Ok(()),
-            Some(Kind::Directive) => {
-                let what = format!("{} stands after $END", cursor.found());
-                Err(cursor
-                    .error_here(1, what)
-                    .help_if_none(
-                        "directives belong in front of $END; only $INCLUDE may stand here",
-                    )
-                    .into())
-            }
-            Some(Kind::Name | Kind::Executive) => self.assignment(cursor),
-            Some(_) => {
-                let what = format!("a name is expected, not {}", cursor.found());
-                Err(cursor
-                    .error_here(9, what)
-                    .help_if_none(
-                        "a statement is an assignment, an IF, ELSEIF, ELSE, ENDIF or a GOTO",
-                    )
-                    .into())
-            }
-        }
+    /// Checks an expression of the statement at `cursor`. `target` is as in
+    /// [`ExpressionCheck::check`].
+    fn expression(
+        &mut self,
+        cursor: &Cursor<'_>,
+        expression: &mut Expression,
+        target: Option<SymbolId>,
+    ) -> Result<CheckedExpression> {
+        ExpressionCheck::new(cursor, self.names, &mut self.checked.ops)
+            .check(expression, self.parts, target)
     }
 
-    /// The parser of an expression at the cursor.
-    fn parser<'s, 'c>(&'s mut self, cursor: &'s mut Cursor<'c>) -> Parser<'s, 'c> {
-        Parser::new(cursor, self.names, &mut self.checked.ops, self.limits)
-    }
-
-    fn assignment(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let Some(token) = cursor.token() else { return Ok(()) };
-        let (name, span) = (cursor.slice(token), cursor.span_of(token));
-        let next = cursor.second_kind();
-        let indexed = next == Some(Kind::LBracket);
-        if !indexed && next != Some(Kind::Eq) {
-            return self.no_assignment(cursor, name);
-        }
+    fn assignment(
+        &mut self,
+        cursor: &Cursor<'_>,
+        name: Token,
+        index: &mut Option<Expression>,
+        value: &mut Option<Expression>,
+        form: Result,
+    ) -> Result {
+        let (name, span) = (cursor.slice(name), cursor.span_of(name));
         if matches!(name, "T" | "F") {
             return Err(error(41, span, format!("{name} is a constant"))
                 .help("assign to a variable; T and F are true and false")
@@ -182,29 +175,24 @@ impl<'a> ExecutionSection<'a> {
                 .help("give one of the two another name")
                 .into());
         }
-        let symbol = resolve(self.names, name, span, indexed)?;
+        let symbol = resolve(self.names, name, span, index.is_some())?;
         if let Some(id) = symbol {
             self.check_writable(id, span)?;
         }
-        cursor.at += 1;
-        let target = if indexed {
-            cursor.at += 1;
-            // The index of an array that is not known is parsed too: it may have errors of its own.
-            let array = symbol.unwrap_or(SymbolId(u32::MAX));
-            let index = self.parser(cursor).parse(Until::Index(array))?;
-            if cursor.kind() != Some(Kind::Eq) {
-                let what = format!("`=` is expected, not {}", cursor.found());
-                return Err(cursor.error_here(11, what).into());
+        // The index of an array that is not known is checked too: it may have errors of its own.
+        let symbol = symbol.unwrap_or(SymbolId(u32::MAX));
+        let target = match index {
+            Some(index) => {
+                let index = self.expression(cursor, index, Some(symbol))?;
+                match index.index {
+                    Index::At(at) => Target::At(symbol, at),
+                    Index::Computed => Target::Element(symbol, index.ops),
+                }
             }
-            match index.index {
-                Index::At(at) => Target::At(array, at),
-                Index::Computed => Target::Element(array, index.ops),
-            }
-        } else {
-            Target::Scalar(symbol.unwrap_or(SymbolId(u32::MAX)))
+            None => Target::Scalar(symbol),
         };
-        cursor.at += 1;
-        let value = self.parser(cursor).parse(Until::End)?.ops;
+        let Some(value) = value else { return form };
+        let value = self.expression(cursor, value, None)?.ops;
         self.step(Action::Assign { target, value }, cursor.statement_span());
         Ok(())
     }
@@ -213,30 +201,6 @@ impl<'a> ExecutionSection<'a> {
     fn label_named(&self, name: &str) -> Option<Span> {
         let symbol = self.names.find(name).and_then(|id| self.names.get(id))?;
         matches!(symbol.meaning, Meaning::Label(_)).then_some(symbol.declared).flatten()
-    }
-
-    /// The error of a name after which neither `=` nor `[` stands.
-    fn no_assignment(&mut self, cursor: &mut Cursor<'_>, name: &str) -> Result {
-        let written = cursor
-            .token()
-            .and_then(|first| cursor.text.get(first.start as usize..cursor.statement.end as usize));
-        let mut words = written.unwrap_or("").trim_end_matches(';').split_whitespace();
-        if matches!(
-            [words.next(), words.next(), words.next()],
-            [Some("END_IF"), None, None] | [Some("END"), Some("IF"), None]
-        ) {
-            // It was meant to end its IF, of which nobody needs to be told that it has no ENDIF.
-            self.open_ifs.pop();
-        }
-        cursor.at += 1;
-        let help = match (name, keyword(cursor)) {
-            ("END", Some("IF")) => "write ENDIF as one word",
-            ("ELSE", Some("IF")) => "write ELSEIF as one word",
-            ("GO", _) => "write GOTO as one word",
-            _ => "an assignment is written name = expression",
-        };
-        let what = format!("`=` is expected after {name}, not {}", cursor.found());
-        Err(cursor.error_here(11, what).help_if_none(help).into())
     }
 
     /// Refuses an assignment to what the program can only read.
@@ -272,33 +236,31 @@ impl<'a> ExecutionSection<'a> {
             .into())
     }
 
-    /// `(condition)` and nothing after it.
-    fn condition(&mut self, cursor: &mut Cursor<'_>, word: &str) -> Result<crate::pmi::ast::Ops> {
-        if !cursor.eat(Kind::LParen) {
-            let what = format!("`(` is expected after {word}, not {}", cursor.found());
-            return Err(cursor
-                .error_here(11, what)
-                .help_if_none(format!("write {word}(condition)"))
-                .into());
+    /// Adds the step of an IF or ELSEIF.
+    fn condition(
+        &mut self,
+        cursor: &Cursor<'_>,
+        condition: &mut Option<Expression>,
+        form: Result,
+    ) -> Result {
+        let Some(condition) = condition else { return form };
+        let condition = self.expression(cursor, condition, None)?.ops;
+        form?;
+        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
+        if let Some(open_if) = self.open_ifs.last_mut() {
+            open_if.condition = Some(step);
         }
-        let parsed = self.parser(cursor).parse(Until::Condition)?;
-        if cursor.kind() == Some(Kind::RParen) {
-            return Err(error(32, cursor.span(), "`)` has no `(`")
-                .help("remove it, or open it further left")
-                .into());
-        }
-        if cursor.kind().is_some() {
-            let what = format!("{} stands after the condition", cursor.found());
-            let help = "put the whole condition in one pair of parentheses, and statements in \
-                        lines of their own";
-            return Err(cursor.error_here(5, what).help_if_none(help).into());
-        }
-        Ok(parsed.ops)
+        Ok(())
     }
 
-    fn begin_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.span();
-        cursor.at += 1;
+    fn begin_if(
+        &mut self,
+        cursor: &Cursor<'_>,
+        word: Token,
+        condition: &mut Option<Expression>,
+        form: Result,
+    ) -> Result {
+        let word = cursor.span_of(word);
         self.open_ifs.push(OpenIf {
             span: word,
             condition: None,
@@ -312,12 +274,7 @@ impl<'a> ExecutionSection<'a> {
                 .help("combine conditions with &, or leave earlier with a GOTO")
                 .into());
         }
-        let condition = self.condition(cursor, "IF")?;
-        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
-        if let Some(open_if) = self.open_ifs.last_mut() {
-            open_if.condition = Some(step);
-        }
-        Ok(())
+        self.condition(cursor, condition, form)
     }
 
     /// Ends a body of an IF: adds the jump to the ENDIF. If the body's condition was false,
@@ -352,39 +309,42 @@ impl<'a> ExecutionSection<'a> {
         Err(problem.into())
     }
 
-    fn else_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.span();
-        cursor.at += 1;
+    fn else_if(
+        &mut self,
+        cursor: &Cursor<'_>,
+        word: Token,
+        condition: &mut Option<Expression>,
+        form: Result,
+    ) -> Result {
+        let word = cursor.span_of(word);
         if self.open_ifs.last().is_none_or(|open_if| open_if.has_else) {
             return self.misplaced(word, "ELSEIF");
         }
         self.end_body(cursor.statement_span());
-        let condition = self.condition(cursor, "ELSEIF")?;
-        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
-        if let Some(open_if) = self.open_ifs.last_mut() {
-            open_if.condition = Some(step);
-        }
-        Ok(())
+        self.condition(cursor, condition, form)
     }
 
-    fn else_(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.span();
-        cursor.at += 1;
+    fn else_(
+        &mut self,
+        cursor: &Cursor<'_>,
+        word: Token,
+        is_else_if: bool,
+        form: Result,
+    ) -> Result {
+        let word = cursor.span_of(word);
         if self.open_ifs.last().is_none_or(|open_if| open_if.has_else) {
             return self.misplaced(word, "ELSE");
         }
         self.end_body(cursor.statement_span());
-        let split = keyword(cursor) == Some("IF");
         // ELSE IF was meant as an ELSEIF, after which ELSE may stand.
         if let Some(open_if) = self.open_ifs.last_mut() {
-            open_if.has_else = !split;
+            open_if.has_else = !is_else_if;
         }
-        self.expect_end_behind(cursor, "ELSE", if split { "write ELSEIF as one word" } else { "" })
+        form
     }
 
-    fn end_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.span();
-        cursor.at += 1;
+    fn end_if(&mut self, cursor: &Cursor<'_>, word: Token, form: Result) -> Result {
+        let word = cursor.span_of(word);
         let here = self.next_step();
         let Some(open_if) = self.open_ifs.pop() else {
             return self.misplaced(word, "ENDIF");
@@ -393,7 +353,7 @@ impl<'a> ExecutionSection<'a> {
         for jump in open_if.body_ends {
             self.set_jump_target(jump, here);
         }
-        self.expect_end_behind(cursor, "ENDIF", "")
+        form
     }
 
     /// Makes `here` the step to which a jump leads.
@@ -404,34 +364,22 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
-    /// Refuses anything more in the statement after `word`. An empty `help` stands for the usual
-    /// one.
-    fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &'static str) -> Result {
-        if cursor.kind().is_none() {
-            return Ok(());
-        }
-        let help = if help.is_empty() { "put it on a line of its own" } else { help };
-        let what = format!("{} stands after {word}", cursor.found());
-        Err(cursor.error_here(5, what).help_if_none(help).into())
-    }
-
-    fn goto(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.span();
-        cursor.at += 1;
+    fn goto(
+        &mut self,
+        cursor: &Cursor<'_>,
+        word: Token,
+        label: Option<Token>,
+        form: Result,
+    ) -> Result {
+        let word = cursor.span_of(word);
         self.gotos += 1;
         if self.gotos > GOTOS && self.limits == Limits::Original {
             return Err(error(44, word, "a program has 1000 GOTOs at most")
                 .help("use IFs, or compile with `--limits none`")
                 .into());
         }
-        let reserved = cursor.token().is_some_and(|token| RESERVED.contains(&cursor.slice(token)));
-        let Some((name, span)) = (if reserved { None } else { cursor.name() }) else {
-            let what = format!("a label is expected after GOTO, not {}", cursor.found());
-            return Err(cursor
-                .error_here(46, what)
-                .help_if_none("write GOTO and the label's name")
-                .into());
-        };
+        let Some(label) = label else { return form };
+        let (name, span) = (cursor.slice(label), cursor.span_of(label));
         let id = self.names.find(name);
         match id.and_then(|id| self.names.get(id)).map(|symbol| (&symbol.meaning, symbol.declared))
         {
@@ -454,7 +402,7 @@ impl<'a> ExecutionSection<'a> {
                 .into());
             }
         }
-        self.expect_end_behind(cursor, "the label", "")?;
+        form?;
         let step = self.step(Action::Jump { to: 0, is_goto: true }, cursor.statement_span());
         self.jumps.extend(id.map(|id| (step, id)));
         Ok(())

@@ -1,4 +1,4 @@
-//! Makes a checked program of the statements: first the specification section, then all names that
+//! Checks the statements that `read` makes of the text, and makes a checked program of them: first the specification section, then all names that
 //! the execution section declares, then the texts of faults and messages, then the execution
 //! section.
 
@@ -24,17 +24,16 @@ use crate::pmi::{
         execution_section::ExecutionSection,
         lookup::resolve,
         names::Names,
-        specification_section::{
-            PendingAnnouncement, PendingItem, Section, SpecificationSection, array_in_text,
-        },
+        specification_section::{PendingAnnouncement, PendingItem, SpecificationSection},
     },
     ast::{Announcement, Checked, Item},
     read::{
+        self,
         cursor::Cursor,
+        declaration::array_in_text,
         diagnostic::{self, error},
-        lexer::lex,
-        statements::{self, Statement},
-        token::Token,
+        section::Section,
+        syntax::{Form, Text},
     },
     reference::executive::Executive,
 };
@@ -48,37 +47,28 @@ pub(crate) fn check(
     options: &Options,
 ) -> (Checked, Vec<Diagnostic>) {
     let mut diagnostics = vec![];
-    let text = statements::read(sources, file, loader, options, &mut diagnostics);
+    let text = read::read(sources, file, loader, options, &mut diagnostics);
+    let Text { mut statements, tokens, parts, has_end, last } = text;
     let mut checked = Checked::default();
     let mut names = Names::new(&Executive::new(&options.machine));
-    let mut lexer = Lexer { sources, options, tokens: vec![] };
 
     let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);
-    let mut rest = text.statements.as_slice();
-    while let [statement, tail @ ..] = rest {
-        rest = tail;
-        let mut cursor = lexer.cursor(*statement);
-        // An error may be that of a directive, which begins another part of the section.
-        let section = specification.section;
-        if let Err(problem) = specification.statement(&mut cursor) {
-            let section = section.or(Some(Section::End));
-            let few = diagnostics.len() < EXPLAINED_ERRORS;
-            let explained =
-                if few { other_languages::explain(&cursor, section, problem) } else { problem };
-            diagnostics.push(*explained);
-        }
-        if specification.section == Some(Section::End) {
-            break;
+    for statement in &mut statements {
+        let cursor = statement.cursor(sources, &tokens);
+        let Form::Declaration(declaration) = &mut statement.form else { break };
+        let error = statement.error.take();
+        if let Err(problem) = specification.statement(&cursor, declaration, error) {
+            let section = declaration.section.or(Some(Section::End));
+            diagnostics.push(*explain(&diagnostics, &cursor, section, problem));
         }
     }
-    let ended = specification.section == Some(Section::End);
     let pending = std::mem::take(&mut specification.pending);
     diagnostics.append(&mut specification.warnings);
     // A file that ends in the middle of a statement has an error already.
-    if !ended && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
-        let missing = error(2, text.last, "the file ends without $END");
-        let mut ends = text.statements.iter().filter_map(|statement| {
-            let cursor = lexer.cursor(*statement);
+    if !has_end && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
+        let missing = error(2, last, "the file ends without $END");
+        let mut ends = statements.iter().filter_map(|statement| {
+            let cursor = statement.cursor(sources, &tokens);
             let [word] = cursor.tokens else { return None };
             (cursor.slice(*word) == "END").then(|| cursor.span_of(*word))
         });
@@ -88,18 +78,18 @@ pub(crate) fn check(
         });
     }
 
-    for statement in rest {
-        execution_section::declare(&mut names, &mut lexer.cursor(*statement));
+    for statement in &statements {
+        if let Form::Logic(logic) = &statement.form {
+            execution_section::declare(&mut names, &statement.cursor(sources, &tokens), logic);
+        }
     }
     announcements(pending, &mut names, &mut checked, &mut diagnostics);
-    let mut execution = ExecutionSection::new(&mut names, &mut checked, options.limits);
-    for statement in rest {
-        let mut cursor = lexer.cursor(*statement);
-        if let Err(problem) = execution.statement(&mut cursor) {
-            let few = diagnostics.len() < EXPLAINED_ERRORS;
-            let explained =
-                if few { other_languages::explain(&cursor, None, problem) } else { problem };
-            diagnostics.push(*explained);
+    let mut execution = ExecutionSection::new(&mut names, &mut checked, &parts, options.limits);
+    for statement in &mut statements {
+        let cursor = statement.cursor(sources, &tokens);
+        let Form::Logic(logic) = &mut statement.form else { continue };
+        if let Err(problem) = execution.statement(&cursor, logic, statement.error.take()) {
+            diagnostics.push(*explain(&diagnostics, &cursor, None, problem));
         }
     }
     execution.finish(&mut diagnostics);
@@ -115,20 +105,17 @@ pub(crate) fn check(
     (checked, diagnostics)
 }
 
-/// Cuts one statement after the other into tokens.
-struct Lexer<'a> {
-    sources: &'a SourceMap,
-    options: &'a Options,
-    tokens: Vec<Token>,
-}
-
-impl Lexer<'_> {
-    fn cursor(&mut self, statement: Statement) -> Cursor<'_> {
-        let text = self.sources.text(statement.file);
-        self.tokens.clear();
-        let Statement { start, end, .. } = statement;
-        lex(text, start, end, self.options.limits, &mut self.tokens);
-        Cursor::new(text, &self.tokens, statement)
+/// An error with what was probably meant, if it is one of the first.
+fn explain(
+    earlier: &[Diagnostic],
+    cursor: &Cursor<'_>,
+    section: Option<Section>,
+    problem: Box<Diagnostic>,
+) -> Box<Diagnostic> {
+    if earlier.len() < EXPLAINED_ERRORS {
+        other_languages::explain(cursor, section, problem)
+    } else {
+        problem
     }
 }
 

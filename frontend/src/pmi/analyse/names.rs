@@ -8,11 +8,9 @@ use plcc_diag::Span;
 use crate::common::{VariableClass, closest};
 use crate::pmi::{
     ast::{Meaning, Symbol, SymbolId},
+    read::token::RESERVED,
     reference::executive::{Executive, Variable},
 };
-
-/// Names that no program may declare (PMI 2.2.3).
-pub(crate) const RESERVED: [&str; 7] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "T", "F"];
 
 /// How many comparisons of names all suggestions ("did you mean") of a program may take together.
 /// Each suggestion compares with every name; when the sum is used up, errors have none.

@@ -1,9 +1,7 @@
 //! Numbers as other languages write them, and what PMI has in their place.
 
-use super::{
-    other_languages::{Explanation, Place},
-    specification_section::Section,
-};
+use super::other_languages::{Explanation, Place};
+use crate::pmi::read::section::Section;
 
 /// The delay of a timer in seconds, or with a unit: PMI counts units of 20 ms.
 pub(super) fn delay(place: &Place<'_, '_>) -> Option<Explanation> {

@@ -7,11 +7,11 @@ use plcc_diag::Diagnostic;
 use crate::pmi::{
     analyse::{
         numbers_of_other_languages::{delay, other_number},
-        specification_section::Section,
         words_of_other_languages::{declaration, directive, operator, statement, truth_value},
     },
     read::{
         cursor::Cursor,
+        section::Section,
         token::{Kind, Token},
     },
 };

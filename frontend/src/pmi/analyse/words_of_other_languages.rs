@@ -1,9 +1,7 @@
 //! Words of other languages, and what PMI has in their place.
 
-use super::{
-    other_languages::{Explanation, Place},
-    specification_section::Section,
-};
+use super::other_languages::{Explanation, Place};
+use crate::pmi::read::section::Section;
 
 /// Operators that are words elsewhere.
 pub(super) fn operator(word: &str) -> Option<Explanation> {

@@ -4,7 +4,7 @@ use plcc_diag::{Diagnostic, FileId, MessageText, Span};
 
 use crate::pmi::read::{
     diagnostic::error,
-    statements::Statement,
+    split::Extent,
     token::{Fault, Kind, Token},
 };
 
@@ -17,11 +17,11 @@ pub(crate) struct Cursor<'a> {
     pub(crate) tokens: &'a [Token],
     /// The index of the next token.
     pub(crate) at: usize,
-    pub(crate) statement: Statement,
+    pub(crate) statement: Extent,
 }
 
 impl<'a> Cursor<'a> {
-    pub(crate) fn new(text: &'a str, tokens: &'a [Token], statement: Statement) -> Self {
+    pub(crate) fn new(text: &'a str, tokens: &'a [Token], statement: Extent) -> Self {
         Self { text, tokens, at: 0, statement }
     }
 

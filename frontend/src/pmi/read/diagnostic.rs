@@ -2,6 +2,9 @@
 
 use plcc_diag::{Diagnostic, MessageText, Span};
 
+/// What reading or checking a statement returns: the statement's first error.
+pub(crate) type Result<T = ()> = std::result::Result<T, Box<Diagnostic>>;
+
 /// Makes the function that turns an error's number into its code.
 macro_rules! codes {
     ($($n:literal)*) => {
@@ -48,4 +51,16 @@ pub(crate) fn default_help(code: &str) -> Option<&'static str> {
         "PMI-24" => "M codes are @M00 to @M299, G codes @G00 to @G199",
         _ => return None,
     })
+}
+
+/// Adds a help without replacing the one that an error has.
+pub(crate) trait HelpIfNone {
+    /// The same with `text` as its help, unless it has one.
+    fn help_if_none(self, text: impl Into<MessageText>) -> Self;
+}
+
+impl HelpIfNone for Diagnostic {
+    fn help_if_none(self, text: impl Into<MessageText>) -> Self {
+        if self.help.is_some() { self } else { self.help(text) }
+    }
 }

@@ -1,5 +1,8 @@
 //! The tokens of PMI, and what can be wrong with one.
 
+/// Names that no program may declare (PMI 2.2.3).
+pub(crate) const RESERVED: [&str; 7] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "T", "F"];
+
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {

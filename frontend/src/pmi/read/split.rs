@@ -1,4 +1,4 @@
-//! Cuts files into statements: lines, comments, continuations, `$INCLUDE` (PMI 2.2.2, 3.3.5).
+//! Splits files into statements: lines, comments, continuations, `$INCLUDE` (PMI 2.2.2, 3.3.5).
 
 use std::path::Path;
 
@@ -13,9 +13,9 @@ use crate::pmi::read::{
 /// How many characters fit in a line of the original editor.
 const LINE_LIMIT: usize = 71;
 
-/// A statement's place, without the comment after it.
+/// Where a statement's text is, without the comment after it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Statement {
+pub(crate) struct Extent {
     pub(crate) file: FileId,
     pub(crate) start: u32,
     pub(crate) end: u32,
@@ -24,25 +24,25 @@ pub(crate) struct Statement {
 }
 
 /// The statements of a program and of all files that it includes.
-pub(crate) struct Text {
-    pub(crate) statements: Vec<Statement>,
+pub(crate) struct Split {
+    pub(crate) statements: Vec<Extent>,
     /// The last line of the program's own file that is not empty. An error about something that is
     /// missing points there.
     pub(crate) last: Span,
 }
 
-/// Cuts the program in `file`, and the files that it includes, into statements.
-pub(crate) fn read(
+/// Splits the program in `file`, and the files that it includes, into statements.
+pub(crate) fn split(
     sources: &mut SourceMap,
     file: FileId,
     loader: &dyn FileLoader,
     options: &Options,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Text {
+) -> Split {
     let budget = IncludeBudget::default();
     let mut reader = Reader { sources, loader, options, diagnostics, budget, statements: vec![] };
     let last = reader.file(file);
-    Text { statements: reader.statements, last }
+    Split { statements: reader.statements, last }
 }
 
 struct Reader<'a> {
@@ -52,7 +52,7 @@ struct Reader<'a> {
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What may still be included.
     budget: IncludeBudget,
-    statements: Vec<Statement>,
+    statements: Vec<Extent>,
 }
 
 /// One physical line.
@@ -121,7 +121,7 @@ impl Reader<'_> {
         let included = self.sources.included_from(file).is_some();
         let mut last = Span::new(file, 0, 0);
         let mut typographic = None;
-        let mut open: Option<Statement> = None;
+        let mut open: Option<Extent> = None;
         // The start of an `$INCLUDE` whose name follows on the next line.
         let mut unnamed: Option<usize> = None;
         for (from, to) in lines(&text) {
@@ -149,7 +149,7 @@ impl Reader<'_> {
                 } else if !line.is_blank() {
                     let start = line.start as u32;
                     let end = line.end.max(line.start) as u32;
-                    let statement = Statement { file, start, end, open: line.hash.is_some() };
+                    let statement = Extent { file, start, end, open: line.hash.is_some() };
                     self.put(statement, &mut open);
                 }
                 continue;
@@ -184,7 +184,7 @@ impl Reader<'_> {
     }
 
     /// Keeps a statement in `open` if the next line continues it, otherwise adds it to the list.
-    fn put(&mut self, statement: Statement, open: &mut Option<Statement>) {
+    fn put(&mut self, statement: Extent, open: &mut Option<Extent>) {
         if statement.open {
             *open = Some(statement);
         } else if statement.end > statement.start {

@@ -1,24 +1,14 @@
-//! Parses expressions (PMI 2.3) by operator precedence. Operators and operands are kept on stacks
-//! of its own, so that long or deep expressions need no recursion. Names, types and constants are
-//! checked on the way.
+//! Reads expressions (PMI 2.3) by operator precedence, as parts in postfix order. Operators that
+//! wait for their operands are kept on a stack of its own, so that long or deep expressions need no
+//! recursion.
 
-mod operation;
-
-use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, MessageText};
 
 use crate::common::Limits;
-use crate::pmi::{
-    analyse::{
-        lookup::resolve,
-        names::{Names, RESERVED},
-    },
-    ast::{Meaning, Op, Ops, SymbolId},
-    read::{
-        cursor::Cursor,
-        diagnostic::error,
-        token::{Kind, Token},
-    },
+use crate::pmi::read::{
+    cursor::Cursor,
+    syntax::{Expression, Part, PartKind},
+    token::{Kind, RESERVED, Token},
 };
 
 /// How deep parentheses and brackets may nest for the original compiler (PMI 2.3.7).
@@ -34,82 +24,32 @@ pub(crate) enum Until {
     /// The `)` of an IF, whose `(` is taken already.
     Condition,
     /// The `]` of an assignment's target, whose `[` is taken already.
-    Index(SymbolId),
+    Index,
 }
 
 /// An entry of the operator stack: an operator that waits for its right operand, or an opening that
 /// waits to be closed.
 #[derive(Clone, Copy, Debug)]
 enum Waiting {
-    Binary {
-        symbol: Kind,
-        at: Token,
-    },
+    Binary(Token),
     /// NOT, or else the minus sign of a negation.
-    Unary {
-        not: bool,
-        at: Token,
-    },
-    /// `(`; `at` is `None` for that of an IF, which was read before the expression.
-    Paren {
-        at: Option<Token>,
-    },
-    /// `[` after an array, `None` if the array is not known; `at` is `None` for that of an
-    /// assigned element, which was read before the expression.
-    Bracket {
-        array: Option<SymbolId>,
-        at: Option<Token>,
-    },
+    Unary(Token),
+    /// `(`; `None` for that of an IF, which was read before the expression.
+    Paren(Option<Token>),
+    /// `[` after an array; `None` for that of an assigned element, which was read before the
+    /// expression.
+    Bracket(Option<Token>),
 }
 
-/// An entry of the operand stack.
-#[derive(Clone, Copy, Debug)]
-struct Operand {
-    /// `None` if an error made its type unknown.
-    ty: Option<Type>,
-    /// Its value, if it is made of constants alone.
-    constant: Option<i32>,
-    /// All 32 bits of its value, if it is a product of constants.
-    product: Option<i32>,
-    /// The index of its first operation in [`Parser::ops`].
-    start: usize,
-    /// The token with which it begins.
-    at: Token,
-}
-
-/// The index of an assigned element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Index {
-    /// It is made of constants alone and has this value.
-    At(u32),
-    /// It is computed when the statement runs.
-    Computed,
-}
-
-/// A parsed expression.
-pub(crate) struct Parsed {
-    pub(crate) ops: Ops,
-    /// Its type; `None` if an error made it unknown.
-    pub(crate) ty: Option<Type>,
-    /// What kind of index it is, if it was parsed as one ([`Until::Index`]).
-    pub(crate) index: Index,
-}
-
-/// Parses one expression of a statement. It reads tokens from `cursor` and adds operations to
-/// `ops`.
-pub(crate) struct Parser<'p, 'c> {
-    pub(crate) cursor: &'p mut Cursor<'c>,
-    pub(crate) names: &'p mut Names,
-    pub(crate) ops: &'p mut Vec<Op>,
-    pub(crate) limits: Limits,
+/// Reads one expression of a statement. It takes tokens from `cursor` and adds to `parts`.
+pub(crate) struct ExpressionReader<'p, 'c> {
+    cursor: &'p mut Cursor<'c>,
+    parts: &'p mut Vec<Part>,
+    limits: Limits,
     /// The operator stack.
     waiting: Vec<Waiting>,
-    /// The operand stack.
-    operands: Vec<Operand>,
     /// How many parentheses and brackets are open.
     depth: u32,
-    /// The error that stands first in the text, of those found so far.
-    problem: Option<Box<Diagnostic>>,
 }
 
 /// How tightly a binary operator binds: 5 binds tightest (PMI 2.3.7).
@@ -124,56 +64,28 @@ fn precedence(kind: Kind) -> Option<u8> {
     })
 }
 
-impl<'p, 'c> Parser<'p, 'c> {
+impl<'p, 'c> ExpressionReader<'p, 'c> {
     pub(crate) fn new(
         cursor: &'p mut Cursor<'c>,
-        names: &'p mut Names,
-        ops: &'p mut Vec<Op>,
+        parts: &'p mut Vec<Part>,
         limits: Limits,
     ) -> Self {
-        let (waiting, operands) = (vec![], vec![]);
-        Self { cursor, names, ops, limits, waiting, operands, depth: 0, problem: None }
+        Self { cursor, parts, limits, waiting: vec![], depth: 0 }
     }
 
-    /// Parses an expression.
-    ///
-    /// # Errors
-    /// The error that stands first in the text.
-    pub(crate) fn parse(mut self, until: Until) -> Result<Parsed, Box<Diagnostic>> {
-        let from = self.ops.len();
+    /// Reads an expression.
+    pub(crate) fn read(mut self, until: Until) -> Expression {
+        let from = self.parts.len() as u32;
         match until {
             Until::End => {}
-            Until::Condition => self.waiting.push(Waiting::Paren { at: None }),
-            Until::Index(array) => {
+            Until::Condition => self.waiting.push(Waiting::Paren(None)),
+            Until::Index => {
                 self.depth = 1;
-                self.waiting.push(Waiting::Bracket { array: Some(array), at: None });
+                self.waiting.push(Waiting::Bracket(None));
             }
         }
-        let outcome = self.run(until);
-        if let Err(problem) = outcome {
-            self.keep_first(*problem);
-        }
-        if let Some(problem) = self.problem {
-            self.ops.truncate(from);
-            return Err(problem);
-        }
-        let index = match self.operands.last() {
-            Some(Operand { constant: Some(value), .. }) if matches!(until, Until::Index(_)) => {
-                self.ops.truncate(from);
-                Index::At(*value as u32)
-            }
-            _ => Index::Computed,
-        };
-        let ty = self.operands.last().and_then(|operand| operand.ty);
-        Ok(Parsed { ops: from as u32..self.ops.len() as u32, ty, index })
-    }
-
-    /// Keeps an error, unless one is kept that stands further in front.
-    fn keep_first(&mut self, problem: Diagnostic) {
-        match &self.problem {
-            Some(first) if first.span.start <= problem.span.start => {}
-            _ => self.problem = Some(Box::new(problem)),
-        }
+        let error = self.run(until).err();
+        Expression { parts: from..self.parts.len() as u32, error }
     }
 
     /// Reads tokens until the expression is over.
@@ -202,19 +114,28 @@ impl<'p, 'c> Parser<'p, 'c> {
         }
     }
 
-    /// Applies all operators that wait. This finds errors that stand before the one just found,
-    /// since error 42 stands at its operator. A missing operand counts as one of unknown type.
+    /// Applies all operators that wait, so that errors of their operands are found too: those are
+    /// further in front than the one just found.
     fn apply_all(&mut self, operand_missing: bool) {
-        if operand_missing && let Some(at) = self.cursor.tokens.last() {
-            let (start, at) = (self.ops.len(), *at);
-            self.operands.push(Operand { ty: None, constant: None, product: None, start, at });
+        if operand_missing && let Some(last) = self.cursor.tokens.last() {
+            self.push(PartKind::Missing, *last);
         }
         while let Some(waiting) = self.waiting.pop() {
-            match waiting {
-                Waiting::Binary { .. } | Waiting::Unary { .. } => self.apply(waiting),
-                Waiting::Paren { .. } | Waiting::Bracket { .. } => {}
-            }
+            self.apply(waiting);
         }
+    }
+
+    /// Adds an operator from the operator stack to the parts.
+    fn apply(&mut self, waiting: Waiting) {
+        match waiting {
+            Waiting::Unary(at) => self.push(PartKind::Unary, at),
+            Waiting::Binary(at) => self.push(PartKind::Binary, at),
+            Waiting::Paren(_) | Waiting::Bracket(_) => {}
+        }
+    }
+
+    fn push(&mut self, kind: PartKind, token: Token) {
+        self.parts.push(Part { kind, token });
     }
 
     /// Makes an error at the next token, with `help` unless the error has one of its own.
@@ -228,7 +149,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))
     }
 
-    /// Reads an operand, an operator that stands in front of one, or an opening. Gives `true` if an
+    /// Reads an operand, an operator that stands in front of one, or an opening. Returns `true` if an
     /// operand must still follow.
     fn operand(&mut self) -> Result<bool, Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
@@ -240,7 +161,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         };
         match token.kind {
             Kind::Minus | Kind::Slash => {
-                if let Some(Waiting::Unary { at, .. }) = self.waiting.last() {
+                if let Some(Waiting::Unary(at)) = self.waiting.last() {
                     let adjacent = self.unary_names(*at, token);
                     return self.refuse(
                         34,
@@ -248,19 +169,18 @@ impl<'p, 'c> Parser<'p, 'c> {
                         "put the second one and its operand in parentheses",
                     );
                 }
-                self.waiting.push(Waiting::Unary { not: token.kind == Kind::Slash, at: token });
+                self.waiting.push(Waiting::Unary(token));
                 self.cursor.at += 1;
                 Ok(true)
             }
             Kind::LParen => {
                 self.open()?;
-                self.waiting.push(Waiting::Paren { at: Some(token) });
+                self.waiting.push(Waiting::Paren(Some(token)));
                 self.cursor.at += 1;
                 Ok(true)
             }
-            Kind::Number(value) => {
-                let ty = if value <= 32_767 { Type::Integer } else { Type::Long };
-                self.constant(token, ty, value as i32);
+            Kind::Number(_) => {
+                self.push(PartKind::Operand, token);
                 self.cursor.at += 1;
                 Ok(false)
             }
@@ -275,9 +195,8 @@ impl<'p, 'c> Parser<'p, 'c> {
 
     /// Whether the innermost opening that waits is a parenthesis.
     fn in_parentheses(&self) -> bool {
-        let open =
-            |waiting: &&Waiting| matches!(waiting, Waiting::Paren { .. } | Waiting::Bracket { .. });
-        matches!(self.waiting.iter().rev().find(open), Some(Waiting::Paren { .. }))
+        let open = |waiting: &&Waiting| matches!(waiting, Waiting::Paren(_) | Waiting::Bracket(_));
+        matches!(self.waiting.iter().rev().find(open), Some(Waiting::Paren(_)))
     }
 
     /// The error of a comma or directive inside parentheses.
@@ -312,21 +231,10 @@ impl<'p, 'c> Parser<'p, 'c> {
         Ok(())
     }
 
-    fn push(&mut self, token: Token, ty: Option<Type>, constant: Option<i32>, op: Op) {
-        let start = self.ops.len();
-        self.operands.push(Operand { ty, constant, product: None, start, at: token });
-        self.ops.push(op);
-    }
-
-    fn constant(&mut self, token: Token, ty: Type, value: i32) {
-        self.push(token, Some(ty), Some(value), Op::Const(value));
-    }
-
-    /// Reads a variable, T or F, or an array with its `[`. Gives `true` if an operand must still
+    /// Reads a variable, T or F, or an array with its `[`. Returns `true` if an operand must still
     /// follow.
     fn variable(&mut self, token: Token) -> Result<bool, Box<Diagnostic>> {
         let name = self.cursor.slice(token);
-        let span = self.cursor.span_of(token);
         let indexed = self.cursor.second_kind() == Some(Kind::LBracket);
         if RESERVED.contains(&name) && !matches!(name, "T" | "F") {
             return self.refuse(
@@ -335,55 +243,25 @@ impl<'p, 'c> Parser<'p, 'c> {
                 "a keyword starts a statement",
             );
         }
-        if matches!(name, "T" | "F") && !indexed {
-            self.constant(token, Type::Logical, i32::from(name == "T"));
-            self.cursor.at += 1;
-            return Ok(false);
-        }
-        let resolved = if matches!(name, "T" | "F") {
-            let what = format!("{name} is a constant, no array");
-            Err(Box::new(error(35, span, what).help("remove the brackets")))
-        } else {
-            resolve(self.names, name, span, indexed)
-        };
-        let array = match resolved {
-            Ok(array) => array,
-            Err(problem) => {
-                self.keep_first(*problem);
-                None
-            }
-        };
+        self.push(if indexed { PartKind::Array } else { PartKind::Operand }, token);
         self.cursor.at += 1;
         if indexed {
             let bracket = self.cursor.token();
             self.open()?;
-            self.waiting.push(Waiting::Bracket { array, at: bracket });
+            self.waiting.push(Waiting::Bracket(bracket));
             self.cursor.at += 1;
-            return Ok(true);
         }
-        let known = array.and_then(|id| Some((id, self.names.get(id)?)));
-        let (ty, constant, op) = match known {
-            None => (None, None, Op::Const(0)),
-            Some((id, symbol)) => match &symbol.meaning {
-                Meaning::Constant(values) => {
-                    let value = values.first().copied().unwrap_or(0);
-                    (Some(symbol.ty), Some(value), Op::Const(value))
-                }
-                _ => (Some(symbol.ty), None, Op::Load(id)),
-            },
-        };
-        self.push(token, ty, constant, op);
-        Ok(false)
+        Ok(indexed)
     }
 
-    /// Reads an operator between operands, or a closing. Gives two answers: whether an operand must
+    /// Reads an operator between operands, or a closing. Returns two answers: whether an operand must
     /// follow, and whether the expression is over.
     fn operator(&mut self, until: Until) -> Result<(bool, bool), Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
             self.reduce(0);
             return match self.waiting.last() {
                 None => Ok((false, true)),
-                Some(Waiting::Paren { at }) => {
+                Some(Waiting::Paren(at)) => {
                     let open = at.map(|token| self.cursor.span_of(token));
                     let problem = self.cursor.error_here(32, "a parenthesis is not closed");
                     let problem = if problem.help.is_none() {
@@ -401,7 +279,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         };
         if let Some(binds) = precedence(token.kind) {
             self.reduce(binds);
-            self.waiting.push(Waiting::Binary { symbol: token.kind, at: token });
+            self.waiting.push(Waiting::Binary(token));
             self.cursor.at += 1;
             return Ok((true, false));
         }
@@ -409,7 +287,7 @@ impl<'p, 'c> Parser<'p, 'c> {
             Kind::RParen => {
                 self.reduce(0);
                 match self.waiting.last() {
-                    Some(Waiting::Paren { .. }) => {
+                    Some(Waiting::Paren(_)) => {
                         self.waiting.pop();
                         self.depth = self.depth.saturating_sub(1);
                         self.cursor.at += 1;
@@ -426,13 +304,12 @@ impl<'p, 'c> Parser<'p, 'c> {
             Kind::RBracket => {
                 self.reduce(0);
                 match self.waiting.last().copied() {
-                    Some(Waiting::Bracket { array, at }) => {
+                    Some(Waiting::Bracket(at)) => {
                         self.waiting.pop();
                         self.depth = self.depth.saturating_sub(1);
-                        let done = at.is_none();
-                        self.element(array, token, done);
+                        self.push(PartKind::Element, token);
                         self.cursor.at += 1;
-                        Ok((false, done))
+                        Ok((false, at.is_none()))
                     }
                     Some(_) => self.refuse(
                         32,
@@ -463,9 +340,9 @@ impl<'p, 'c> Parser<'p, 'c> {
     fn reduce(&mut self, binds: u8) {
         while let Some(waiting) = self.waiting.last().copied() {
             let applies = match waiting {
-                Waiting::Unary { .. } => true,
-                Waiting::Binary { symbol, .. } => precedence(symbol).is_some_and(|p| p >= binds),
-                Waiting::Paren { .. } | Waiting::Bracket { .. } => false,
+                Waiting::Unary(_) => true,
+                Waiting::Binary(at) => precedence(at.kind).is_some_and(|p| p >= binds),
+                Waiting::Paren(_) | Waiting::Bracket(_) => false,
             };
             if !applies {
                 return;
