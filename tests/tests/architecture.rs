@@ -277,6 +277,37 @@ fn oracles_share_nothing_with_the_lowering() {
     }
 }
 
+/// The files of a language's folder, beside those of the interpreter itself, that may name the
+/// statement interpreter: those that offer it, and the evaluation of single expressions.
+const MAY_USE_ORACLES: &[&str] = &["mod.rs", "language.rs", "expression.rs"];
+
+/// The compiler must not lean on the interpreter with which it is compared, so nothing of it may
+/// name one: not `read`, `analyse`, `lower`, and none of the files beside them, such as `tables.rs`.
+#[test]
+fn compilers_use_nothing_of_their_oracles() {
+    for language in ["pmi", "nct", "pmac"] {
+        let folder = format!("frontend/src/{language}/");
+        let all = sources();
+        let files: Vec<_> = all
+            .iter()
+            .filter_map(|(path, text)| Some((path.strip_prefix(&folder)?, text)))
+            .filter(|(path, _)| !["oracle/", "tests/"].iter().any(|it| path.starts_with(it)))
+            .filter(|(path, _)| !MAY_USE_ORACLES.contains(path))
+            .collect();
+        for part in ["lower/", "analyse/", "read/", "tables.rs"] {
+            assert!(files.iter().any(|(path, _)| path.starts_with(part)), "{folder}{part} is gone");
+        }
+        for (path, text) in files {
+            let text = text.split("#[cfg(test)]\nmod ").next().unwrap_or("");
+            for (number, line) in text.lines().enumerate() {
+                let mut names = code(line).split(|c: char| !(c.is_alphanumeric() || c == '_'));
+                let is_used = names.any(|name| name == "oracle" || name == "Interpreter");
+                assert!(!is_used, "{folder}{path}:{}: {line}", number + 1);
+            }
+        }
+    }
+}
+
 /// The code of a line: nothing after `//`.
 fn code(line: &str) -> &str {
     line.split("//").next().unwrap_or("")

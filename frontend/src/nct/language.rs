@@ -100,7 +100,7 @@ impl CheckedProgram for Program {
     }
 
     fn calls(&self, image: &[u8]) -> Vec<u32> {
-        super::oracle::open_calls(&self.checked, &self.layout, image)
+        self.checked.open_calls(&self.layout, image)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -8,6 +8,7 @@
 
 mod analyse;
 mod ast;
+mod control_flow;
 mod expression;
 mod language;
 mod layout;

@@ -12,13 +12,11 @@ use plcc_abi::Fnv;
 use plcc_abi::nct::ReachableCode;
 
 use super::ast::{Op, Program};
-use super::oracle::{NAMED, resume_points};
-use super::tables::modules;
 
 /// The code that each module can reach, in the order of the tasks.
 pub(super) fn reachable(program: &Program) -> Vec<ReachableCode> {
-    let points = resume_points(program);
-    modules(program).map(|(_, entry)| code(program, &points, entry)).collect()
+    let points = program.resume_points();
+    program.modules().map(|(_, entry)| code(program, &points, entry)).collect()
 }
 
 /// The code that is reached from a statement on. `points` are the program's resume points.
@@ -40,9 +38,8 @@ fn code(program: &Program, points: &[usize], entry: usize) -> ReachableCode {
             op => write!(hash, "{op:?};"),
         };
     }
-    let is_call = |op: &Op| matches!(op, Op::Call(_) | Op::CallIndirect(_));
-    let calls = program.stmts.iter().enumerate().filter(|(_, stmt)| is_call(&stmt.op));
-    let calls = (0u32..).zip(calls).filter(|(_, (at, _))| statements.binary_search(at).is_ok());
+    let calls = (0u32..).zip(program.calls());
+    let calls = calls.filter(|(_, at)| statements.binary_search(at).is_ok());
     ReachableCode {
         fingerprint: hash.finish(),
         resume_points: points
@@ -55,8 +52,6 @@ fn code(program: &Program, points: &[usize], entry: usize) -> ReachableCode {
 
 /// The indices of the statements that can be reached from one of them, in the source's order.
 fn statements_from(program: &Program, entry: usize) -> Vec<usize> {
-    let target =
-        |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
     let mut is_reached = vec![false; program.stmts.len()];
     let mut open = vec![entry];
     while let Some(at) = open.pop() {
@@ -72,10 +67,10 @@ fn statements_from(program: &Program, entry: usize) -> Vec<usize> {
                 open.extend([next, otherwise as usize, otherwise as usize + 1])
             }
             Op::Else { end } => open.extend([end as usize, end as usize + 1]),
-            Op::Goto(label) => open.extend(target(label)),
-            Op::GotoIndirect(_) => open.extend(NAMED.filter_map(target)),
-            Op::Call(label) => open.extend(target(label).into_iter().chain([next])),
-            Op::CallIndirect(_) => open.extend(NAMED.filter_map(target).chain([next])),
+            Op::Goto(label) => open.extend(program.target(label)),
+            Op::GotoIndirect(_) => open.extend(program.indirect_targets()),
+            Op::Call(label) => open.extend(program.target(label).into_iter().chain([next])),
+            Op::CallIndirect(_) => open.extend(program.indirect_targets().chain([next])),
             Op::Return | Op::End(_) => {}
             _ => open.push(next),
         }

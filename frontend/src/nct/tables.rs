@@ -11,12 +11,6 @@ use crate::nct::{
     reachable::reachable,
 };
 
-/// The modules that the program has, in the order of their tasks: number, and index of the first
-/// statement.
-pub(crate) fn modules(program: &Program) -> impl Iterator<Item = (u16, usize)> {
-    (0..3).filter_map(|module| Some((module, (*program.labels.get(module as usize)?)? as usize)))
-}
-
 /// The name under which a variable is watched and dumped. For an indirect access this is the name
 /// of the word that holds the address. V has no name.
 pub(crate) fn name(place: Place) -> Option<NctName> {

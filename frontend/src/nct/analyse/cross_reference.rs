@@ -9,7 +9,7 @@ use plcc_diag::{Diagnostic, Span};
 use crate::common::{CrossReference, CrossReferenceRow, Use};
 use crate::nct::{
     ast::{AreaOp, Bit, Op, Place, Program, Space, Word},
-    tables::{modules, name, places, tested_place},
+    tables::{name, places, tested_place},
 };
 
 /// By what rows are sorted: the letters, the number of digits (so that words come before bits), the
@@ -199,8 +199,7 @@ impl Finder<'_> {
 /// 2 for :002.
 pub(super) fn reached(program: &Program) -> Vec<u8> {
     let mut reached = vec![0_u8; program.stmts.len()];
-    let label = |label: u16| Some(program.labels.get(label as usize).copied().flatten()? as usize);
-    for (module, entry) in modules(program) {
+    for (module, entry) in program.modules() {
         let mark = 1 << module;
         let mut open = vec![entry];
         let mut any_label = false;
@@ -213,15 +212,15 @@ pub(super) fn reached(program: &Program) -> Vec<u8> {
             match stmt.op {
                 Op::If { otherwise, .. } => open.extend([at + 1, otherwise as usize + 1]),
                 Op::Else { end } => open.push(end as usize + 1),
-                Op::Goto(to) => open.extend(label(to)),
+                Op::Goto(to) => open.extend(program.target(to)),
                 Op::Call(to) => {
-                    open.extend(label(to));
+                    open.extend(program.target(to));
                     open.push(at + 1);
                 }
                 Op::GotoIndirect(_) | Op::CallIndirect(_) => {
                     if !any_label {
                         any_label = true;
-                        open.extend((3..=196).filter_map(label));
+                        open.extend(program.indirect_targets());
                     }
                     open.push(at + 1);
                 }

@@ -357,7 +357,7 @@ fn texts_never_used(program: &Program, used: &Used, found: &mut Vec<Diagnostic>)
 
 /// Where a text stands in its module; the module's label if the text can't be found.
 fn place_of_text(program: &Program, module: u16, text: &str) -> Option<Span> {
-    let at = program.labels.get(usize::from(module)).copied().flatten()? as usize;
+    let at = program.target(module)?;
     let label = program.stmts.get(at)?.span;
     let body = program.stmts.get(at + 1)?.span;
     let start = program.text.get(body.range()).and_then(|body| body.find(text));

@@ -19,9 +19,9 @@ use super::{Lowerer, Result};
 use crate::common::OrMissing;
 use crate::nct::{
     ast::{Op, Space, Word},
+    control_flow::INDIRECT_LABELS,
     lower::liveness::LiveSet,
     status_flags::{NOT_BCD, SYNTAX},
-    tables::modules,
 };
 
 /// Code through which all indirect jumps back, or all indirect calls, go that lead to one
@@ -44,18 +44,13 @@ enum Number {
     Pending,
 }
 
-/// The labels to which an indirect jump or call can lead.
-const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
-
 impl Lowerer<'_> {
     /// Makes places for the statements that jumps, calls and returns lead to. The places after
     /// calls come first, so that the number of a call is also the number of the chunk label after
     /// it.
     pub(super) fn find_places(&mut self) {
         let stmts = &self.program.stmts;
-        let calls = |op: &Op| matches!(op, Op::Call(_) | Op::CallIndirect(_));
-        self.sites =
-            (0..stmts.len()).filter(|at| stmts.get(*at).is_some_and(|s| calls(&s.op))).collect();
+        self.sites = self.program.calls().collect();
         for site in self.sites.clone() {
             let place = self.place(site + 1);
             self.builder.label(place);
@@ -71,15 +66,15 @@ impl Lowerer<'_> {
         }
         let indirect = |op: &Op| matches!(op, Op::GotoIndirect(_) | Op::CallIndirect(_));
         if stmts.iter().any(|s| indirect(&s.op)) {
-            let stands = |label: u16| Some((label, self.target(label)?));
-            self.labels = NAMED.filter_map(stands).collect();
+            let stands = |label: u16| Some((label, self.program.target(label)?));
+            self.labels = INDIRECT_LABELS.filter_map(stands).collect();
         }
         for (_, at) in self.labels.clone() {
             self.place(at);
         }
         for stmt in stmts {
             if let Op::Goto(label) | Op::Call(label) = stmt.op
-                && let Some(to) = self.target(label)
+                && let Some(to) = self.program.target(label)
             {
                 self.place(to);
             }
@@ -92,7 +87,7 @@ impl Lowerer<'_> {
     pub(super) fn trap_sites(&mut self) -> Result {
         for (at, stmt) in self.program.stmts.iter().enumerate() {
             let jumps_back = match stmt.op {
-                Op::Goto(label) => self.target(label).is_some_and(|to| to <= at),
+                Op::Goto(label) => self.program.target(label).is_some_and(|to| to <= at),
                 Op::GotoIndirect(_) => true,
                 _ => false,
             };
@@ -118,14 +113,9 @@ impl Lowerer<'_> {
         (self.sites.len() + self.jumps.len()) as i64
     }
 
-    /// The index of a label's statement.
-    fn target(&self, label: u16) -> Option<usize> {
-        Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
-    }
-
     /// Makes the beginnings of the tasks. No call is open there.
     pub(super) fn entries(&mut self) {
-        for (module, at) in modules(self.program) {
+        for (module, at) in self.program.modules() {
             let entry = self.builder.place();
             self.builder.task(format!(":{module:03}"), entry);
             self.bind(entry);
@@ -142,8 +132,8 @@ impl Lowerer<'_> {
         let mut points = vec![];
         for (at, stmt) in self.program.stmts.iter().enumerate() {
             match stmt.op {
-                Op::Goto(label) => points.extend(self.target(label).filter(|&to| to <= at)),
-                Op::Call(label) => points.extend(self.target(label)),
+                Op::Goto(label) => points.extend(self.program.target(label).filter(|&to| to <= at)),
+                Op::Call(label) => points.extend(self.program.target(label)),
                 Op::GotoIndirect(_) | Op::CallIndirect(_) => {
                     let call = matches!(stmt.op, Op::CallIndirect(_));
                     let all = self.labels.iter().map(|&(_, to)| to);
@@ -207,7 +197,7 @@ impl Lowerer<'_> {
 
     /// `G…`: jumps to a label. A jump back passes a safepoint.
     pub(super) fn goto(&mut self, at: usize, label: u16) -> Result {
-        let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
+        let to = self.program.target(label).or_missing(|| format!("label :{label:03}"))?;
         self.leave(LiveSet::ALL);
         if to <= at {
             let number = self.jump_number(at)?;
@@ -227,7 +217,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn call(&mut self, at: usize, label: u16) -> Result {
-        let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
+        let to = self.program.target(label).or_missing(|| format!("label :{label:03}"))?;
         let site = self.site(at)?;
         self.leave(LiveSet::ALL);
         self.enter(Number::Known(site), to);
@@ -317,7 +307,7 @@ impl Lowerer<'_> {
         let statement = if call { self.site(at)? } else { self.jump_number(at)? };
         self.set_pending(statement);
         let refused = self.builder.place();
-        let mut targets = vec![refused; usize::from(*NAMED.end()) + 1];
+        let mut targets = vec![refused; usize::from(*INDIRECT_LABELS.end()) + 1];
         for (label, to) in self.labels.clone() {
             let place = if call || to <= at { self.stub(to, call) } else { self.place(to) };
             if let Some(slot) = targets.get_mut(usize::from(label)) {
@@ -378,7 +368,7 @@ impl Lowerer<'_> {
             self.builder.suspend(target);
         }
         let places: Vec<Place> = points.into_iter().map(|at| self.place(at)).collect();
-        for task in 0..modules(self.program).count() {
+        for task in 0..self.program.modules().count() {
             self.builder.resume_points(task, &places);
         }
         if let Some(place) = self.timeout {

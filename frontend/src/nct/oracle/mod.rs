@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use plcc_abi::{
     Engine, Outcome, ResumePoint, Scan, SourceLine, TimeLimit, Trap, TrapCode,
-    image::{read_u16, read_u32, write_u16},
+    image::{read_u16, write_u16},
     nct::{NctName, context},
 };
 
@@ -21,7 +21,6 @@ use crate::nct::{
     ast::{Op, Operand, Place, Program, Word},
     layout::Layout,
 };
-pub(super) use run::NAMED;
 use run::{Next, Run};
 
 /// The statement interpreter.
@@ -44,12 +43,10 @@ pub struct Interpreter {
 
 impl Interpreter {
     pub(crate) fn new(program: Arc<Program>, layout: Arc<Layout>) -> Self {
-        let calls = (0..).zip(&program.stmts);
-        let calls = calls.filter(|(_, s)| matches!(s.op, Op::Call(_) | Op::CallIndirect(_)));
         Self {
-            modules: crate::nct::tables::modules(&program).collect(),
-            resume_points: resume_points(&program),
-            calls: calls.map(|(at, _)| at).collect(),
+            modules: program.modules().collect(),
+            resume_points: program.resume_points(),
+            calls: program.calls().collect(),
             waiting: vec![],
             counts: vec![0; program.stmts.len()],
             program,
@@ -61,26 +58,6 @@ impl Interpreter {
     pub fn counts(&self) -> impl Iterator<Item = (u32, u64)> {
         self.program.lines.iter().copied().zip(self.counts.iter().copied())
     }
-}
-
-/// The statements at which a task can be suspended: those with a safepoint before them, which are
-/// the labels that something jumps back to or calls.
-pub(super) fn resume_points(program: &Program) -> Vec<usize> {
-    let at = |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
-    let mut points = vec![];
-    for (from, stmt) in program.stmts.iter().enumerate() {
-        let back = |to: &usize| *to <= from;
-        match stmt.op {
-            Op::Goto(label) => points.extend(at(label).filter(back)),
-            Op::Call(label) => points.extend(at(label)),
-            Op::GotoIndirect(_) => points.extend(NAMED.filter_map(at).filter(back)),
-            Op::CallIndirect(_) => points.extend(NAMED.filter_map(at)),
-            _ => {}
-        }
-    }
-    points.sort_unstable();
-    points.dedup();
-    points
 }
 
 impl Engine for Interpreter {
@@ -189,21 +166,6 @@ impl Interpreter {
 /// The line of the statement with the index `at`.
 fn line(program: &Program, at: usize) -> Option<SourceLine> {
     program.lines.get(at).map(|&line| SourceLine { file: 0, line })
-}
-
-/// The numbers of the calls (as statements) that have not returned yet in the module that ran last, the
-/// outermost first.
-pub(crate) fn open_calls(program: &Program, layout: &Layout, image: &[u8]) -> Vec<u32> {
-    let calls: Vec<u32> = (0..)
-        .zip(&program.stmts)
-        .filter(|(_, stmt)| matches!(stmt.op, Op::Call(_) | Op::CallIndirect(_)))
-        .map(|(at, _)| at)
-        .collect();
-    let depth = read_u16(image, layout.context + context::DEPTH).min(context::MAX_DEPTH);
-    let number = |level: u16| {
-        read_u32(image, layout.context + context::SITES + u32::from(level) * 4) as usize
-    };
-    (0..depth).filter_map(|level| calls.get(number(level)).copied()).collect()
 }
 
 /// The result of the statements of an expression.

@@ -10,6 +10,7 @@ use super::arithmetic::sum;
 use crate::common::Observer;
 use crate::nct::{
     ast::{Arith, ConditionPart, Op, Operand, Place, Program, Relation, Space, Test, Word},
+    control_flow::INDIRECT_LABELS,
     layout::Layout,
 };
 
@@ -41,9 +42,6 @@ pub(super) struct Run<'a, O> {
     /// The observer that is told of the variables that are read and written.
     pub(super) observer: O,
 }
-
-/// The labels to which an indirect jump or call can lead (NCT 4.11).
-pub(in crate::nct) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 // `step`, `condition` and `test` are inlined into the loop of the interpreter, which makes it a third
 // faster: `Run` then stays in registers. The compiler does not do so by itself, since expressions
@@ -100,11 +98,6 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    /// The index of a label's statement.
-    fn target(&self, label: u16) -> Option<usize> {
-        Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
-    }
-
     /// Passes a safepoint and goes to a statement. The fuel is the number of safepoints that may
     /// still be passed.
     fn safepoint(&mut self, to: usize) -> Next {
@@ -145,7 +138,8 @@ impl<O: Observer> Run<'_, O> {
             self.set_address_flags(false, true);
             return None;
         };
-        let target = if NAMED.contains(&label) { self.target(label) } else { None };
+        let target =
+            if INDIRECT_LABELS.contains(&label) { self.program.target(label) } else { None };
         self.set_address_flags(target.is_none(), false);
         target
     }
@@ -207,7 +201,7 @@ impl<O: Observer> Run<'_, O> {
             }
             Op::Else { end } => return Next::At(end as usize + 1),
             Op::Goto(label) => {
-                let Some(to) = self.target(label) else { return Next::End };
+                let Some(to) = self.program.target(label) else { return Next::End };
                 return self.jump(at, to);
             }
             Op::GotoIndirect(word) => {
@@ -216,7 +210,7 @@ impl<O: Observer> Run<'_, O> {
                 }
             }
             Op::Call(label) => {
-                let Some(to) = self.target(label) else { return Next::End };
+                let Some(to) = self.program.target(label) else { return Next::End };
                 return self.call(at, to);
             }
             Op::CallIndirect(word) => {
