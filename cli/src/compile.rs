@@ -5,7 +5,7 @@ use plcc_codegen::emit::{ObjectOptions, debug_object};
 use plcc_codegen::{CodegenError, CodegenOptions, JitMemory, Optimization, Target};
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
-    CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
+    BrokenInvariant, CrossReference, FileLoader, LowerError, Lowered, Options,
 };
 use plcc_frontend::{CheckedProgram, Recompilable, language};
 use plcc_ir::passes::PassTimes;
@@ -138,7 +138,7 @@ impl From<Lowered> for Optimized {
 pub enum CompileError {
     /// No IR could be made.
     #[error(transparent)]
-    Lower(#[from] InternalError),
+    Lower(#[from] BrokenInvariant),
     /// The program is longer than the compiler takes. The diagnostic says where it becomes so.
     #[error("{}", .0.message)]
     TooLong(Box<Diagnostic>),

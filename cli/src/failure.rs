@@ -94,13 +94,13 @@ impl From<CompileError> for Failure {
 #[cfg(test)]
 mod tests {
     use plcc_codegen::CodegenError;
-    use plcc_frontend::common::InternalError;
+    use plcc_frontend::common::BrokenInvariant;
 
     use super::*;
 
     #[test]
     fn a_mistake_of_the_compiler_is_status_4_and_asks_for_a_report() {
-        let error = InternalError::at("a value is missing", "mill.pmc", 12);
+        let error = BrokenInvariant::at("a value is missing", "mill.pmc", 12);
         let failure = Failure::from(CompileError::from(error));
         assert_eq!(failure.status(), 4);
         let text = failure.text("plcc build mill.pmc");

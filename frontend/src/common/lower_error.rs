@@ -5,13 +5,13 @@ use std::fmt;
 use plcc_ir::Statement;
 use plcc_ir::chunk::{MAX_INSTRUCTIONS, MAX_STATEMENT_INSTRUCTIONS};
 
-use super::InternalError;
+use super::BrokenInvariant;
 
 /// Why no IR was made of a checked program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LowerError {
     /// The compiler has a defect.
-    Internal(InternalError),
+    Internal(BrokenInvariant),
     /// The program has more than [`MAX_INSTRUCTIONS`] instructions of IR, or a statement more than
     /// [`MAX_STATEMENT_INSTRUCTIONS`]. Holds the statement with which there are too many.
     TooLong(Statement),
@@ -33,8 +33,8 @@ impl fmt::Display for LowerError {
 
 impl std::error::Error for LowerError {}
 
-impl From<InternalError> for LowerError {
-    fn from(error: InternalError) -> Self {
+impl From<BrokenInvariant> for LowerError {
+    fn from(error: BrokenInvariant) -> Self {
         Self::Internal(error)
     }
 }

@@ -1,11 +1,11 @@
 //! What the languages share: the options of a compilation, files and includes, the machine file,
 //! the loader of tables, expressions, observers of statements, cross-references, internal errors.
 
+mod broken_invariant;
 mod cross_reference;
 pub mod expression;
 mod include;
 mod include_budget;
-mod internal_error;
 pub mod keywords;
 pub mod lints;
 mod loader;
@@ -16,11 +16,11 @@ mod options;
 mod surroundings;
 pub mod tsv;
 
+pub use broken_invariant::{BrokenInvariant, OrMissing};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
 pub use expression::{Evaluate, EvaluationError, Expression, Value};
 pub use include::{Included, find_include};
 pub use include_budget::{IncludeBudget, Inclusion, MAX_INCLUDED};
-pub use internal_error::{InternalError, OrMissing};
 pub use lints::LintLevels;
 pub use loader::{FileLoader, MemoryLoader};
 pub use lower_error::LowerError;

@@ -85,7 +85,7 @@ pub(crate) enum Word {
 
 /// What a load or store names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Place {
+pub(crate) enum Variable {
     /// A bit.
     Bit(Bit),
     /// A word.
@@ -116,7 +116,7 @@ impl fmt::Display for Word {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Variable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bit(bit) => bit.fmt(f),
@@ -169,7 +169,7 @@ pub(crate) enum Operand {
         /// With `N`.
         negate: bool,
         /// The variable.
-        place: Place,
+        variable: Variable,
     },
 }
 
@@ -294,7 +294,7 @@ pub(crate) enum Op {
         /// With `N`.
         negate: bool,
         /// The variable.
-        place: Place,
+        variable: Variable,
     },
     /// OP and the operand, result in OP.
     Arith {
@@ -310,7 +310,7 @@ pub(crate) enum Op {
         /// With `N`: the variable is complemented first.
         negate: bool,
         /// The variable.
-        place: Place,
+        variable: Variable,
     },
     /// `<<` and `>>`.
     Shift {

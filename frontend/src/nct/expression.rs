@@ -44,16 +44,16 @@ use plcc_diag::{Diagnostic, FileId};
 use crate::common::{Evaluate, EvaluationError, Expression, Value};
 use crate::nct::{
     Program,
-    ast::{self, Op, Operand, Place, Stmt, Texts, Word},
+    ast::{self, Op, Operand, Stmt, Texts, Variable, Word},
     layout::Layout,
     oracle::{Computed, compute},
     read::{
         cursor::Cursor,
         diagnostic::{SyntaxError, error},
-        operand::{Prefix, place},
+        operand::{Prefix, variable},
         parser::{Parsed, parse},
     },
-    tables::{places, tested_place},
+    tables::{each_variable, tested_variable},
 };
 
 /// The file in which the places of an expression's errors lie.
@@ -66,24 +66,24 @@ impl Program {
     /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
     /// the text alone draws them.
     pub fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
-        let (parsed, is_bit) = match variable(text) {
-            Some((place, stmt)) => {
-                let is_bit = matches!(place, Place::Bit(_));
+        let (parsed, is_bit) = match single_variable(text) {
+            Some((variable, stmt)) => {
+                let is_bit = matches!(variable, Variable::Bit(_));
                 (Parsed { stmts: vec![stmt], ..Parsed::default() }, is_bit)
             }
             None => (self.statements(text)?, false),
         };
         let mut variables: Vec<String> = vec![];
-        let mut add = |place: Place| {
-            let name = place.to_string();
+        let mut add = |variable: Variable| {
+            let name = variable.to_string();
             if !variables.contains(&name) {
                 variables.push(name);
             }
         };
         for stmt in &parsed.stmts {
-            places(&stmt.op, &mut add);
+            each_variable(&stmt.op, &mut add);
         }
-        parsed.condition_parts.iter().filter_map(tested_place).for_each(add);
+        parsed.condition_parts.iter().filter_map(tested_variable).for_each(add);
         let image_size = self.layout.size;
         // The values of OP that brackets keep are placed after the image.
         let layout = Layout { scratch: image_size, ..Layout::clone(&self.layout) };
@@ -149,13 +149,13 @@ fn switches(stmt: &Stmt, bit: ast::Bit) -> SyntaxError {
 }
 
 /// The variable that the whole text names, if it is just one, with the statement that loads it.
-fn variable(text: &str) -> Option<(Place, Stmt)> {
+fn single_variable(text: &str) -> Option<(Variable, Stmt)> {
     let mut cursor = Cursor::new(FILE, text);
     // A program can't load a physical output line, but an expression can, since traces show it.
     let prefix = if cursor.at('O') { Prefix::Store } else { Prefix::Load };
-    let place = place(&mut cursor, 0, prefix).ok().filter(|_| cursor.peek().is_none())?;
-    let op = Op::Load(Operand::Load { negate: false, place });
-    Some((place, Stmt { op, span: cursor.span_from(0) }))
+    let variable = variable(&mut cursor, 0, prefix).ok().filter(|_| cursor.peek().is_none())?;
+    let op = Op::Load(Operand::Load { negate: false, variable });
+    Some((variable, Stmt { op, span: cursor.span_from(0) }))
 }
 
 /// An expression's statements, for an image with room for the values of brackets after it.

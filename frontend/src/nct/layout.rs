@@ -13,7 +13,7 @@ use plcc_abi::{
 };
 
 use crate::nct::{
-    ast::{Arith, ConditionPart, Op, Operand, Place, Program, Space, Test, Word},
+    ast::{Arith, ConditionPart, Op, Operand, Program, Space, Test, Variable, Word},
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
@@ -124,7 +124,7 @@ impl Uses {
         }
         for cond in &program.condition_parts {
             match cond {
-                ConditionPart::Test(Test::Bit { bit, .. }) => uses.place(Place::Bit(*bit)),
+                ConditionPart::Test(Test::Bit { bit, .. }) => uses.note(Variable::Bit(*bit)),
                 ConditionPart::Test(Test::Relation { operand, .. }) => uses.operand(*operand),
                 ConditionPart::Test(Test::Word { .. }) | ConditionPart::Gate(_) => {}
             }
@@ -135,9 +135,9 @@ impl Uses {
     /// Notes what a statement uses. Conditions are noted by their parts.
     fn stmt(&mut self, op: &Op) {
         match *op {
-            Op::Set(bit) | Op::Clear(bit) => self.place(Place::Bit(bit)),
+            Op::Set(bit) | Op::Clear(bit) => self.note(Variable::Bit(bit)),
             Op::Load(operand) => self.operand(operand),
-            Op::Store { place, .. } | Op::Update { place, .. } => self.place(place),
+            Op::Store { variable, .. } | Op::Update { variable, .. } => self.note(variable),
             Op::Arith { op, operand } => {
                 self.high_word(op);
                 self.operand(operand);
@@ -166,30 +166,30 @@ impl Uses {
     /// A multiplication or division uses the word F000 too.
     fn high_word(&mut self, op: Arith) {
         if matches!(op, Arith::Mul | Arith::Div) {
-            self.place(Place::Word(HIGH_WORD));
+            self.note(Variable::Word(HIGH_WORD));
         }
     }
 
     fn operand(&mut self, operand: Operand) {
-        if let Operand::Load { place, .. } = operand {
-            self.place(place);
+        if let Operand::Load { variable, .. } = operand {
+            self.note(variable);
         }
     }
 
-    fn place(&mut self, place: Place) {
-        match place {
-            Place::Bit(bit) => {
+    fn note(&mut self, variable: Variable) {
+        match variable {
+            Variable::Bit(bit) => {
                 if let Some(used) = self.of_space(bit.space) {
                     used.bit(bit.byte);
                 }
             }
-            Place::Word(Word::Bytes { space, byte }) => {
+            Variable::Word(Word::Bytes { space, byte }) => {
                 if let Some(used) = self.of_space(space) {
                     used.word(byte);
                 }
             }
-            Place::Word(Word::Indirect(_)) => self.flags.all(),
-            Place::Word(_) => {}
+            Variable::Word(Word::Indirect(_)) => self.flags.all(),
+            Variable::Word(_) => {}
         }
     }
 

@@ -6,24 +6,24 @@ use plcc_abi::{
 };
 
 use crate::nct::{
-    ast::{Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Texts, Word},
+    ast::{Bit, ConditionPart, Op, Operand, Program, Space, Test, Texts, Variable, Word},
     layout::Layout,
     reachable::reachable,
 };
 
 /// The name under which a variable is watched and dumped. For an indirect access this is the name
 /// of the word that holds the address. V has no name.
-pub(crate) fn name(place: Place) -> Option<NctName> {
-    let (space, byte, bit) = match place {
-        Place::Bit(Bit { space, byte, bit }) => (space, byte, Some(bit)),
-        Place::Word(Word::Bytes { space, byte }) => (space, byte, None),
-        Place::Word(Word::Indirect(byte)) => (Space::F, byte, None),
-        Place::Word(Word::Rh(n)) => return Some(NctName::Rh(n.into())),
-        Place::Word(Word::Q(n)) => return Some(NctName::Q(n)),
-        Place::Word(Word::T(n)) => return Some(NctName::T(n)),
-        Place::Word(Word::H(n)) => return Some(NctName::H(n)),
-        Place::Word(Word::M(n)) => return Some(NctName::M(n)),
-        Place::Word(Word::Rp(n)) => return Some(NctName::Rp(n)),
+pub(crate) fn name(variable: Variable) -> Option<NctName> {
+    let (space, byte, bit) = match variable {
+        Variable::Bit(Bit { space, byte, bit }) => (space, byte, Some(bit)),
+        Variable::Word(Word::Bytes { space, byte }) => (space, byte, None),
+        Variable::Word(Word::Indirect(byte)) => (Space::F, byte, None),
+        Variable::Word(Word::Rh(n)) => return Some(NctName::Rh(n.into())),
+        Variable::Word(Word::Q(n)) => return Some(NctName::Q(n)),
+        Variable::Word(Word::T(n)) => return Some(NctName::T(n)),
+        Variable::Word(Word::H(n)) => return Some(NctName::H(n)),
+        Variable::Word(Word::M(n)) => return Some(NctName::M(n)),
+        Variable::Word(Word::Rp(n)) => return Some(NctName::Rp(n)),
     };
     let low = u8::try_from(byte).unwrap_or(u8::MAX);
     Some(match space {
@@ -37,18 +37,18 @@ pub(crate) fn name(place: Place) -> Option<NctName> {
 }
 
 /// Calls `f` for each variable that a statement names. For those of conditions see
-/// [`tested_place`].
-pub(crate) fn places(op: &Op, mut f: impl FnMut(Place)) {
-    let word = |byte| Place::Word(Word::Bytes { space: Space::F, byte });
+/// [`tested_variable`].
+pub(crate) fn each_variable(op: &Op, mut f: impl FnMut(Variable)) {
+    let word = |byte| Variable::Word(Word::Bytes { space: Space::F, byte });
     match *op {
-        Op::Set(bit) | Op::Clear(bit) => f(Place::Bit(bit)),
-        Op::Count { counter, .. } => f(Place::Word(Word::Q(counter))),
+        Op::Set(bit) | Op::Clear(bit) => f(Variable::Bit(bit)),
+        Op::Count { counter, .. } => f(Variable::Word(Word::Q(counter))),
         Op::Load(operand) | Op::Arith { operand, .. } => {
-            if let Operand::Load { place, .. } = operand {
-                f(place);
+            if let Operand::Load { variable, .. } = operand {
+                f(variable);
             }
         }
-        Op::Store { place, .. } | Op::Update { place, .. } => f(place),
+        Op::Store { variable, .. } | Op::Update { variable, .. } => f(variable),
         Op::GotoIndirect(byte) | Op::CallIndirect(byte) => f(word(byte)),
         Op::Area { area, .. } => f(word(area)),
         Op::Shift { .. }
@@ -70,12 +70,12 @@ pub(crate) fn places(op: &Op, mut f: impl FnMut(Place)) {
 }
 
 /// The variable that a part of a condition names.
-pub(crate) fn tested_place(cond: &ConditionPart) -> Option<Place> {
+pub(crate) fn tested_variable(cond: &ConditionPart) -> Option<Variable> {
     match *cond {
-        ConditionPart::Test(Test::Bit { bit, .. }) => Some(Place::Bit(bit)),
-        ConditionPart::Test(Test::Word { word, .. }) => Some(Place::Word(word)),
-        ConditionPart::Test(Test::Relation { operand: Operand::Load { place, .. }, .. }) => {
-            Some(place)
+        ConditionPart::Test(Test::Bit { bit, .. }) => Some(Variable::Bit(bit)),
+        ConditionPart::Test(Test::Word { word, .. }) => Some(Variable::Word(word)),
+        ConditionPart::Test(Test::Relation { operand: Operand::Load { variable, .. }, .. }) => {
+            Some(variable)
         }
         ConditionPart::Test(Test::Relation { .. }) | ConditionPart::Gate(_) => None,
     }
@@ -85,9 +85,9 @@ pub(crate) fn tested_place(cond: &ConditionPart) -> Option<Place> {
 fn named(program: &Program) -> Vec<NctName> {
     let mut all = vec![];
     for stmt in &program.stmts {
-        places(&stmt.op, |place| all.extend(name(place)));
+        each_variable(&stmt.op, |variable| all.extend(name(variable)));
     }
-    all.extend(program.condition_parts.iter().filter_map(tested_place).filter_map(name));
+    all.extend(program.condition_parts.iter().filter_map(tested_variable).filter_map(name));
     all.sort_unstable();
     all.dedup();
     all

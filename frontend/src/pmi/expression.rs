@@ -30,10 +30,7 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use plcc_abi::{
-    image::{read_i16, read_i32, read_u8},
-    pmi::{Type, arithmetic},
-};
+use plcc_abi::pmi::{Type, arithmetic};
 use plcc_diag::{Diagnostic, FileId};
 
 use crate::common::{Evaluate, EvaluationError, Expression, Value};
@@ -41,6 +38,7 @@ use crate::pmi::{
     Program,
     analyse::{expression::ExpressionCheck, names::Names},
     ast::{Binary, Op, SymbolId},
+    layout::Location,
     read::{
         cursor::Cursor,
         diagnostic,
@@ -97,8 +95,8 @@ impl Program {
     fn code(&self, op: Op, variables: &mut Vec<String>) -> Option<Code> {
         let place = |id: SymbolId, element: u32| {
             let symbol = self.checked.symbol(id)?;
-            let offset = self.layout.place(id)? + element * symbol.ty.size();
-            Some((symbol, Place { offset, ty: symbol.ty }))
+            let offset = self.layout.offset(id)? + element * symbol.ty.size();
+            Some((symbol, Location { offset, ty: symbol.ty }))
         };
         let (name, code) = match op {
             Op::Const(value) => return Some(Code::Constant(value)),
@@ -126,32 +124,15 @@ impl Program {
     }
 }
 
-/// Where a variable stands in the image.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    offset: u32,
-    ty: Type,
-}
-
-impl Place {
-    fn read(self, image: &[u8]) -> i32 {
-        match self.ty {
-            Type::Logical => i32::from(read_u8(image, self.offset)),
-            Type::Integer => i32::from(read_i16(image, self.offset)),
-            Type::Long => read_i32(image, self.offset),
-        }
-    }
-}
-
 /// An operation of an expression in postfix order.
 #[derive(Clone, Debug)]
 enum Code {
     Constant(i32),
-    Load(Place),
+    Load(Location),
     /// Pops an index and pushes that element.
     Element {
         array: String,
-        first: Place,
+        first: Location,
         elements: u32,
     },
     Negate {
@@ -185,7 +166,7 @@ impl Evaluate for Evaluator {
                         return Err(EvaluationError::NoElement { array, index, elements });
                     };
                     let offset = first.offset + element * first.ty.size();
-                    Place { offset, ty: first.ty }.read(image)
+                    Location { offset, ty: first.ty }.read(image)
                 }
                 Code::Negate { long } => arithmetic::negate(pop(&mut stack), *long),
                 Code::Not => i32::from(pop(&mut stack) == 0),
@@ -242,7 +223,7 @@ mod tests {
             let value = expression.evaluate(&image).unwrap().number();
             program.interpreter().call(0, None, &mut Scan::new(&mut image, &mut NoHost));
             let long = program.checked.symbols.iter().position(|symbol| symbol.name == "L");
-            let place = program.layout.place(SymbolId(long.unwrap() as u32)).unwrap();
+            let place = program.layout.offset(SymbolId(long.unwrap() as u32)).unwrap();
             assert_eq!(image::read_i32(&image, place), expected, "{text}");
             assert_eq!(value, f64::from(expected), "{text}");
         }

@@ -7,6 +7,7 @@
 //! expressions have a region `scratch`, in which compiled code keeps their intermediate values.
 
 use plcc_abi::Region;
+use plcc_abi::image::{read_i16, read_i32, read_u8};
 use plcc_abi::pmi::{PORTS, Type};
 
 use crate::common::natural_cmp;
@@ -33,7 +34,30 @@ pub(crate) struct Layout {
     /// Offset of the physical lines, a byte for each port.
     pub(crate) ports: u32,
     /// Offset of each symbol, by its [`SymbolId`].
-    places: Vec<u32>,
+    offsets: Vec<u32>,
+}
+
+/// Where a variable lies in the image: its offset in bytes, and its type.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Location {
+    pub(crate) offset: u32,
+    pub(crate) ty: Type,
+}
+
+impl Location {
+    /// The location of a LOGICAL.
+    pub(crate) fn logical(offset: u32) -> Self {
+        Self { offset, ty: Type::Logical }
+    }
+
+    /// The variable's value.
+    pub(crate) fn read(self, image: &[u8]) -> i32 {
+        match self.ty {
+            Type::Logical => i32::from(read_u8(image, self.offset)),
+            Type::Integer => i32::from(read_i16(image, self.offset)),
+            Type::Long => read_i32(image, self.offset),
+        }
+    }
 }
 
 /// The name of the region of a type's variables.
@@ -48,12 +72,12 @@ pub(crate) fn region_name(ty: Type) -> &'static str {
 impl Layout {
     /// Lays out a program's variables.
     pub(crate) fn new(checked: &Checked) -> Self {
-        let mut this = Self { places: vec![0; checked.symbols.len()], ..Self::default() };
+        let mut this = Self { offsets: vec![0; checked.symbols.len()], ..Self::default() };
         for ty in [Type::Logical, Type::Integer, Type::Long] {
             let start = this.size;
-            for (place, symbol) in this.places.iter_mut().zip(&checked.symbols) {
+            for (offset, symbol) in this.offsets.iter_mut().zip(&checked.symbols) {
                 if symbol.ty == ty && !matches!(symbol.meaning, Meaning::Label(_)) {
-                    *place = this.size;
+                    *offset = this.size;
                     this.size += symbol.elements.unwrap_or(1) * ty.size();
                 }
             }
@@ -77,7 +101,7 @@ impl Layout {
         this
     }
 
-    /// Lets the program's own variables of a type that are no arrays exchange their places, so that they stand
+    /// Lets the program's own variables of a type that are no arrays exchange their offsets, so that they stand
     /// in the natural order of their names: those of KEY1, KEY2, KEY3 and so on are neighbours, also if
     /// statements mention LAMP1 between KEY1 and KEY2. Statements that do the same with each of them are
     /// then computed at once.
@@ -90,12 +114,12 @@ impl Layout {
         };
         let symbols = checked.symbols.iter().enumerate();
         let mut own: Vec<(usize, &Symbol)> = symbols.filter(|(_, symbol)| is_own(symbol)).collect();
-        let places: Vec<u32> =
-            own.iter().filter_map(|&(id, _)| self.places.get(id).copied()).collect();
+        let offsets: Vec<u32> =
+            own.iter().filter_map(|&(id, _)| self.offsets.get(id).copied()).collect();
         own.sort_by(|(_, a), (_, b)| natural_cmp(&a.name, &b.name));
-        for ((id, _), place) in own.into_iter().zip(places) {
-            if let Some(slot) = self.places.get_mut(id) {
-                *slot = place;
+        for ((id, _), offset) in own.into_iter().zip(offsets) {
+            if let Some(slot) = self.offsets.get_mut(id) {
+                *slot = offset;
             }
         }
     }
@@ -115,8 +139,8 @@ impl Layout {
     }
 
     /// A symbol's offset in the image.
-    pub(crate) fn place(&self, id: SymbolId) -> Option<u32> {
-        self.places.get(id.0 as usize).copied()
+    pub(crate) fn offset(&self, id: SymbolId) -> Option<u32> {
+        self.offsets.get(id.0 as usize).copied()
     }
 
     /// The offset of a type's region.

@@ -5,7 +5,7 @@ use plcc_abi::{
     pmi::{Announcement, FlipFlop, PmiTables, Role, Special, Symbol, TextItem, Timer, Type},
 };
 
-use crate::common::{InternalError, OrMissing, natural_cmp};
+use crate::common::{BrokenInvariant, OrMissing, natural_cmp};
 use crate::pmi::{
     ast::{self, Checked, FlipFlopDef, Item, Meaning, SymbolId, TimerDef},
     layout::Layout,
@@ -14,7 +14,7 @@ use crate::pmi::{
 /// Executive variables that survive power-off (PMI 3.4).
 const RETAINED: [&str; 3] = ["@NVFLG", "@NVINT", "@NVLNG"];
 
-type Result<T> = std::result::Result<T, InternalError>;
+type Result<T> = std::result::Result<T, BrokenInvariant>;
 
 /// The program without its code. `files` are the names of its sources, `tasks` says where the code
 /// of each task starts.
@@ -44,8 +44,8 @@ pub(crate) fn program(
 }
 
 /// A symbol's offset in the image.
-fn place(layout: &Layout, id: SymbolId) -> Result<u32> {
-    layout.place(id).or_missing(|| format!("the place of symbol {}", id.0))
+fn offset(layout: &Layout, id: SymbolId) -> Result<u32> {
+    layout.offset(id).or_missing(|| format!("the place of symbol {}", id.0))
 }
 
 fn symbols(checked: &Checked, layout: &Layout) -> Result<Vec<Symbol>> {
@@ -61,7 +61,7 @@ fn symbols(checked: &Checked, layout: &Layout) -> Result<Vec<Symbol>> {
             Meaning::Clock(flipflop) | Meaning::Pin(flipflop) => Role::FlipFlopPin(*flipflop),
             Meaning::Label(_) | Meaning::Unknown => return None,
         };
-        let offset = place(layout, SymbolId(index as u32));
+        let offset = offset(layout, SymbolId(index as u32));
         Some(offset.map(|offset| Symbol {
             name: symbol.name.clone(),
             ty: symbol.ty,
@@ -82,8 +82,8 @@ fn timers(checked: &Checked, layout: &Layout) -> Result<Vec<Timer>> {
         let counter = layout.counters.get(index).copied();
         Ok(Timer {
             kind: timer.kind,
-            control: place(layout, timer.control)?,
-            delayed: place(layout, timer.delayed)?,
+            control: offset(layout, timer.control)?,
+            delayed: offset(layout, timer.delayed)?,
             counter: counter.or_missing(|| format!("the counter of timer {index}"))?,
             preset: timer.preset,
         })
@@ -95,11 +95,11 @@ fn flipflops(checked: &Checked, layout: &Layout) -> Result<Vec<FlipFlop>> {
     let flipflop = |(index, flipflop): (usize, &FlipFlopDef)| {
         let last_clock = layout.last_clocks.get(index).copied();
         Ok(FlipFlop {
-            q: place(layout, flipflop.q)?,
-            d: Some(place(layout, flipflop.d)?),
-            clock: Some(place(layout, flipflop.clock)?),
-            preset: Some(place(layout, flipflop.preset)?),
-            clear: Some(place(layout, flipflop.clear)?),
+            q: offset(layout, flipflop.q)?,
+            d: Some(offset(layout, flipflop.d)?),
+            clock: Some(offset(layout, flipflop.clock)?),
+            preset: Some(offset(layout, flipflop.preset)?),
+            clear: Some(offset(layout, flipflop.clear)?),
             last_clock: last_clock.or_missing(|| format!("the last clock of flip-flop {index}"))?,
         })
     };
@@ -114,12 +114,14 @@ fn announcements(
     let symbol = |id: SymbolId| checked.symbol(id).or_missing(|| format!("symbol {}", id.0));
     let item = |item: &Item| match item {
         Item::Text(text) => Ok(TextItem::Text(text.clone())),
-        Item::Value(id) => Ok(TextItem::Value { ty: symbol(*id)?.ty, offset: place(layout, *id)? }),
+        Item::Value(id) => {
+            Ok(TextItem::Value { ty: symbol(*id)?.ty, offset: offset(layout, *id)? })
+        }
     };
     let announcement = |announcement: &ast::Announcement| {
         Ok(Announcement {
             name: symbol(announcement.symbol)?.name.clone(),
-            offset: place(layout, announcement.symbol)?,
+            offset: offset(layout, announcement.symbol)?,
             text: announcement.items.iter().map(item).collect::<Result<_>>()?,
         })
     };
@@ -130,7 +132,7 @@ fn announcements(
 fn special(checked: &Checked, layout: &Layout) -> Result<Special> {
     let offset = |name: &str| {
         let index = checked.symbols.iter().position(|symbol| symbol.name == name);
-        place(layout, SymbolId(index.or_missing(|| name)? as u32))
+        offset(layout, SymbolId(index.or_missing(|| name)? as u32))
     };
     Ok(Special { ipl: offset("@IPL")?, estop: offset("@ESTOP")?, crset: offset("@CRSET")? })
 }
@@ -141,7 +143,7 @@ fn initial(checked: &Checked, layout: &Layout) -> Result<Vec<(u32, Type, i32)>> 
     let mut initial = vec![];
     for (index, symbol) in checked.symbols.iter().enumerate() {
         if let Meaning::Constant(values) = &symbol.meaning {
-            let first = place(layout, SymbolId(index as u32))?;
+            let first = offset(layout, SymbolId(index as u32))?;
             for (i, &value) in values.iter().enumerate().filter(|&(_, &value)| value != 0) {
                 initial.push((first + i as u32 * symbol.ty.size(), symbol.ty, value));
             }

@@ -8,8 +8,8 @@ use plcc_diag::{Diagnostic, Span};
 
 use crate::common::{CrossReference, CrossReferenceRow, Use};
 use crate::nct::{
-    ast::{AreaOp, Bit, Op, Place, Program, Space, Word},
-    tables::{name, places, tested_place},
+    ast::{AreaOp, Bit, Op, Program, Space, Variable, Word},
+    tables::{each_variable, name, tested_variable},
 };
 
 /// By what rows are sorted: the letters, the number of digits (so that words come before bits), the
@@ -47,20 +47,20 @@ impl Finder<'_> {
                 let range = first as usize..(first + count) as usize;
                 let program = self.program;
                 for cond in program.condition_parts.get(range).unwrap_or_default() {
-                    if let Some(place) = tested_place(cond) {
-                        self.note(at, place, &[Use::Tested]);
+                    if let Some(variable) = tested_variable(cond) {
+                        self.note(at, variable, &[Use::Tested]);
                     }
                 }
             }
             Op::Set(_) | Op::Clear(_) => self.each(at, op, &[Use::Written]),
-            Op::Store { place, .. } => {
-                let uses: &[Use] = match place {
-                    Place::Word(Word::Indirect(_)) => &[Use::Read],
+            Op::Store { variable, .. } => {
+                let uses: &[Use] = match variable {
+                    Variable::Word(Word::Indirect(_)) => &[Use::Read],
                     _ => &[Use::Written],
                 };
-                self.note(at, place, uses);
+                self.note(at, variable, uses);
             }
-            Op::Update { place: Place::Word(Word::Indirect(_)), .. } => {
+            Op::Update { variable: Variable::Word(Word::Indirect(_)), .. } => {
                 self.each(at, op, &[Use::Read]);
             }
             Op::Count { .. } | Op::Update { .. } => {
@@ -85,7 +85,7 @@ impl Finder<'_> {
         let mut word = |index: u16, used: Use| {
             let byte = area.saturating_add(index * 2);
             if byte < Space::F.bytes() {
-                self.note(at, Place::Word(Word::Bytes { space: Space::F, byte }), &[used]);
+                self.note(at, Variable::Word(Word::Bytes { space: Space::F, byte }), &[used]);
             }
         };
         (0..read).for_each(|index| word(index, Use::Read));
@@ -96,22 +96,22 @@ impl Finder<'_> {
 
     /// Adds a use of each variable that a statement names.
     fn each(&mut self, at: usize, op: &Op, uses: &[Use]) {
-        places(op, |place| self.note(at, place, uses));
+        each_variable(op, |variable| self.note(at, variable, uses));
     }
 
     /// Adds uses of a variable in the statement with the index `at`.
-    fn note(&mut self, at: usize, place: Place, uses: &[Use]) {
+    fn note(&mut self, at: usize, variable: Variable, uses: &[Use]) {
         let line = self.program.lines.get(at).copied().unwrap_or(1);
-        let text = match place {
-            Place::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
-            place => place.to_string(),
+        let text = match variable {
+            Variable::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
+            variable => variable.to_string(),
         };
         // A bit without a name is one of V; it means what the input means whose changes it shows.
-        let known = name(place).or(match place {
-            Place::Bit(Bit { byte, bit, .. }) => {
+        let known = name(variable).or(match variable {
+            Variable::Bit(Bit { byte, bit, .. }) => {
                 Some(NctName::I { byte: byte as u8, bit: Some(bit) })
             }
-            Place::Word(_) => None,
+            Variable::Word(_) => None,
         });
         let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
         let (letters, number) = text.split_at(digits);
@@ -132,23 +132,23 @@ impl Finder<'_> {
                 lines.push(line);
             }
         }
-        self.note_bits(at, place, uses);
+        self.note_bits(at, variable, uses);
     }
 
     /// Notes which bits and bytes of F and Y are written and read.
-    fn note_bits(&mut self, at: usize, place: Place, uses: &[Use]) {
+    fn note_bits(&mut self, at: usize, variable: Variable, uses: &[Use]) {
         let slots = uses.iter().map(|used| usize::from(*used != Use::Written));
-        match place {
-            Place::Bit(bit) if matches!(bit.space, Space::F | Space::Y) => {
+        match variable {
+            Variable::Bit(bit) if matches!(bit.space, Space::F | Space::Y) => {
                 let span = self.program.stmts.get(at).map(|s| s.span);
-                let places = self.bits.entry(bit).or_default();
+                let variables = self.bits.entry(bit).or_default();
                 for slot in slots {
-                    if let Some(place) = places.get_mut(slot) {
-                        *place = place.or(span);
+                    if let Some(variable) = variables.get_mut(slot) {
+                        *variable = variable.or(span);
                     }
                 }
             }
-            Place::Word(Word::Bytes { space: space @ (Space::F | Space::Y), byte }) => {
+            Variable::Word(Word::Bytes { space: space @ (Space::F | Space::Y), byte }) => {
                 for byte in [byte, byte + 1] {
                     let used = self.words.entry((space, byte)).or_default();
                     slots.clone().for_each(|slot| {
@@ -158,7 +158,7 @@ impl Finder<'_> {
                     });
                 }
             }
-            Place::Bit(_) | Place::Word(_) => {}
+            Variable::Bit(_) | Variable::Word(_) => {}
         }
     }
 
@@ -241,8 +241,8 @@ pub(super) fn outputs_of_several_modules(program: &Program) -> Vec<Diagnostic> {
     for (stmt, &modules) in program.stmts.iter().zip(&reached) {
         let bit = match stmt.op {
             Op::Set(bit) | Op::Clear(bit) => bit,
-            Op::Store { place: Place::Bit(bit), .. }
-            | Op::Update { place: Place::Bit(bit), .. } => bit,
+            Op::Store { variable: Variable::Bit(bit), .. }
+            | Op::Update { variable: Variable::Bit(bit), .. } => bit,
             _ => continue,
         };
         if modules == 0 || !matches!(bit.space, Space::Y | Space::O) {

@@ -7,7 +7,7 @@ use plcc_diag::{Diagnostic, Span};
 
 use super::cross_reference::{outputs_of_several_modules, reached};
 use crate::nct::ast::{
-    Bit, ConditionPart, Op, Operand, Place, Program, Relation, Space, Stmt, Test, Word,
+    Bit, ConditionPart, Op, Operand, Program, Relation, Space, Stmt, Test, Variable, Word,
 };
 
 /// The strobes of functions: the NC sends a function and waits for FIN (NCT 2.2.1).
@@ -40,8 +40,8 @@ pub(crate) fn find(program: &Program) -> Vec<Diagnostic> {
 /// it so.
 #[derive(Default)]
 struct Used {
-    read: Vec<(Place, Span)>,
-    written: Vec<(Place, Span)>,
+    read: Vec<(Variable, Span)>,
+    written: Vec<(Variable, Span)>,
     /// The bits that are set by U, which are among those that are written.
     set: Vec<(Bit, Span)>,
 }
@@ -53,8 +53,8 @@ impl Used {
             used.statement(program, stmt);
         }
         for list in [&mut used.read, &mut used.written] {
-            list.sort_by_key(|(place, span)| (*place, span.start));
-            list.dedup_by_key(|(place, _)| *place);
+            list.sort_by_key(|(variable, span)| (*variable, span.start));
+            list.dedup_by_key(|(variable, _)| *variable);
         }
         used.set.sort_by_key(|(bit, span)| (*bit, span.start));
         used.set.dedup_by_key(|(bit, _)| *bit);
@@ -73,10 +73,10 @@ impl Used {
                             self.operand(value, span)
                         }
                         ConditionPart::Test(Test::Bit { bit, .. }) => {
-                            self.read.push((Place::Bit(bit), span));
+                            self.read.push((Variable::Bit(bit), span));
                         }
                         ConditionPart::Test(Test::Word { word, .. }) => {
-                            self.read.push((Place::Word(word), span));
+                            self.read.push((Variable::Word(word), span));
                         }
                         ConditionPart::Gate(_) => {}
                     }
@@ -84,35 +84,35 @@ impl Used {
             }
             Op::Set(bit) => {
                 self.set.push((bit, span));
-                self.written.push((Place::Bit(bit), span));
+                self.written.push((Variable::Bit(bit), span));
             }
-            Op::Clear(bit) => self.written.push((Place::Bit(bit), span)),
-            Op::Store { place, .. } | Op::Update { place, .. } => {
-                self.written.push((place, span));
+            Op::Clear(bit) => self.written.push((Variable::Bit(bit), span)),
+            Op::Store { variable, .. } | Op::Update { variable, .. } => {
+                self.written.push((variable, span));
             }
             _ => {}
         }
     }
 
     fn operand(&mut self, operand: Operand, span: Span) {
-        if let Operand::Load { place, .. } = operand {
-            self.read.push((place, span));
+        if let Operand::Load { variable, .. } = operand {
+            self.read.push((variable, span));
         }
     }
 
     /// Whether a bit of the output image is written, alone or in a word.
     fn writes_output(&self, byte: u16, bit: u8) -> bool {
-        self.written.iter().any(|(place, _)| match *place {
-            Place::Bit(written) => written == Bit { space: Space::Y, byte, bit },
-            Place::Word(word) => has_byte(word, Space::Y, byte),
+        self.written.iter().any(|(variable, _)| match *variable {
+            Variable::Bit(written) => written == Bit { space: Space::Y, byte, bit },
+            Variable::Word(word) => has_byte(word, Space::Y, byte),
         })
     }
 
     /// Whether a byte of inputs or outputs is named at all.
     fn names_byte(&self, space: Space, byte: u16) -> bool {
-        self.read.iter().chain(&self.written).any(|(place, _)| match *place {
-            Place::Bit(bit) => (bit.space, bit.byte) == (space, byte),
-            Place::Word(word) => has_byte(word, space, byte),
+        self.read.iter().chain(&self.written).any(|(variable, _)| match *variable {
+            Variable::Bit(bit) => (bit.space, bit.byte) == (space, byte),
+            Variable::Word(word) => has_byte(word, space, byte),
         })
     }
 }
@@ -222,7 +222,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
             let begins = label <= 2 || called.contains(&label);
             let runs_on = at.checked_sub(1).and_then(|at| reached.get(at)).is_some_and(|m| *m != 0)
                 && before.is_some_and(|op| !ends_routine(op) && !matches!(op, Op::Label(_)));
-            if let Some((from, place)) = routine
+            if let Some((from, variable)) = routine
                 && begins
                 && runs_on
             {
@@ -231,7 +231,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
                 );
                 found.push(
                     Diagnostic::warning("NCT-W9", stmt.span, message)
-                        .label(place, "this subroutine")
+                        .label(variable, "this subroutine")
                         .help(format!("write R before :{label:03}")),
                 );
             }
@@ -243,7 +243,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
     }
     // After the last statement no R can come any more. (After a module J0 to J2 must stand, and a
     // program that could run into texts has error 74.)
-    if let Some((from, place)) = routine
+    if let Some((from, variable)) = routine
         && let Some(last) = program.stmts.last()
         && reached.get(program.stmts.len() - 1).is_some_and(|modules| *modules != 0)
         && !ends_routine(last.op)
@@ -254,7 +254,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         );
         found.push(
             Diagnostic::warning("NCT-W9", last.span, message)
-                .label(place, "this subroutine")
+                .label(variable, "this subroutine")
                 .help("write R after this"),
         );
     }
@@ -262,16 +262,17 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
 
 /// A function's strobe that is read in a program that never writes FIN: the NC waits for ever.
 fn strobe_without_fin(used: &Used, found: &mut Vec<Diagnostic>) {
-    let strobe = used.read.iter().find(|(place, _)| match place {
-        Place::Bit(bit) => {
+    let strobe = used.read.iter().find(|(variable, _)| match variable {
+        Variable::Bit(bit) => {
             matches!(bit.space, Space::I | Space::V) && STROBES.contains(&(bit.byte, bit.bit))
         }
-        Place::Word(_) => false,
+        Variable::Word(_) => false,
     });
-    if let Some((place, span)) = strobe
+    if let Some((variable, span)) = strobe
         && !used.writes_output(FIN.0, FIN.1)
     {
-        let message = format!("{place} is the strobe of a function, and nothing writes FIN, Y547");
+        let message =
+            format!("{variable} is the strobe of a function, and nothing writes FIN, Y547");
         found.push(
             Diagnostic::warning("NCT-W10", *span, message)
                 .note("the NC waits for FIN before it goes on with the part program")
@@ -282,15 +283,15 @@ fn strobe_without_fin(used: &Used, found: &mut Vec<Diagnostic>) {
 
 /// Timers that are read and to which nothing is stored, so that they never run.
 fn timer_never_started(used: &Used, found: &mut Vec<Diagnostic>) {
-    let started: BTreeSet<Place> = used.written.iter().map(|(place, _)| *place).collect();
-    for (place, span) in &used.read {
-        if let Place::Word(Word::T(_) | Word::H(_) | Word::M(_)) = place
-            && !started.contains(place)
+    let started: BTreeSet<Variable> = used.written.iter().map(|(variable, _)| *variable).collect();
+    for (variable, span) in &used.read {
+        if let Variable::Word(Word::T(_) | Word::H(_) | Word::M(_)) = variable
+            && !started.contains(variable)
         {
-            let message = format!("nothing starts the timer {place}, so it stays 0");
+            let message = format!("nothing starts the timer {variable}, so it stays 0");
             found.push(
                 Diagnostic::warning("NCT-W11", *span, message)
-                    .help(format!("store its time, as in ,50 S{place}")),
+                    .help(format!("store its time, as in ,50 S{variable}")),
             );
         }
     }

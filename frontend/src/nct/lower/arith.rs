@@ -7,10 +7,10 @@
 
 use plcc_ir::{BinaryOp, IntCond, Type, Value};
 
-use super::place::{Bcd, Indirect};
+use super::memory::{Bcd, Indirect};
 use super::{Lowerer, Result};
 use crate::nct::{
-    ast::{Arith, Bit, Operand, Place, Word},
+    ast::{Arith, Bit, Operand, Variable, Word},
     lower::liveness::LiveSet,
     status_flags::{
         BCD_SIGN, CARRY, HIGH_WORD, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO,
@@ -56,21 +56,21 @@ impl Lowerer<'_> {
 
     /// The value of an operand, an i16, and the guard of an indirect one.
     pub(super) fn operand(&mut self, operand: Operand) -> Result<(Value, Option<Value>)> {
-        let (negate, place) = match operand {
+        let (negate, variable) = match operand {
             Operand::Const(value) => {
                 return Ok((self.builder.func().iconst(Type::I16, value.into()), None));
             }
-            Operand::Load { negate, place } => (negate, place),
+            Operand::Load { negate, variable } => (negate, variable),
         };
-        match place {
-            Place::Bit(bit) => {
+        match variable {
+            Variable::Bit(bit) => {
                 let mut value = self.bit(bit)?;
                 if negate {
                     value = self.not(value);
                 }
                 Ok((self.builder.func().zextend_or_trunc(Type::I16, value), None))
             }
-            Place::Word(word) => {
+            Variable::Word(word) => {
                 let (mut value, guard) = match word {
                     Word::Indirect(at) => {
                         let to = self.indirect(at)?;
@@ -100,24 +100,24 @@ impl Lowerer<'_> {
     }
 
     /// A variable becomes OP, or its complement.
-    pub(super) fn store(&mut self, negate: bool, place: Place) -> Result {
+    pub(super) fn store(&mut self, negate: bool, variable: Variable) -> Result {
         let mut value = self.op();
         if negate {
             value = self.not(value);
         }
-        match place {
-            Place::Bit(bit) => {
+        match variable {
+            Variable::Bit(bit) => {
                 let value = self.builder.func().zextend_or_trunc(Type::I1, value);
                 self.store_bit(bit, value)?;
             }
-            Place::Word(Word::Indirect(at)) => {
+            Variable::Word(Word::Indirect(at)) => {
                 let to = self.indirect(at)?;
                 let old = self.indirect_word(&to);
                 let value = self.guarded(Some(to.ok), value, old);
                 self.store_indirect(&to, value);
                 self.address_flags(&to)?;
             }
-            Place::Word(word) => self.store_word(word, value)?,
+            Variable::Word(word) => self.store_word(word, value)?,
         }
         Ok(())
     }
@@ -125,7 +125,7 @@ impl Lowerer<'_> {
     /// OP becomes OP combined with the operand.
     pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: LiveSet) -> Result {
         let (mut with, guard) = self.operand(operand)?;
-        if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {
+        if op == Arith::And && matches!(operand, Operand::Load { variable: Variable::Bit(_), .. }) {
             // AND with a bit changes only bit 0 of OP.
             with = self.builder.func().binary_imm(BinaryOp::Or, with, -2);
         }
@@ -260,12 +260,12 @@ impl Lowerer<'_> {
         &mut self,
         op: Arith,
         negate: bool,
-        place: Place,
+        variable: Variable,
         after: LiveSet,
     ) -> Result {
         let with = self.op();
-        match place {
-            Place::Bit(bit) => {
+        match variable {
+            Variable::Bit(bit) => {
                 let mut old = self.bit(bit)?;
                 if negate {
                     old = self.not(old);
@@ -274,7 +274,7 @@ impl Lowerer<'_> {
                 let value = self.builder.func().binary(binary(op), old, with);
                 self.store_bit(bit, value)?;
             }
-            Place::Word(Word::Indirect(at)) => {
+            Variable::Word(Word::Indirect(at)) => {
                 let to = self.indirect(at)?;
                 let before = self.indirect_word(&to);
                 let old = if negate { self.not(before) } else { before };
@@ -284,7 +284,7 @@ impl Lowerer<'_> {
                 self.address_flags(&to)?;
                 self.sum_flags(op, (old, with), value, Some(to.ok), after)?;
             }
-            Place::Word(word) => {
+            Variable::Word(word) => {
                 let mut old = self.word(word)?;
                 if negate {
                     old = self.not(old);

@@ -4,7 +4,7 @@
 use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
 
 use super::{Lowerer, Result};
-use crate::common::{InternalError, OrMissing};
+use crate::common::{BrokenInvariant, OrMissing};
 use crate::nct::ast::{Arith, Bit, ConditionPart, Op, Relation, Space, Test};
 
 /// If a condition switches no more bits than this, in both parts together, it is lowered without
@@ -146,7 +146,7 @@ impl Lowerer<'_> {
                 let at = Address::fixed(self.regions.waiting, waiting.len() as u32);
                 Ok(self.builder.func().load(Type::I1, at))
             }
-            None => Err(InternalError::missing("an operand of a condition")),
+            None => Err(BrokenInvariant::missing("an operand of a condition")),
         }
     }
 

@@ -14,7 +14,7 @@ use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
 use plcc_ir::bound::ReturnStack;
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
-use super::place::Bcd;
+use super::memory::Bcd;
 use super::{Lowerer, Result};
 use crate::common::OrMissing;
 use crate::nct::{

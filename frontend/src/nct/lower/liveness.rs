@@ -6,7 +6,7 @@
 //! (but for OP), and by a statement with a register area.
 
 use crate::nct::{
-    ast::{Arith, Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Word},
+    ast::{Arith, Bit, ConditionPart, Op, Operand, Program, Space, Test, Variable, Word},
     status_flags,
 };
 
@@ -75,32 +75,32 @@ fn of_bit(bit: Bit) -> LiveSet {
 }
 
 /// What is read of the members when a variable is read.
-fn read(place: Place) -> LiveSet {
-    match place {
-        Place::Bit(bit) => of_bit(bit),
-        Place::Word(Word::Bytes { space: Space::F, byte }) => {
+fn read(variable: Variable) -> LiveSet {
+    match variable {
+        Variable::Bit(bit) => of_bit(bit),
+        Variable::Word(Word::Bytes { space: Space::F, byte }) => {
             of_byte(byte).union(of_byte(byte + 1))
         }
-        Place::Word(Word::Indirect(_)) => LiveSet::ALL.without(LiveSet::OP),
-        Place::Word(_) => LiveSet::NONE,
+        Variable::Word(Word::Indirect(_)) => LiveSet::ALL.without(LiveSet::OP),
+        Variable::Word(_) => LiveSet::NONE,
     }
 }
 
 /// What is overwritten of the members when a variable is written.
-fn replaced(place: Place) -> LiveSet {
-    match place {
+fn replaced(variable: Variable) -> LiveSet {
+    match variable {
         // The other bits of F000 and F001 stay what they were.
-        Place::Bit(bit) => of_bit(bit).without(LiveSet::HIGH),
-        Place::Word(Word::Bytes { space: Space::F, byte }) => {
+        Variable::Bit(bit) => of_bit(bit).without(LiveSet::HIGH),
+        Variable::Word(Word::Bytes { space: Space::F, byte }) => {
             let whole = of_byte(byte).union(of_byte(byte + 1));
             if byte == 0 { whole } else { whole.without(LiveSet::HIGH) }
         }
-        Place::Word(_) => LiveSet::NONE,
+        Variable::Word(_) => LiveSet::NONE,
     }
 }
 
-fn is_indirect(place: Place) -> bool {
-    matches!(place, Place::Word(Word::Indirect(_)))
+fn is_indirect(variable: Variable) -> bool {
+    matches!(variable, Variable::Word(Word::Indirect(_)))
 }
 
 /// What loading an operand reads and overwrites, and whether it is always done: an indirect load is
@@ -108,10 +108,10 @@ fn is_indirect(place: Place) -> bool {
 fn operand(operand: Operand) -> (LiveSet, LiveSet, bool) {
     match operand {
         Operand::Const(_) => (LiveSet::NONE, LiveSet::NONE, true),
-        Operand::Load { place, .. } if is_indirect(place) => {
-            (read(place), LiveSet::INDIRECT, false)
+        Operand::Load { variable, .. } if is_indirect(variable) => {
+            (read(variable), LiveSet::INDIRECT, false)
         }
-        Operand::Load { place, .. } => (read(place), LiveSet::NONE, true),
+        Operand::Load { variable, .. } => (read(variable), LiveSet::NONE, true),
     }
 }
 
@@ -172,15 +172,15 @@ fn condition(cond: &ConditionPart) -> LiveSet {
 /// The live set before a statement, if `after` is the one before the next.
 fn step(op: &Op, after: LiveSet) -> LiveSet {
     match *op {
-        Op::Set(bit) | Op::Clear(bit) => after.without(replaced(Place::Bit(bit))),
+        Op::Set(bit) | Op::Clear(bit) => after.without(replaced(Variable::Bit(bit))),
         Op::Load(from) => {
             let (reads, replaces, done) = operand(from);
             let replaces = if done { replaces.union(LiveSet::OP) } else { replaces };
             after.without(replaces).union(reads)
         }
-        Op::Store { place, .. } => {
-            let reads = if is_indirect(place) { read(place) } else { LiveSet::NONE };
-            after.without(replaced(place)).union(reads).union(LiveSet::OP)
+        Op::Store { variable, .. } => {
+            let reads = if is_indirect(variable) { read(variable) } else { LiveSet::NONE };
+            after.without(replaced(variable)).union(reads).union(LiveSet::OP)
         }
         Op::Arith { op, operand: from } => {
             let (reads, replaces, done) = operand(from);
@@ -188,9 +188,9 @@ fn step(op: &Op, after: LiveSet) -> LiveSet {
             let after = if done { after.without(writes) } else { after };
             after.without(replaces).union(reads).union(looks).union(LiveSet::OP)
         }
-        Op::Update { op, place, .. } => {
-            let writes = if is_indirect(place) { LiveSet::NONE } else { arith(op).1 };
-            after.without(writes).union(read(place)).union(LiveSet::OP)
+        Op::Update { op, variable, .. } => {
+            let writes = if is_indirect(variable) { LiveSet::NONE } else { arith(op).1 };
+            after.without(writes).union(read(variable)).union(LiveSet::OP)
         }
         Op::Apply { op, .. } => {
             let (looks, writes) = arith(op);

@@ -10,7 +10,7 @@ mod arith;
 mod condition;
 mod flow;
 mod liveness;
-mod place;
+mod memory;
 
 use plcc_abi::nct::{context, layout::region};
 use plcc_ir::bound::ReturnStack;
@@ -20,14 +20,14 @@ use plcc_ir::{
     Value,
 };
 
-use crate::common::{InternalError, LowerError, OrMissing};
+use crate::common::{BrokenInvariant, LowerError, OrMissing};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
     layout::{Layout, SCRATCH, WAITING},
     lower::liveness::{LiveSet, liveness},
 };
 
-type Result<T = ()> = std::result::Result<T, InternalError>;
+type Result<T = ()> = std::result::Result<T, BrokenInvariant>;
 
 /// Lowers a program. Its tasks are the modules that it has, in their order.
 ///
@@ -255,9 +255,9 @@ impl Lowerer<'_> {
             }
             Op::Count { counter, up } => self.count(counter, up)?,
             Op::Load(operand) => self.load(operand)?,
-            Op::Store { negate, place } => self.store(negate, place)?,
+            Op::Store { negate, variable } => self.store(negate, variable)?,
             Op::Arith { op, operand } => self.arith(op, operand, after)?,
-            Op::Update { op, negate, place } => self.update(op, negate, place, after)?,
+            Op::Update { op, negate, variable } => self.update(op, negate, variable, after)?,
             Op::Shift { left, by } => {
                 let op = self.op();
                 let how = if left { BinaryOp::Shl } else { BinaryOp::Lshr };

@@ -17,7 +17,7 @@ use plcc_abi::nct::arithmetic::{Operation, from_bcd};
 
 use super::run::Run;
 use crate::common::{Observer, Value};
-use crate::nct::ast::{AreaOp, Bit, Place, Space, Word};
+use crate::nct::ast::{AreaOp, Bit, Space, Variable, Word};
 use crate::nct::status_flags::{NOT_BCD, NOT_FOUND, OVERFLOW, SIGN, SYNTAX, ZERO};
 
 /// A number among the local variables: its first byte, and how many bytes it has.
@@ -128,13 +128,13 @@ impl<O: Observer> Run<'_, O> {
             let byte = byte.min(LAST_WORD);
             let word = [self.byte(Space::F, byte), self.byte(Space::F, byte + 1)];
             let value = Value::Integer(u16::from_le_bytes(word).into());
-            self.observe(tell, Place::Word(word_at(byte)), value);
+            self.observe(tell, Variable::Word(word_at(byte)), value);
         }
     }
 
     fn observe_flag(&mut self, flag: Bit) {
         let value = Value::Logical(self.is_set(flag));
-        self.observe(Observer::write, Place::Bit(flag), value);
+        self.observe(Observer::write, Variable::Bit(flag), value);
     }
 
     fn is_set(&self, flag: Bit) -> bool {

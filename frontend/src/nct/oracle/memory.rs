@@ -6,7 +6,7 @@ use plcc_abi::nct::arithmetic::from_bcd;
 use super::run::Run;
 use crate::common::{Accessed, Observer, Value};
 use crate::nct::{
-    ast::{Bit, Operand, Place, Space, Word},
+    ast::{Bit, Operand, Space, Variable, Word},
     status_flags::{NOT_BCD, SYNTAX},
     tables::name,
 };
@@ -17,7 +17,7 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn bit(&mut self, bit: Bit) -> bool {
         let value = self.value_of_bit(bit);
         if self.observer.is_active() {
-            self.observe(Observer::read, Place::Bit(bit), Value::Logical(value));
+            self.observe(Observer::read, Variable::Bit(bit), Value::Logical(value));
         }
         value
     }
@@ -40,7 +40,7 @@ impl<O: Observer> Run<'_, O> {
         if let Some(location) = self.layout.location(bit.space, bit.byte) {
             location.set_bit(self.image, bit.bit, value);
             if self.observer.is_active() {
-                self.observe(Observer::write, Place::Bit(bit), Value::Logical(value));
+                self.observe(Observer::write, Variable::Bit(bit), Value::Logical(value));
             }
         }
     }
@@ -75,7 +75,7 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn word(&mut self, word: Word) -> u16 {
         let value = self.value_of_word(word);
         if self.observer.is_active() {
-            self.observe(Observer::read, Place::Word(word), Value::Integer(value.into()));
+            self.observe(Observer::read, Variable::Word(word), Value::Integer(value.into()));
         }
         value
     }
@@ -91,10 +91,10 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn observe(
         &mut self,
         tell: fn(&mut O, Accessed, Value),
-        place: Place,
+        variable: Variable,
         value: Value,
     ) {
-        if let Some(name) = name(place) {
+        if let Some(name) = name(variable) {
             tell(&mut self.observer, Accessed::Nct(name), value);
         }
     }
@@ -111,7 +111,7 @@ impl<O: Observer> Run<'_, O> {
             write_u16(self.image, offset, value);
         }
         if self.observer.is_active() {
-            self.observe(Observer::write, Place::Word(word), Value::Integer(value.into()));
+            self.observe(Observer::write, Variable::Word(word), Value::Integer(value.into()));
         }
     }
 
@@ -123,13 +123,13 @@ impl<O: Observer> Run<'_, O> {
 
     /// The value of an operand; `None` if the address of an indirect one is not valid.
     pub(super) fn operand(&mut self, operand: Operand) -> Option<u16> {
-        let (negate, place) = match operand {
+        let (negate, variable) = match operand {
             Operand::Const(value) => return Some(value),
-            Operand::Load { negate, place } => (negate, place),
+            Operand::Load { negate, variable } => (negate, variable),
         };
-        let value = match place {
-            Place::Bit(bit) => return Some(u16::from(self.bit(bit) != negate)),
-            Place::Word(Word::Indirect(at)) => match self.indirect(at) {
+        let value = match variable {
+            Variable::Bit(bit) => return Some(u16::from(self.bit(bit) != negate)),
+            Variable::Word(Word::Indirect(at)) => match self.indirect(at) {
                 Ok(word) => {
                     let value = self.word(word);
                     self.set_address_flags(false, false);
@@ -140,7 +140,7 @@ impl<O: Observer> Run<'_, O> {
                     return None;
                 }
             },
-            Place::Word(word) => self.word(word),
+            Variable::Word(word) => self.word(word),
         };
         Some(if negate { !value } else { value })
     }
@@ -150,17 +150,17 @@ impl<O: Observer> Run<'_, O> {
     /// says whether `change` uses the old value, so that the observer is told of a read.
     pub(super) fn update(
         &mut self,
-        place: Place,
+        variable: Variable,
         reads: bool,
         change: impl FnOnce(u16, u16) -> (u16, Option<bool>),
     ) {
-        match place {
-            Place::Bit(bit) => {
+        match variable {
+            Variable::Bit(bit) => {
                 let old = if reads { self.bit(bit) } else { self.value_of_bit(bit) };
                 let (value, _) = change(old.into(), self.op & 1);
                 self.set(bit, value & 1 != 0);
             }
-            Place::Word(word) => {
+            Variable::Word(word) => {
                 let (word, indirect) = match word {
                     Word::Indirect(at) => match self.indirect(at) {
                         Ok(word) => (word, true),

@@ -18,7 +18,7 @@ use plcc_abi::{
 
 use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter, Value};
 use crate::nct::{
-    ast::{Op, Operand, Place, Program, Word},
+    ast::{Op, Operand, Program, Variable, Word},
     layout::Layout,
 };
 use run::{Next, Run};
@@ -200,7 +200,7 @@ pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> C
         if let Op::Load(operand) = stmt.op {
             match (run.operand(operand), operand) {
                 (Some(value), _) => run.op = value,
-                (None, Operand::Load { place: Place::Word(Word::Indirect(at)), .. }) => {
+                (None, Operand::Load { variable: Variable::Word(Word::Indirect(at)), .. }) => {
                     return Computed::NoAddress(at);
                 }
                 (None, _) => {}

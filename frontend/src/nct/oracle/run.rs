@@ -9,7 +9,7 @@ use plcc_abi::{
 use super::arithmetic::sum;
 use crate::common::Observer;
 use crate::nct::{
-    ast::{Arith, ConditionPart, Op, Operand, Place, Program, Relation, Space, Test, Word},
+    ast::{Arith, ConditionPart, Op, Operand, Program, Relation, Space, Test, Variable, Word},
     control_flow::INDIRECT_LABELS,
     layout::Layout,
 };
@@ -158,12 +158,12 @@ impl<O: Observer> Run<'_, O> {
                 self.set_word(counter, value);
             }
             Op::Load(operand) => self.op = self.operand(operand).unwrap_or(self.op),
-            Op::Store { negate, place } => {
-                self.update(place, false, |_, op| (if negate { !op } else { op }, None));
+            Op::Store { negate, variable } => {
+                self.update(variable, false, |_, op| (if negate { !op } else { op }, None));
             }
             Op::Arith { op, operand } => {
                 let Some(value) = self.operand(operand) else { return Next::At(at + 1) };
-                if let Operand::Load { place: Place::Bit(_), .. } = operand {
+                if let Operand::Load { variable: Variable::Bit(_), .. } = operand {
                     // AND with a bit changes only bit 0 of OP.
                     let value = if op == Arith::And { 0xFFFE | value } else { value };
                     self.arith(op, self.op, value);
@@ -171,7 +171,7 @@ impl<O: Observer> Run<'_, O> {
                     self.arith(op, self.op, value);
                 }
             }
-            Op::Update { op, negate, place } => self.update(place, true, |old, with| {
+            Op::Update { op, negate, variable } => self.update(variable, true, |old, with| {
                 let old = if negate { !old } else { old };
                 match op {
                     Arith::And => (old & with, None),

@@ -104,8 +104,8 @@ impl Parser<'_> {
         if cursor.at('L') {
             cursor.bump();
             let operand = load(cursor, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
-            if let Operand::Load { place, .. } = operand {
-                require_word(cursor, start, place)?;
+            if let Operand::Load { variable, .. } = operand {
+                require_word(cursor, start, variable)?;
             }
             return Ok(Test::Relation { relation, operand });
         }

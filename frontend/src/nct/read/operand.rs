@@ -4,7 +4,7 @@
 //! In all functions `start` is the offset at which the statement begins, for the place of an error.
 
 use crate::nct::{
-    ast::{Bit, Operand, Place, Space, Word},
+    ast::{Bit, Operand, Space, Variable, Word},
     read::{
         cursor::Cursor,
         diagnostic::{Read, SyntaxError, error, shown},
@@ -52,16 +52,16 @@ impl Prefix {
 
 /// Reads the address of a word or bit after its letter: two digits name a word, three a bit;
 /// after `F` there is one digit more.
-fn bit_or_word(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
+fn bit_or_word(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Variable> {
     let least = if space == Space::F { 3 } else { 2 };
     let found = address(cursor, start, least, least + 1, Digits::Octal)?;
-    let place = if found.len == least {
-        Place::Word(Word::Bytes { space, byte: found.value })
+    let variable = if found.len == least {
+        Variable::Word(Word::Bytes { space, byte: found.value })
     } else {
-        Place::Bit(bit_of_digits(space, found.value))
+        Variable::Bit(bit_of_digits(space, found.value))
     };
-    check_port(cursor, start, place)?;
-    Ok(place)
+    check_port(cursor, start, variable)?;
+    Ok(variable)
 }
 
 /// The bit of an address whose digits were read as one decimal number: the last digit is the bit,
@@ -75,16 +75,16 @@ pub(crate) fn bit(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<B
     let len = if space == Space::F { 4 } else { 3 };
     let found = address(cursor, start, len, len, Digits::Octal)?;
     let bit = bit_of_digits(space, found.value);
-    check_port(cursor, start, Place::Bit(bit))?;
+    check_port(cursor, start, Variable::Bit(bit))?;
     Ok(bit)
 }
 
 /// Refuses a physical line of an interface board that does not exist.
-fn check_port(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
-    let (space, byte) = match place {
-        Place::Bit(bit) => (bit.space, bit.byte),
-        Place::Word(Word::Bytes { space, byte }) => (space, byte),
-        Place::Word(_) => return Ok(()),
+fn check_port(cursor: &Cursor<'_>, start: usize, variable: Variable) -> Read<()> {
+    let (space, byte) = match variable {
+        Variable::Bit(bit) => (bit.space, bit.byte),
+        Variable::Word(Word::Bytes { space, byte }) => (space, byte),
+        Variable::Word(_) => return Ok(()),
     };
     if matches!(space, Space::P | Space::O) && byte >= space.bytes() {
         return Err(error(
@@ -189,7 +189,7 @@ pub(crate) fn refuse(
 }
 
 /// Reads a variable after `L`, `NL`, `S` or `NS`.
-pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
+pub(crate) fn variable(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Variable> {
     let letter = cursor.peek();
     let space = match letter {
         Some('I') if !prefix.stores() => Some(Space::I),
@@ -204,22 +204,22 @@ pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Re
         cursor.bump();
         if space == Space::F && cursor.eat('I') {
             let at = address(cursor, start, 3, 3, Digits::Decimal)?.value;
-            return Ok(Place::Word(Word::Indirect(at)));
+            return Ok(Variable::Word(Word::Indirect(at)));
         }
-        let place = bit_or_word(cursor, start, space)?;
+        let variable = bit_or_word(cursor, start, space)?;
         if prefix.stores() {
-            check_even(cursor, start, place)?;
+            check_even(cursor, start, variable)?;
         }
-        return Ok(place);
+        return Ok(variable);
     }
     match letter {
         Some('R') => {
             cursor.bump();
-            register(cursor, start, prefix).map(Place::Word)
+            register(cursor, start, prefix).map(Variable::Word)
         }
         Some(letter @ ('Q' | 'T' | 'H' | 'M')) => {
             cursor.bump();
-            counter(cursor, start, letter).map(Place::Word)
+            counter(cursor, start, letter).map(Variable::Word)
         }
         _ => {
             let names = if prefix.stores() { "Y O F R Q T H M" } else { "I Y V P F R Q T H M" };
@@ -236,9 +236,9 @@ pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Re
 }
 
 /// Refuses a word at an odd byte of an interface board, to which none can be stored.
-fn check_even(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
-    match place {
-        Place::Word(Word::Bytes { space: space @ (Space::Y | Space::O), byte })
+fn check_even(cursor: &Cursor<'_>, start: usize, variable: Variable) -> Read<()> {
+    match variable {
+        Variable::Word(Word::Bytes { space: space @ (Space::Y | Space::O), byte })
             if byte < 40 && byte % 2 == 1 =>
         {
             Err(error(
@@ -265,13 +265,13 @@ pub(crate) fn constant(cursor: &mut Cursor<'_>, start: usize) -> Read<Operand> {
 
 /// Reads a variable after `L` or `NL` as an operand.
 pub(crate) fn load(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
-    let place = place(cursor, start, prefix)?;
-    Ok(Operand::Load { negate: prefix.negates(), place })
+    let variable = variable(cursor, start, prefix)?;
+    Ok(Operand::Load { negate: prefix.negates(), variable })
 }
 
 /// Refuses a bit where a number of 16 bits is needed.
-pub(crate) fn require_word(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
-    let Place::Bit(bit) = place else { return Ok(()) };
+pub(crate) fn require_word(cursor: &Cursor<'_>, start: usize, variable: Variable) -> Read<()> {
+    let Variable::Bit(bit) = variable else { return Ok(()) };
     let digits = if bit.space == Space::F { "three digits" } else { "two digits" };
     Err(error(
         7,

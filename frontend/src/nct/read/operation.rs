@@ -4,7 +4,7 @@ use crate::nct::{
     ast::{AreaOp, Arith, Op, Operand},
     read::{
         diagnostic::{Read, SyntaxError, error, shown},
-        operand::{Prefix, begins_constant, constant, load, place, refuse, require_word},
+        operand::{Prefix, begins_constant, constant, load, refuse, require_word, variable},
         parser::Parser,
     },
 };
@@ -87,11 +87,11 @@ impl Parser<'_> {
             Some('S') if stores => {
                 cursor.bump();
                 let prefix = if not { Prefix::StoreNot } else { Prefix::Store };
-                let place = place(cursor, start, prefix)?;
+                let variable = variable(cursor, start, prefix)?;
                 if matches!(op, Arith::Add | Arith::Sub) {
-                    require_word(cursor, start, place)?;
+                    require_word(cursor, start, variable)?;
                 }
-                Op::Update { op, negate: not, place }
+                Op::Update { op, negate: not, variable }
             }
             Some('[') if !not => {
                 return self.bracket(start, Some(op));
@@ -108,10 +108,10 @@ impl Parser<'_> {
 
     /// An operation with its operand; arithmetic takes no bits.
     pub(crate) fn arith(&mut self, start: usize, op: Arith, operand: Operand) -> Read<Op> {
-        if let Operand::Load { place, .. } = operand
+        if let Operand::Load { variable, .. } = operand
             && matches!(op, Arith::Add | Arith::Sub | Arith::Mul | Arith::Div)
         {
-            require_word(&self.cursor, start, place)?;
+            require_word(&self.cursor, start, variable)?;
         }
         Ok(Op::Arith { op, operand })
     }

@@ -13,7 +13,7 @@ use crate::nct::{
         cursor::Cursor,
         diagnostic::{Read, SyntaxError, error, shown},
         number::{Digits, address, decimal, hexadecimal},
-        operand::{Prefix, bit, counter, load, place, refuse},
+        operand::{Prefix, bit, counter, load, refuse, variable},
     },
 };
 
@@ -172,7 +172,7 @@ impl Parser<'_> {
             'S' if cursor.eat('U') => {
                 return self.area_by_last_letter(start, "SUB", AreaOp::Sub, 'B', 48);
             }
-            'S' => Op::Store { negate: false, place: place(cursor, start, Prefix::Store)? },
+            'S' => Op::Store { negate: false, variable: variable(cursor, start, Prefix::Store)? },
             'B' => return self.convert(start),
             'E' => Op::Else { end: 0 },
             'Z' => Op::EndIf,
@@ -229,8 +229,8 @@ impl Parser<'_> {
             ('N', Some('S')) => {
                 self.cursor = ahead;
                 self.cursor.bump();
-                let place = place(&mut self.cursor, start, Prefix::StoreNot)?;
-                Op::Store { negate: true, place }
+                let variable = variable(&mut self.cursor, start, Prefix::StoreNot)?;
+                Op::Store { negate: true, variable }
             }
             ('<', Some('<')) | ('>', Some('>')) => {
                 self.cursor = ahead;

@@ -21,7 +21,7 @@ use plcc_ir::{
     Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp, Value,
 };
 
-use crate::common::InternalError;
+use crate::common::BrokenInvariant;
 use crate::pmac::ast::{Bin, Cmp};
 
 /// A value of an expression.
@@ -113,7 +113,7 @@ impl Operand {
     }
 
     /// The low bits of the operand rounded to an integer, an `i32`.
-    pub(crate) fn bits(self, b: &mut FuncBuilder) -> Result<Value, InternalError> {
+    pub(crate) fn bits(self, b: &mut FuncBuilder) -> Result<Value, BrokenInvariant> {
         if let Self::Const(value) = self {
             return Ok(b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64));
         }
@@ -128,10 +128,10 @@ pub(crate) fn host_value(
     b: &mut FuncBuilder,
     function: HostFn,
     args: &[Value],
-) -> Result<Value, InternalError> {
+) -> Result<Value, BrokenInvariant> {
     let value = b.host_call(function, args);
     let name = function.name();
-    value.ok_or_else(|| InternalError::new(format!("the host function {name} gives no value")))
+    value.ok_or_else(|| BrokenInvariant::new(format!("the host function {name} gives no value")))
 }
 
 /// One of two values of type `ty`, by a condition. Each is computed in a block of its own, so only
@@ -192,7 +192,7 @@ pub(crate) fn binary(
     op: Bin,
     left: Operand,
     right: Operand,
-) -> Result<Operand, InternalError> {
+) -> Result<Operand, BrokenInvariant> {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         return Ok(Operand::Const(plcc_abi::pmac::expression::binary(op, x, y)));
     }

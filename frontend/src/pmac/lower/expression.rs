@@ -8,12 +8,12 @@ use plcc_ir::{BinaryOp, UnaryOp};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
-use crate::common::InternalError;
+use crate::common::BrokenInvariant;
 use crate::pmac::ast::{Expr, Func, Op};
 
 impl Lowerer<'_> {
     /// The value of an expression, or the truth value of a condition.
-    pub(crate) fn value(&mut self, expr: Expr) -> Result<Operand, InternalError> {
+    pub(crate) fn value(&mut self, expr: Expr) -> Result<Operand, BrokenInvariant> {
         let download = self.download;
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
@@ -60,7 +60,7 @@ impl Lowerer<'_> {
     }
 
     /// The value of a function of `x`.
-    fn call(&mut self, func: Func, x: Operand) -> Result<Operand, InternalError> {
+    fn call(&mut self, func: Func, x: Operand) -> Result<Operand, BrokenInvariant> {
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
         {

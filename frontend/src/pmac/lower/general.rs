@@ -34,7 +34,7 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, FloatCond, IntCond, Place, Type, Val
 
 use super::emit;
 use super::{Lowerer, StatementPlaces};
-use crate::common::InternalError;
+use crate::common::BrokenInvariant;
 use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::{Bin, Download, Expr, Func, Op, Stmt, StmtKind, Target};
 
@@ -56,7 +56,7 @@ impl Lowerer<'_> {
         stmt: &Stmt,
         version: &StatementPlaces,
         resumes: &[Option<Place>],
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let checked = self.assumed_variables(stmt);
         if checked.is_empty() || checked.len() > MAX_CHECKED {
             return self.statement(stmt, version, resumes);
@@ -238,7 +238,7 @@ impl Lowerer<'_> {
         stmt: &Stmt,
         number: u32,
         version: &StatementPlaces,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let b = self.builder.func();
         let number = b.iconst(Type::I32, i64::from(number));
         let holds = emit::host_value(b, HostFn::PmacStatement, &[number])?;

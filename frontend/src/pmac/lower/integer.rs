@@ -12,7 +12,7 @@ use plcc_ir::{BinaryOp, ConvertOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 use super::Lowerer;
 use super::emit;
 use super::variables::MAX_SEPARATE_STORES;
-use crate::common::InternalError;
+use crate::common::BrokenInvariant;
 use crate::pmac::ast::{Bin, Expr, Func, Op, Target};
 
 /// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
@@ -33,11 +33,13 @@ impl Lowerer<'_> {
         &mut self,
         target: Target,
         expr: Expr,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let (first, count, step) = match target {
             Target::Var(Kind::L, number) => (number, 1, 0),
             Target::Range { kind: Kind::L, first, count, step } => (first, count, step),
-            other => return Err(InternalError::new(format!("integers are assigned to {other:?}"))),
+            other => {
+                return Err(BrokenInvariant::new(format!("integers are assigned to {other:?}")));
+            }
         };
         let value = self.integer(expr)?;
         if count > MAX_SEPARATE_STORES {
@@ -55,7 +57,7 @@ impl Lowerer<'_> {
     }
 
     /// Writes a value to an L-variable, in the format of its field.
-    fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), InternalError> {
+    fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), BrokenInvariant> {
         let bits = match self.l_format(number)? {
             Format::D | Format::C => {
                 let value = sign_extended(self.builder.func(), value);
@@ -68,12 +70,12 @@ impl Lowerer<'_> {
     }
 
     /// The truth value of a condition on L-variables, an `i1`.
-    pub(crate) fn condition_integer(&mut self, expr: Expr) -> Result<Value, InternalError> {
+    pub(crate) fn condition_integer(&mut self, expr: Expr) -> Result<Value, BrokenInvariant> {
         Ok(self.integer(expr)?.0)
     }
 
     /// The value of an expression, or the truth value of a condition.
-    fn integer(&mut self, expr: Expr) -> Result<Integer, InternalError> {
+    fn integer(&mut self, expr: Expr) -> Result<Integer, BrokenInvariant> {
         let download = self.download;
         let mut stack: Vec<Integer> = Vec::new();
         for op in download.ops(expr) {
@@ -110,7 +112,7 @@ impl Lowerer<'_> {
                 }
                 Op::Call(Func::Int) => pop()?,
                 Op::Call(_) | Op::Indirect(_) => {
-                    return Err(InternalError::new(format!("integers compute no {op:?}")));
+                    return Err(BrokenInvariant::new(format!("integers compute no {op:?}")));
                 }
             };
             stack.push(value);

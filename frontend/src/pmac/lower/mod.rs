@@ -26,7 +26,7 @@ use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
 use self::emit::Operand;
-use crate::common::{InternalError, LowerError};
+use crate::common::{BrokenInvariant, LowerError};
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
@@ -99,7 +99,7 @@ pub(crate) fn lower(
     let find = |name: &str| {
         builder
             .region(name)
-            .ok_or_else(|| InternalError::new(format!("the image has no region `{name}`")))
+            .ok_or_else(|| BrokenInvariant::new(format!("the image has no region `{name}`")))
     };
     let regions = Regions {
         p: find(region::P)?,
@@ -194,22 +194,22 @@ struct StatementPlaces {
 
 impl StatementPlaces {
     /// The place of the statement with this index, from 0, or of the end.
-    fn place(&self, index: usize) -> Result<Place, InternalError> {
+    fn place(&self, index: usize) -> Result<Place, BrokenInvariant> {
         let place = self.places.get(index).copied();
-        place.ok_or_else(|| InternalError::new(format!("there is no statement {index}")))
+        place.ok_or_else(|| BrokenInvariant::new(format!("there is no statement {index}")))
     }
 }
 
 /// The error for an expression whose operators take more operands than there are.
-pub(crate) fn lacks_operand() -> InternalError {
-    InternalError::new("an expression lacks an operand")
+pub(crate) fn lacks_operand() -> BrokenInvariant {
+    BrokenInvariant::new("an expression lacks an operand")
 }
 
 impl Lowerer<'_> {
     /// Lowers a task: its specialised version if it names an M-variable whose definition is
     /// assumed, its general version, and for each WHILE the place at which a suspended scan goes
     /// on.
-    fn task(&mut self, kind: TaskKind, code: &[Stmt]) -> Result<(), InternalError> {
+    fn task(&mut self, kind: TaskKind, code: &[Stmt]) -> Result<(), BrokenInvariant> {
         self.context = kind.context();
         self.has_address_statements = has_address_statements(kind, code);
         let next = &mut self.next_host_statement;
@@ -264,7 +264,7 @@ impl Lowerer<'_> {
         index: usize,
         specialised: &StatementPlaces,
         general: &StatementPlaces,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let (specialised, general) = (specialised.place(index)?, general.place(index)?);
         let as_assumed = self.definitions_are_as_assumed();
         self.builder.brif(as_assumed, specialised, general);
@@ -280,7 +280,7 @@ impl Lowerer<'_> {
         version: &StatementPlaces,
         other: Option<&StatementPlaces>,
         resumes: &[Option<Place>],
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         self.specialised = other.is_some();
         // If there is specialised code, it may go over to any statement of the general code.
         let entered = !self.specialised && self.assumes_definitions(code);
@@ -317,10 +317,10 @@ impl Lowerer<'_> {
     }
 
     /// An internal error with the place of the statement that was being lowered.
-    fn with_place(&self, error: InternalError, stmt: &Stmt) -> InternalError {
+    fn with_place(&self, error: BrokenInvariant, stmt: &Stmt) -> BrokenInvariant {
         let (span, _) = self.download.origins.place(stmt.at);
         let line = self.sources.line(span.file, span.start);
-        InternalError::at(error.message, self.sources.path(span.file), line)
+        BrokenInvariant::at(error.message, self.sources.path(span.file), line)
     }
 
     /// Says that the instructions that follow belong to this statement.
@@ -338,7 +338,7 @@ impl Lowerer<'_> {
 
     /// The truth value of a condition, an `i1`; `integer` says that it is one of L-variables, which
     /// is computed in 24 bits.
-    fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, InternalError> {
+    fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, BrokenInvariant> {
         if integer {
             return self.condition_integer(expr);
         }
@@ -351,7 +351,7 @@ impl Lowerer<'_> {
         stmt: &Stmt,
         version: &StatementPlaces,
         resumes: &[Option<Place>],
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         match stmt.kind {
             StmtKind::Assign(target, expr) if stmt.integer => self.assign_integer(target, expr)?,
             StmtKind::Assign(target, expr) => {
@@ -372,7 +372,7 @@ impl Lowerer<'_> {
             StmtKind::EndWhile(head) => {
                 let resume = resumes.get(head as usize).copied().flatten();
                 let resume =
-                    resume.ok_or_else(|| InternalError::new("an ENDWHILE has no WHILE"))?;
+                    resume.ok_or_else(|| BrokenInvariant::new("an ENDWHILE has no WHILE"))?;
                 self.builder.suspend(resume);
             }
             StmtKind::Plc(op, plcs) => self.plc(op as i64, plcs),
@@ -412,7 +412,7 @@ impl Lowerer<'_> {
 
     /// Addresses the coordinate system whose number a variable holds; one that is none changes
     /// nothing.
-    fn address_by(&mut self, system: Expr) -> Result<(), InternalError> {
+    fn address_by(&mut self, system: Expr) -> Result<(), BrokenInvariant> {
         use plcc_ir::{BinaryOp, FloatCond};
         let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
         let block = self.layout.q_base_of(2);

@@ -12,7 +12,7 @@ use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
 use super::Lowerer;
 use super::emit::{self, Operand};
 use super::field;
-use crate::common::InternalError;
+use crate::common::BrokenInvariant;
 use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::Target;
 
@@ -43,8 +43,8 @@ fn is_hardware(layout: &Layout, address: u32) -> bool {
 }
 
 /// The error for an L-variable whose number is computed, which the language does not have.
-fn computed_number_of_l() -> InternalError {
-    InternalError::new("the number of an L-variable is computed")
+fn computed_number_of_l() -> BrokenInvariant {
+    BrokenInvariant::new("the number of an L-variable is computed")
 }
 
 impl Lowerer<'_> {
@@ -85,7 +85,7 @@ impl Lowerer<'_> {
     }
 
     /// A variable's value.
-    pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Result<Operand, InternalError> {
+    pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Result<Operand, BrokenInvariant> {
         let at = match kind {
             Kind::P => self.variable_address(self.regions.p, number),
             Kind::I => self.variable_address(self.regions.i, number),
@@ -106,7 +106,7 @@ impl Lowerer<'_> {
         self.variable_address(region, number)
     }
 
-    fn read_m(&mut self, number: u32) -> Result<Operand, InternalError> {
+    fn read_m(&mut self, number: u32) -> Result<Operand, BrokenInvariant> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
         match place.filter(|_| self.specialised) {
@@ -115,7 +115,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn read_m_general(&mut self, number: u32) -> Result<Operand, InternalError> {
+    fn read_m_general(&mut self, number: u32) -> Result<Operand, BrokenInvariant> {
         let b = self.builder.func();
         let number = b.iconst(Type::I32, i64::from(number));
         let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
@@ -150,7 +150,7 @@ impl Lowerer<'_> {
         &mut self,
         kind: Kind,
         number: Operand,
-    ) -> Result<Operand, InternalError> {
+    ) -> Result<Operand, BrokenInvariant> {
         let index = self.variable_number(number)?;
         let region = match kind {
             Kind::P => self.regions.p,
@@ -173,7 +173,7 @@ impl Lowerer<'_> {
 
     /// The number of a variable, an `i32`, from a computed value: rounded to an integer and cut to
     /// the bits that numbers of variables have.
-    fn variable_number(&mut self, number: Operand) -> Result<Value, InternalError> {
+    fn variable_number(&mut self, number: Operand) -> Result<Value, BrokenInvariant> {
         let mask = i64::from(self.layout.count - 1);
         let b = self.builder.func();
         let bits = number.bits(b)?;
@@ -187,7 +187,7 @@ impl Lowerer<'_> {
         target: Target,
         value: Operand,
         index: Option<Operand>,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         match target {
             Target::Var(kind, number) => self.write(kind, u32::from(number), value),
             Target::Indirect(kind, _) => {
@@ -237,7 +237,7 @@ impl Lowerer<'_> {
         self.may_change_definitions |= matches!(kind, Kind::M | Kind::L);
     }
 
-    fn write(&mut self, kind: Kind, number: u32, value: Operand) -> Result<(), InternalError> {
+    fn write(&mut self, kind: Kind, number: u32, value: Operand) -> Result<(), BrokenInvariant> {
         let at = match kind {
             Kind::P => self.variable_address(self.regions.p, number),
             Kind::Q => self.q_address(number),
@@ -255,7 +255,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn write_i(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
+    fn write_i(&mut self, number: u32, value: Operand) -> Result<(), BrokenInvariant> {
         let at = self.variable_address(self.regions.i, number);
         let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
         let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
@@ -280,7 +280,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn write_m(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
+    fn write_m(&mut self, number: u32, value: Operand) -> Result<(), BrokenInvariant> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
         match place.filter(|_| self.specialised) {
@@ -305,7 +305,7 @@ impl Lowerer<'_> {
         number: u32,
         place: DirectAccess,
         value: Operand,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let at = match place {
             DirectAccess::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
@@ -335,7 +335,7 @@ impl Lowerer<'_> {
         kind: Kind,
         index: Operand,
         value: Operand,
-    ) -> Result<(), InternalError> {
+    ) -> Result<(), BrokenInvariant> {
         let index = self.variable_number(index)?;
         let function = match kind {
             Kind::P | Kind::Q => {
@@ -363,20 +363,20 @@ impl Lowerer<'_> {
     }
 
     /// An L-variable's word and field.
-    pub(crate) fn l_field(&self, number: u32) -> Result<(Space, u32, Field), InternalError> {
+    pub(crate) fn l_field(&self, number: u32) -> Result<(Space, u32, Field), BrokenInvariant> {
         match self.download.l_defs.get(&(number as u16)) {
             Some(Definition::X { address, field }) => Ok((Space::X, *address, *field)),
             Some(Definition::Y { address, field }) => Ok((Space::Y, *address, *field)),
-            other => Err(InternalError::new(format!("L{number} is defined as {other:?}"))),
+            other => Err(BrokenInvariant::new(format!("L{number} is defined as {other:?}"))),
         }
     }
 
-    pub(crate) fn l_format(&self, number: u32) -> Result<Format, InternalError> {
+    pub(crate) fn l_format(&self, number: u32) -> Result<Format, BrokenInvariant> {
         self.l_field(number).map(|(_, _, field)| field.format)
     }
 
     /// An L-variable's value, an `i32`.
-    pub(crate) fn read_l(&mut self, number: u32) -> Result<Value, InternalError> {
+    pub(crate) fn read_l(&mut self, number: u32) -> Result<Value, BrokenInvariant> {
         let (space, address, field) = self.l_field(number)?;
         Ok(match self.layout.place(space, address) {
             Place::Word(offset) => {
@@ -392,7 +392,7 @@ impl Lowerer<'_> {
     }
 
     /// Reads a word of sparse memory through the host, as an `i32`.
-    fn sparse_word(&mut self, space: Space, address: u32) -> Result<Value, InternalError> {
+    fn sparse_word(&mut self, space: Space, address: u32) -> Result<Value, BrokenInvariant> {
         let b = self.builder.func();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
@@ -400,7 +400,7 @@ impl Lowerer<'_> {
     }
 
     /// Writes the low bits of an `i32` to an L-variable.
-    pub(crate) fn write_l(&mut self, number: u32, bits: Value) -> Result<(), InternalError> {
+    pub(crate) fn write_l(&mut self, number: u32, bits: Value) -> Result<(), BrokenInvariant> {
         let (space, address, field) = self.l_field(number)?;
         if let Place::Word(offset) = self.layout.place(space, address) {
             let at = self.word_address(offset - self.layout.words, address);
@@ -429,7 +429,7 @@ impl Lowerer<'_> {
         &mut self,
         number: u32,
         value: Operand,
-    ) -> Result<Value, InternalError> {
+    ) -> Result<Value, BrokenInvariant> {
         let complemented = self.l_format(number)? == Format::C;
         let b = self.builder.func();
         let value = value.float(b);

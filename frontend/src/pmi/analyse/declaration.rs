@@ -10,7 +10,7 @@ use crate::pmi::{
     read::{
         cursor::Cursor,
         diagnostic::{Result, error},
-        syntax::{Timer, Variable},
+        syntax::{Timer, VariableDeclaration},
         token::Token,
     },
 };
@@ -25,7 +25,7 @@ impl SpecificationSection<'_> {
     pub(crate) fn variables(
         &mut self,
         cursor: &Cursor<'_>,
-        variables: &mut [Variable],
+        variables: &mut [VariableDeclaration],
         form: Result,
     ) -> Result {
         for variable in variables {
@@ -34,8 +34,8 @@ impl SpecificationSection<'_> {
         form
     }
 
-    fn variable(&mut self, cursor: &Cursor<'_>, variable: &mut Variable) -> Result {
-        let Variable { ty, name, elements, .. } = *variable;
+    fn variable(&mut self, cursor: &Cursor<'_>, variable: &mut VariableDeclaration) -> Result {
+        let VariableDeclaration { ty, name, elements, .. } = *variable;
         self.check_new(cursor, name)?;
         if let Some(elements) = elements {
             self.check_room(cursor, name, ty, elements)?;

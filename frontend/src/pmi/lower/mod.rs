@@ -12,13 +12,13 @@ use plcc_ir::{
     UnaryOp, Value,
 };
 
-use crate::common::{InternalError, LowerError, OrMissing};
+use crate::common::{BrokenInvariant, LowerError, OrMissing};
 use crate::pmi::{
     ast::{Action, Binary, Checked, Op, Ops, Step, Symbol, SymbolId},
     layout::{LONG_EXPRESSION, Layout, SCRATCH, is_long, region_name},
 };
 
-type Result<T = ()> = std::result::Result<T, InternalError>;
+type Result<T = ()> = std::result::Result<T, BrokenInvariant>;
 
 /// Lowers a program to a module with one task, its scan. `sources` holds the program's texts.
 ///
@@ -185,7 +185,7 @@ impl Lowerer<'_> {
 
     /// A symbol's offset in the image.
     fn offset(&self, id: SymbolId) -> Result<u32> {
-        self.layout.place(id).or_missing(|| format!("the place of symbol {}", id.0))
+        self.layout.offset(id).or_missing(|| format!("the place of symbol {}", id.0))
     }
 
     fn elements(&self, id: SymbolId) -> Result<u32> {

@@ -6,7 +6,7 @@ use plcc_abi::{
     pmi::{TimerKind, Type},
 };
 
-use super::row::Place;
+use crate::pmi::layout::Location;
 
 /// What an assignment does besides storing a value.
 #[derive(Clone, Copy, Debug)]
@@ -43,15 +43,15 @@ pub(super) struct FlipFlop {
 
 impl Effect {
     /// The variables that the effect writes besides the one that is assigned.
-    pub(super) fn written(self) -> Vec<Place> {
+    pub(super) fn written(self) -> Vec<Location> {
         match self {
             Self::Reset => vec![],
             Self::Timer(Timer { delayed, counter, .. }) => vec![
-                Place { offset: delayed, ty: Type::Logical },
-                Place { offset: counter, ty: Type::Long },
+                Location { offset: delayed, ty: Type::Logical },
+                Location { offset: counter, ty: Type::Long },
             ],
             Self::Clock(FlipFlop { q, .. }) | Self::Pin(FlipFlop { q, .. }) => {
-                vec![Place { offset: q, ty: Type::Logical }]
+                vec![Location { offset: q, ty: Type::Logical }]
             }
         }
     }

@@ -17,11 +17,11 @@ use plcc_diag::Span;
 use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter};
 use crate::pmi::{
     ast::{self, Checked},
-    layout::Layout,
+    layout::{Layout, Location},
 };
 use effect::Effect;
 use resolve::Resolver;
-use row::{Array, Observed, Place, Row, Rows};
+use row::{Array, Observed, Row, Rows};
 
 /// A step of the program, with names resolved to places.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ enum Step {
     Logical { offset: u32, value: Row },
     /// Assigns to a variable. `effect` is an index in [`Interpreter::effects`], or
     /// [`resolve::NO_EFFECT`].
-    Assign { place: Place, value: Row, effect: u32 },
+    Assign { location: Location, value: Row, effect: u32 },
     /// Assigns to an element of an array; `effect` as in `Assign`.
     AssignElement { array: Array, index: Row, value: Row, effect: u32 },
     /// Goes on with the next step if the condition is true, otherwise with the step at the index `otherwise`.
@@ -110,19 +110,19 @@ impl Interpreter {
                     write_u8(image, offset, u8::from(value != 0));
                     observer.write(Accessed::Pmi(offset), Type::Logical.observed(value));
                 }
-                Step::Assign { place, value, effect } => {
+                Step::Assign { location, value, effect } => {
                     let value = rows.value(value, image, observer).ok_or(this)?;
-                    assign(image, place, value, effects.get(effect as usize), observer);
+                    assign(image, location, value, effects.get(effect as usize), observer);
                 }
                 Step::AssignElement { array, index, value, effect } => {
-                    let place = array.at(rows.value(index, image, observer).ok_or(this)?).map_err(
-                        |element| {
+                    let location = array
+                        .at(rows.value(index, image, observer).ok_or(this)?)
+                        .map_err(|element| {
                             rows.missing = Some(element);
                             this
-                        },
-                    )?;
+                        })?;
                     let value = rows.value(value, image, observer).ok_or(this)?;
-                    assign(image, place, value, effects.get(effect as usize), observer);
+                    assign(image, location, value, effects.get(effect as usize), observer);
                 }
                 Step::If { condition, otherwise } => {
                     if rows.value(condition, image, observer).ok_or(this)? == 0 {
@@ -139,21 +139,21 @@ impl Interpreter {
 /// Assigns a value to a variable and does what follows from that.
 fn assign<O: Observer>(
     image: &mut [u8],
-    place: Place,
+    location: Location,
     value: i32,
     effect: Option<&Effect>,
     observer: &mut O,
 ) {
-    let mut value = arithmetic::convert(value, place.ty);
+    let mut value = arithmetic::convert(value, location.ty);
     if let Some(Effect::Reset) = effect {
-        value &= place.read(image);
+        value &= location.read(image);
     }
-    match place.ty {
-        Type::Logical => write_u8(image, place.offset, value as u8),
-        Type::Integer => write_i16(image, place.offset, value as i16),
-        Type::Long => write_i32(image, place.offset, value),
+    match location.ty {
+        Type::Logical => write_u8(image, location.offset, value as u8),
+        Type::Integer => write_i16(image, location.offset, value as i16),
+        Type::Long => write_i32(image, location.offset, value),
     }
-    observer.write(Accessed::Pmi(place.offset), place.ty.observed(value));
+    observer.write(Accessed::Pmi(location.offset), location.ty.observed(value));
     match effect {
         Some(Effect::Timer(timer)) => timer.control(image, value != 0),
         Some(Effect::Clock(flipflop)) => flipflop.act(image, true),
@@ -163,8 +163,9 @@ fn assign<O: Observer>(
     if observer.is_active()
         && let Some(effect) = effect
     {
-        for place in effect.written() {
-            observer.write(Accessed::Pmi(place.offset), place.ty.observed(place.read(image)));
+        for location in effect.written() {
+            observer
+                .write(Accessed::Pmi(location.offset), location.ty.observed(location.read(image)));
         }
     }
 }

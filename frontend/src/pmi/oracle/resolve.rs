@@ -4,13 +4,13 @@ use plcc_abi::pmi::Type;
 
 use crate::pmi::{
     ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target},
-    layout::Layout,
+    layout::{Layout, Location},
 };
 
 use super::{
     Step,
     effect::{Effect, FlipFlop, Timer},
-    row::{Array, Place, Row, Rows},
+    row::{Array, Row, Rows},
 };
 
 /// The number of an effect that stands for none.
@@ -56,11 +56,11 @@ impl<'a> Resolver<'a> {
                 };
             }
         };
-        let place = place(self.checked, self.layout, id, index);
+        let location = location(self.checked, self.layout, id, index);
         let value = self.row(value);
-        match (self.effect(id), place) {
-            (NO_EFFECT, Place { offset, ty: Type::Logical }) => Step::Logical { offset, value },
-            (effect, _) => Step::Assign { place, value, effect },
+        match (self.effect(id), location) {
+            (NO_EFFECT, Location { offset, ty: Type::Logical }) => Step::Logical { offset, value },
+            (effect, _) => Step::Assign { location, value, effect },
         }
     }
 
@@ -68,9 +68,9 @@ impl<'a> Resolver<'a> {
     fn row(&mut self, ops: &Ops) -> Row {
         let (checked, layout) = (self.checked, self.layout);
         let scalar = |op: &Op| match *op {
-            Op::LoadAt(id, index) => place(checked, layout, id, index),
-            Op::Load(id) | Op::Element(id) => place(checked, layout, id, 0),
-            _ => Place { offset: u32::MAX, ty: Type::Logical },
+            Op::LoadAt(id, index) => location(checked, layout, id, index),
+            Op::Load(id) | Op::Element(id) => location(checked, layout, id, 0),
+            _ => Location { offset: u32::MAX, ty: Type::Logical },
         };
         let elements = |op: &Op| match *op {
             Op::Element(id) => array(checked, layout, id),
@@ -119,15 +119,15 @@ impl<'a> Resolver<'a> {
 /// A symbol's offset in the image. A checked program has only symbols that the layout knows; any
 /// other would lie outside every image, where reads give 0 and writes do nothing.
 fn offset(layout: &Layout, id: SymbolId) -> u32 {
-    layout.place(id).unwrap_or(u32::MAX)
+    layout.offset(id).unwrap_or(u32::MAX)
 }
 
-fn place(checked: &Checked, layout: &Layout, id: SymbolId, index: u32) -> Place {
+fn location(checked: &Checked, layout: &Layout, id: SymbolId, index: u32) -> Location {
     let ty = checked.symbol(id).map_or(Type::Logical, |symbol| symbol.ty);
-    Place { offset: offset(layout, id).saturating_add(index * ty.size()), ty }
+    Location { offset: offset(layout, id).saturating_add(index * ty.size()), ty }
 }
 
 fn array(checked: &Checked, layout: &Layout, id: SymbolId) -> Array {
     let elements = checked.symbol(id).and_then(|symbol| symbol.elements).unwrap_or(1);
-    Array { first: place(checked, layout, id, 0), elements }
+    Array { first: location(checked, layout, id, 0), elements }
 }

@@ -7,33 +7,14 @@
 
 use plcc_abi::{
     OutOfBoundsAccess,
-    image::{read_i16, read_i32, read_u8},
     pmi::{Type, arithmetic},
 };
 
 use crate::common::{Accessed, Observer, Value};
 use crate::pmi::ast::{Binary, Op};
+use crate::pmi::layout::Location;
 
-/// A variable's place in the image: its offset in bytes, and its type.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) offset: u32,
-    pub(super) ty: Type,
-}
-
-impl Place {
-    fn logical(offset: u32) -> Self {
-        Self { offset, ty: Type::Logical }
-    }
-
-    pub(super) fn read(self, image: &[u8]) -> i32 {
-        match self.ty {
-            Type::Logical => i32::from(read_u8(image, self.offset)),
-            Type::Integer => i32::from(read_i16(image, self.offset)),
-            Type::Long => read_i32(image, self.offset),
-        }
-    }
-
+impl Location {
     /// Reads the value and tells the observer.
     #[inline(always)]
     fn load<O: Observer>(self, image: &[u8], observer: &mut O) -> i32 {
@@ -61,7 +42,7 @@ impl Observed for Type {
 /// An array's place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Array {
-    pub(super) first: Place,
+    pub(super) first: Location,
     pub(super) elements: u32,
 }
 
@@ -70,11 +51,11 @@ impl Array {
     ///
     /// # Errors
     /// When `index` is outside the array.
-    pub(super) fn at(self, index: i32) -> Result<Place, OutOfBoundsAccess> {
-        let Place { offset, ty } = self.first;
+    pub(super) fn at(self, index: i32) -> Result<Location, OutOfBoundsAccess> {
+        let Location { offset, ty } = self.first;
         match u32::try_from(index) {
             Ok(index) if index < self.elements => {
-                Ok(Place { offset: offset + index * ty.size(), ty })
+                Ok(Location { offset: offset + index * ty.size(), ty })
             }
             _ => Err(OutOfBoundsAccess { array: offset, index: index as i16 }),
         }
@@ -125,12 +106,12 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Adds an expression. `place` and `array` give the place of the variable, and of the array,
+    /// Adds an expression. `location` and `array` give the place of the variable, and of the array,
     /// that an operation names.
     pub(super) fn add(
         &mut self,
         ops: &[Op],
-        place: impl Fn(&Op) -> Place,
+        location: impl Fn(&Op) -> Location,
         array: impl Fn(&Op) -> Array,
     ) -> Row {
         let from = self.codes.len();
@@ -139,7 +120,7 @@ impl Rows {
             let code = match *op {
                 Op::Const(value) => Code::Const(value),
                 Op::Load(_) | Op::LoadAt(..) => {
-                    let Place { offset, ty } = place(op);
+                    let Location { offset, ty } = location(op);
                     match ty {
                         Type::Logical => Code::Logical(offset),
                         Type::Integer => Code::Integer(offset),
@@ -192,26 +173,28 @@ impl Rows {
         for code in codes {
             let next = match *code {
                 Code::Const(next) => next,
-                Code::Logical(offset) => Place::logical(offset).load(image, observer),
-                Code::NotLogical(offset) => Place::logical(offset).load(image, observer) ^ 1,
-                Code::Integer(offset) => Place { offset, ty: Type::Integer }.load(image, observer),
-                Code::Long(offset) => Place { offset, ty: Type::Long }.load(image, observer),
+                Code::Logical(offset) => Location::logical(offset).load(image, observer),
+                Code::NotLogical(offset) => Location::logical(offset).load(image, observer) ^ 1,
+                Code::Integer(offset) => {
+                    Location { offset, ty: Type::Integer }.load(image, observer)
+                }
+                Code::Long(offset) => Location { offset, ty: Type::Long }.load(image, observer),
                 Code::And(offset) => {
-                    value = i32::from(value != 0) & Place::logical(offset).load(image, observer);
+                    value = i32::from(value != 0) & Location::logical(offset).load(image, observer);
                     continue;
                 }
                 Code::AndNot(offset) => {
-                    value =
-                        i32::from(value != 0) & (Place::logical(offset).load(image, observer) ^ 1);
+                    value = i32::from(value != 0)
+                        & (Location::logical(offset).load(image, observer) ^ 1);
                     continue;
                 }
                 Code::Or(offset) => {
-                    value = i32::from(value != 0) | Place::logical(offset).load(image, observer);
+                    value = i32::from(value != 0) | Location::logical(offset).load(image, observer);
                     continue;
                 }
                 Code::OrNot(offset) => {
-                    value =
-                        i32::from(value != 0) | (Place::logical(offset).load(image, observer) ^ 1);
+                    value = i32::from(value != 0)
+                        | (Location::logical(offset).load(image, observer) ^ 1);
                     continue;
                 }
                 Code::Element(array) => {

@@ -10,7 +10,7 @@ use crate::pmi::read::{
     lexer::text_of,
     ports::port_lines,
     section::{DIRECTIVES, Section, directive_meant},
-    syntax::{Declaration, DeclarationForm, PortLines, TextItem, Timer, Variable},
+    syntax::{Declaration, DeclarationForm, PortLines, TextItem, Timer, VariableDeclaration},
     token::{Kind, RESERVED, Token},
 };
 
@@ -159,10 +159,11 @@ impl DeclarationReader {
         &self,
         cursor: &mut Cursor<'_>,
         ty: Type,
-        variables: &mut Vec<Variable>,
+        variables: &mut Vec<VariableDeclaration>,
     ) -> Result<bool> {
         let name = new_name(cursor)?;
-        let variable = Variable { ty, name, elements: None, constants: None, is_whole: false };
+        let variable =
+            VariableDeclaration { ty, name, elements: None, constants: None, is_whole: false };
         variables.push(variable);
         let Some(variable) = variables.last_mut() else { return Ok(false) };
         if cursor.kind() == Some(Kind::LBracket) {

@@ -62,7 +62,7 @@ pub(crate) struct Declaration {
 pub(crate) enum DeclarationForm {
     /// A directive; `None` for one that does not exist.
     Directive(Option<Section>),
-    Variables(Vec<Variable>),
+    Variables(Vec<VariableDeclaration>),
     Lines(PortLines),
     /// A fault or message.
     Announcement {
@@ -87,7 +87,7 @@ pub(crate) enum DeclarationForm {
 }
 
 /// A variable, constant or array, with what was read of it.
-pub(crate) struct Variable {
+pub(crate) struct VariableDeclaration {
     pub(crate) ty: Type,
     pub(crate) name: Token,
     /// How many elements an array has.

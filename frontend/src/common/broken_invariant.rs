@@ -3,21 +3,21 @@
 //! Analysis promises much to lowering: every label stands somewhere, every variable has a place,
 //! every region is in the layout. Where such a promise is broken the compiler has a mistake. To go
 //! on with a default would make code that looks sound and does something else, so lowering returns
-//! an [`InternalError`], never a guess.
+//! a [`BrokenInvariant`], never a guess.
 
 use std::fmt;
 
 /// Why a checked program could not be translated although it has no errors. This is always a
 /// mistake in the compiler: the command line ends with exit status 4 and asks for a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InternalError {
+pub struct BrokenInvariant {
     /// What was found, for the developer who looks for the mistake.
     pub message: String,
     /// The statement that was being translated: its file and its line, from 1.
     pub place: Option<(String, u32)>,
 }
 
-impl InternalError {
+impl BrokenInvariant {
     /// A defect that no statement can be named for.
     pub fn new(message: impl Into<String>) -> Self {
         Self { message: message.into(), place: None }
@@ -42,7 +42,7 @@ impl InternalError {
     }
 }
 
-impl fmt::Display for InternalError {
+impl fmt::Display for BrokenInvariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             Some((file, line)) => write!(f, "{} (at {file}:{line})", self.message),
@@ -51,19 +51,19 @@ impl fmt::Display for InternalError {
     }
 }
 
-impl std::error::Error for InternalError {}
+impl std::error::Error for BrokenInvariant {}
 
-/// Turns an absent value into an [`InternalError`].
+/// Turns an absent value into a [`BrokenInvariant`].
 pub trait OrMissing<T> {
     /// The value.
     ///
     /// # Errors
-    /// [`InternalError::missing`] if there is no value; `what` names it.
-    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, InternalError>;
+    /// [`BrokenInvariant::missing`] if there is no value; `what` names it.
+    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, BrokenInvariant>;
 }
 
 impl<T> OrMissing<T> for Option<T> {
-    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, InternalError> {
-        self.ok_or_else(|| InternalError::missing(what()))
+    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, BrokenInvariant> {
+        self.ok_or_else(|| BrokenInvariant::missing(what()))
     }
 }
