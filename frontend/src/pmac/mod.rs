@@ -1,14 +1,15 @@
 //! The PLC language of PMAC and Turbo PMAC (Delta Tau).
 //!
-//! [`check`] makes a [`Program`] of source files in three stages:
+//! [`check`] makes a [`Program`] of source files in stages:
 //!
 //! 1. `read/preprocess.rs` replaces macros, includes and templates. The result is one text, in
 //!    which every byte has its place in the sources.
 //! 2. `read/download.rs` reads that text into the on-line commands and the buffers of `ast.rs`.
-//! 3. `analyse/load.rs` executes the on-line commands, which gives the state after load.
+//! 3. `analyse/` checks what needs the whole download, such as definitions, and executes the
+//!    on-line commands, which makes the state after load (`load.rs`).
 //!
 //! `lower/` translates the program to IR, `oracle/` interprets its statements. What is decided
-//! where the guide (*PMAC Quick Reference Guide*) is silent stands in `docs/pmac.md`.
+//! where the guide (*PMAC Quick Reference Guide*) is silent is in `docs/pmac.md`.
 //!
 //! Architecture Invariant: no syntax tree is nested. All expressions stand in postfix order in one
 //! array, and statements are an array with jumps in it, so that nothing recurses on program size.
@@ -40,7 +41,7 @@ use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::{assumptions, lints, load, out_of_range, power_pmac};
+use analyse::{assumptions, enabled, lints, load, local_variables, out_of_range, power_pmac};
 use read::{download, preprocess};
 
 /// What begins a comment that goes on to the end of its line.
@@ -60,7 +61,7 @@ pub struct Program {
 /// Reads and checks `files` as one download, in their order. Included files are read through
 /// `loader` and added to `sources`.
 ///
-/// Gives the diagnostics, and the program if none of them is an error. IF and WHILE that do not
+/// Returns the diagnostics, and the program if none of them is an error. IF and WHILE that do not
 /// match their ends (`PMAC-9`) do not count here: the PLCs that have them are empty in the program,
 /// and `run --keep-going` runs the others.
 pub fn check(
@@ -70,8 +71,11 @@ pub fn check(
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
     let (preprocessed, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
-    let download::ReadDownload { download, diagnostics: found, suppressed_errors } =
-        download::read(&preprocessed, options);
+    let mut read = download::read(&preprocessed, options);
+    local_variables::report_undefined(&mut read);
+    enabled::warn_of_i5(&mut read);
+    let download::DownloadReader { mut download, diagnostics: found, suppressed_errors, .. } = read;
+    local_variables::mark_integers(&mut download, &read.reader.constants_with_point);
     if suppressed_errors > 0
         && let Some(missing) = diagnostics.iter_mut().find(|d| d.code == "PMAC-X2")
     {

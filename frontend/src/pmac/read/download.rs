@@ -3,7 +3,6 @@
 use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
-use super::cursor::ParseError;
 use super::expr::Reader;
 use super::online::OnlineEffect;
 use super::preprocess::Preprocessed;
@@ -11,7 +10,7 @@ use super::ranges::UsedL;
 use super::structure::{Frame, FrameKind};
 use super::words::{self, Keyword, ONLINE};
 use crate::common::Options;
-use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, StmtKind};
+use crate::pmac::ast::{Action, Buffer, Download, Online, Stmt, StmtKind};
 use crate::pmac::origin::TextRange;
 
 /// The buffer that is open.
@@ -43,32 +42,25 @@ pub(crate) struct DownloadReader<'a> {
     /// Whether entries of a compensation table may follow.
     table: bool,
     /// The L-variables that PLCCs use, each use with the statement's number.
-    l_uses: Vec<(u32, UsedL)>,
+    pub(crate) l_uses: Vec<(u32, UsedL)>,
     /// How many statements were read.
     statements: u32,
     /// Whether something assigns to I5, without which no PLC runs.
-    assigns_i5: bool,
+    pub(crate) assigns_i5: bool,
     /// The last name whose beginning was taken for CLOSE, as in `closed_loop`.
     pub(crate) closed_by_name: Option<TextRange>,
     /// The first OPEN of a PLC or PLCC.
-    has_plc: Option<TextRange>,
+    pub(crate) has_plc: Option<TextRange>,
     /// How many errors are not reported, since a missing file may define the names in question.
     pub(crate) suppressed_errors: usize,
     /// How many bytes of definitions may still be searched for names inside COMMANDs.
     pub(crate) replacement_budget: usize,
 }
 
-/// A download that was read.
-pub(crate) struct ReadDownload {
-    pub(crate) download: Download,
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    /// How many errors are not reported, since a missing file may define the names in question.
-    pub(crate) suppressed_errors: usize,
-}
-
 /// Reads a download. PLCs whose IF and WHILE do not match their ends are reported and left empty.
-pub(crate) fn read(preprocessed: &Preprocessed, options: &Options) -> ReadDownload {
-    let mut checker = DownloadReader {
+/// What the reader has noted of definitions is judged in `analyse`.
+pub(crate) fn read<'a>(preprocessed: &'a Preprocessed, options: &Options) -> DownloadReader<'a> {
+    let mut reader = DownloadReader {
         reader: Reader::new(&preprocessed.text, options.controller),
         preprocessed,
         download: Download {
@@ -94,12 +86,8 @@ pub(crate) fn read(preprocessed: &Preprocessed, options: &Options) -> ReadDownlo
         suppressed_errors: 0,
         replacement_budget: 16 << 20,
     };
-    checker.run();
-    ReadDownload {
-        download: checker.download,
-        diagnostics: checker.diagnostics,
-        suppressed_errors: checker.suppressed_errors,
-    }
+    reader.run();
+    reader
 }
 
 impl DownloadReader<'_> {
@@ -127,11 +115,9 @@ impl DownloadReader<'_> {
             self.close(at);
         }
         self.download.ops = std::mem::take(&mut self.reader.ops);
-        self.report_undefined_l();
-        self.warn_of_i5();
     }
 
-    /// Warns at the last line that a CLOSE is missing. Gives the place of the warning.
+    /// Warns at the last line that a CLOSE is missing. Returns the place of the warning.
     pub(crate) fn warn_unclosed(&mut self) -> TextRange {
         let end = self.preprocessed.text.len();
         let at = TextRange::new(end.saturating_sub(1), end);
@@ -198,8 +184,8 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Does what an on-line command at `at` means for the reading after it. Gives whether a buffer
-    /// is open now.
+    /// Does what an on-line command at `at` means for the reading after it. Returns whether a
+    /// buffer is open now.
     pub(crate) fn apply(&mut self, effect: OnlineEffect, at: TextRange) -> bool {
         match effect {
             OnlineEffect::Continue | OnlineEffect::Close => false,
@@ -255,78 +241,19 @@ impl DownloadReader<'_> {
     /// the cursor.
     pub(crate) fn push(&mut self, kind: StmtKind, start: usize) {
         let at = self.reader.cur.since(start);
-        let integer = self.is_integer(&kind);
         if let StmtKind::Assign(crate::pmac::ast::Target::Var(Kind::I, 5), _) = kind {
             self.assigns_i5 = true;
         }
         if let Some(buffer) = self.buffer() {
-            buffer.code.push(Stmt { kind, at, integer });
+            buffer.code.push(Stmt { kind, at, integer: false });
         }
-    }
-
-    /// Whether a statement is computed in integers. Such a statement of a PLCC has at least one
-    /// L-variable, and nothing but L-variables, integer constants, operators, ABS and INT. A
-    /// constant that is written with a decimal point is no integer constant, whatever its value.
-    fn is_integer(&self, kind: &StmtKind) -> bool {
-        use crate::pmac::ast::{Func, Target};
-        if !self.open.as_ref().is_some_and(|open| open.compiled) {
-            return false;
-        }
-        let (expr, target): (Expr, bool) = match kind {
-            StmtKind::Assign(
-                Target::Var(Kind::L, _) | Target::Range { kind: Kind::L, .. },
-                expr,
-            ) => (*expr, true),
-            StmtKind::If(expr, _) | StmtKind::While(expr, _) => (*expr, false),
-            _ => return false,
-        };
-        let start = expr.start as usize;
-        let ops = self.reader.ops.get(start..start + expr.len as usize).unwrap_or(&[]);
-        let mut any = target;
-        let all = ops.iter().all(|op| match op {
-            Op::Const(value) => value.fract() == 0.0 && *value <= 8_388_607.0,
-            Op::Var(kind, _) => {
-                any |= *kind == Kind::L;
-                *kind == Kind::L
-            }
-            Op::Indirect(_) => false,
-            Op::Call(func) => matches!(func, Func::Abs | Func::Int),
-            Op::Neg | Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => true,
-        });
-        let written_point = self
-            .reader
-            .constants_with_point
-            .iter()
-            .any(|&at| at >= start && at < start + ops.len());
-        all && any && !written_point
     }
 
     /// Ends a statement: takes over the L-variables that it uses.
     fn note_l_uses(&mut self) {
-        self.reader.constants_with_point.clear();
         self.statements += 1;
         if let Some(used) = &mut self.reader.l_used {
             self.l_uses.extend(used.drain(..).map(|used| (self.statements, used)));
-        }
-    }
-
-    /// Reports the L-variables that no definition in the text defines, one for each statement.
-    fn report_undefined_l(&mut self) {
-        let mut last = 0;
-        for (statement, used) in std::mem::take(&mut self.l_uses) {
-            let undefined =
-                || used.numbers().find(|number| !self.download.l_defs.contains_key(number));
-            if statement != last
-                && let Some(number) = undefined()
-            {
-                last = statement;
-                self.report(ParseError {
-                    code: "PMAC-3",
-                    at: used.at,
-                    message: format!("L{number} is not defined").into(),
-                    help: Some(format!("define it: L{number}->Y:$FFC2,8,1").into()),
-                });
-            }
         }
     }
 
@@ -342,25 +269,6 @@ impl DownloadReader<'_> {
             }
             _ => false,
         };
-    }
-
-    /// Warns if nothing sets I5.
-    fn warn_of_i5(&mut self) {
-        // A missing file or a template without a value may set it.
-        if self.preprocessed.incomplete || !self.preprocessed.undefined_templates.is_empty() {
-            return;
-        }
-        if self.assigns_i5 || self.diagnostics.iter().any(Diagnostic::is_error) {
-            return;
-        }
-        if let Some(at) = self.has_plc {
-            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-                Diagnostic::warning("PMAC-W2", span, "no PLC will run: nothing sets I5")
-                    .note("I5 is 0 unless the text says otherwise")
-                    .help("add I5=2 for background PLCs, I5=3 for PLC0 as well")
-            });
-            self.diagnostics.push(diagnostic);
-        }
     }
 
     /// Closes the buffer. Errors of its structure are reported at `at`, the place of the CLOSE.

@@ -28,7 +28,7 @@ pub(crate) struct Reader<'a> {
     pub(crate) range_budget: RangeBudget,
     /// Where the statement that was read last has `==`, which is taken as `=`.
     pub(crate) double_equals: Option<TextRange>,
-    /// In a PLCC the operations of the statement that are constants written with a decimal point.
+    /// The operations of PLCCs that are constants written with a decimal point: their indices in `ops`.
     pub(crate) constants_with_point: Vec<usize>,
     /// Whether comparators, AND and OR may stand outside of parentheses.
     bare_conditions: bool,

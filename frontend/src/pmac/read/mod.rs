@@ -1,4 +1,7 @@
-//! Source text to a checked download, in two stages.
+//! Source text to a download, in two stages. What is checked here is the form of the text: words,
+//! numbers that the controller does not have, IF and WHILE with their ends, which the controller
+//! checks as well when it reads a CLOSE. What needs the whole download, such as definitions that
+//! may come later, is checked in `analyse`.
 //!
 //! 1. [`preprocess`] makes one text of all files: it reads `#include` and the other `directives`,
 //!    replaces the names of `#define` (`macros`) and `$(NAME)` (`template`), and drops `comments`.
