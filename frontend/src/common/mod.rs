@@ -13,6 +13,7 @@ mod lower_error;
 mod lowered;
 mod observer;
 mod options;
+mod other_languages;
 mod surroundings;
 pub mod tsv;
 
@@ -27,6 +28,9 @@ pub use lower_error::LowerError;
 pub use lowered::Lowered;
 pub use observer::{Accessed, NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};
+pub(crate) use other_languages::{
+    EXPLAINED_ERRORS, Explanation, Habits, explanation, help, tell_small_letters_once,
+};
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
-pub(crate) use surroundings::{EXPLAINED_ERRORS, Surroundings, whole_program_is_small};
+pub(crate) use surroundings::Surroundings;

@@ -4,22 +4,6 @@
 /// line with very many errors.
 const REACH: usize = 256;
 
-/// For how many errors of a program it is looked up what was probably meant. A text that is no
-/// program at all may have an error in each of very many lines.
-pub(crate) const EXPLAINED_ERRORS: usize = 1000;
-
-/// The note of the one error that a program in small letters has. `others` is in how many other places it has some.
-pub(crate) fn whole_program_is_small(others: usize) -> String {
-    let elsewhere = match others {
-        0 => String::new(),
-        1 => ", at 1 other place too".to_owned(),
-        others => format!(", at {others} other places too"),
-    };
-    format!(
-        "the whole program is in small letters{elsewhere}; `tr a-z A-Z < FILE` writes it in capitals"
-    )
-}
-
 /// A part of a line, and what stands on the same line around it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Surroundings<'a> {

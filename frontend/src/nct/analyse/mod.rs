@@ -5,4 +5,3 @@ pub(crate) mod cross_reference;
 pub(crate) mod lints;
 pub(crate) mod other_languages;
 pub(crate) mod structure;
-mod words_of_other_languages;

@@ -2,10 +2,14 @@
 //! [`explain`] gives errors messages and helps that say what was probably meant and how NCT writes it. The
 //! numbers and places of errors stay the same.
 
+use std::sync::LazyLock;
+
 use plcc_diag::Diagnostic;
 
-use crate::common::{EXPLAINED_ERRORS, Surroundings, whole_program_is_small};
-use crate::nct::analyse::words_of_other_languages::word_of_other_language;
+use crate::common::{
+    EXPLAINED_ERRORS, Explanation, Habits, Surroundings, explanation, help,
+    tell_small_letters_once, tsv,
+};
 
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` and goes on to the end of the line";
@@ -17,18 +21,11 @@ const OF_STATEMENTS: &[&str] = &[
     "45", "47", "48", "50", "51", "56", "57", "59", "62", "63", "71", "73", "75",
 ];
 
-/// What was probably meant: a message in place of the error's own if that would mislead, and a help.
-type Explanation = (Option<String>, String);
-
-/// An explanation with a message in place of the error's own.
-fn explanation(message: impl Into<String>, help: impl Into<String>) -> Option<Explanation> {
-    Some((Some(message.into()), help.into()))
-}
-
-/// An explanation beside the error's own message.
-fn help(help: impl Into<String>) -> Option<Explanation> {
-    Some((None, help.into()))
-}
+/// What they write in other words or signs.
+static HABITS: LazyLock<Habits> = LazyLock::new(|| {
+    let file = "frontend/src/nct/analyse/other_languages.tsv";
+    tsv::built_in(Habits::load(file, include_str!("other_languages.tsv")))
+});
 
 /// Says of each error in `text` what was probably meant, if it looks like a habit from another
 /// language. The errors stand in the order of the text. What was meant as one thing, such as a comment or an
@@ -46,22 +43,22 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
             return true;
         }
         left -= 1;
-        let place = Place {
+        let site = ErrorSite {
             around: Surroundings::new(text, range.start, range.end),
             code: diagnostic.code,
         };
-        if !place.is(OF_STATEMENTS) {
+        if !site.is(OF_STATEMENTS) {
             return true;
         }
         let (mut is_comment, mut is_assignment) = (false, false);
-        let meaning = comment(&place)
-            .inspect(|(message, _)| is_comment = message.is_some())
-            .or_else(|| assignment(&place).inspect(|_| is_assignment = true))
-            .or_else(|| word(&place))
-            .or_else(|| switch_of_input(&place))
-            .or_else(|| digits(&place))
-            .or_else(|| symbol(&place))
-            .or_else(|| constant(&place));
+        let meaning = comment(&site)
+            .inspect(|meaning| is_comment = meaning.message.is_some())
+            .or_else(|| assignment(&site).inspect(|_| is_assignment = true))
+            .or_else(|| word(&site))
+            .or_else(|| switch_of_input(&site))
+            .or_else(|| digits(&site))
+            .or_else(|| symbol(&site))
+            .or_else(|| constant(&site));
         if is_comment {
             let rest = text.get(range.start..).unwrap_or("");
             comment_end = range.start + rest.find(['\r', '\n']).unwrap_or(rest.len());
@@ -73,7 +70,7 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
                 return false;
             }
         }
-        if let Some((message, help)) = meaning {
+        if let Some(Explanation { message, help }) = meaning {
             if let Some(message) = message {
                 diagnostic.message = message.into();
             }
@@ -81,16 +78,16 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
         }
         true
     });
-    tell_small_letters_once(text, found);
+    tell_small_letters(text, found);
 }
 
 /// The line around an error, and the error's code.
-struct Place<'a> {
+struct ErrorSite<'a> {
     around: Surroundings<'a>,
     code: &'static str,
 }
 
-impl Place<'_> {
+impl ErrorSite<'_> {
     /// Whether the error has one of these numbers of the manual's list.
     fn is(&self, numbers: &[&str]) -> bool {
         self.code.strip_prefix("NCT-").is_some_and(|number| numbers.contains(&number))
@@ -103,10 +100,10 @@ impl Place<'_> {
 }
 
 /// Signs with which comments begin in other languages, at an error or in front of it on its line.
-fn comment(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     for sign in ["//", "(*", "--"] {
-        let behind_sign = before.contains(sign) && place.is(&["44", "7", "13", "18", "19"]);
+        let behind_sign = before.contains(sign) && site.is(&["44", "7", "13", "18", "19"]);
         let second = |text: &str| text.starts_with(sign.get(1..).unwrap_or(""));
         let first = |text: &str| text.ends_with(sign.get(..1).unwrap_or(""));
         if at.starts_with(sign) || behind_sign || first(before) && second(at) {
@@ -120,14 +117,14 @@ fn comment(place: &Place<'_>) -> Option<Explanation> {
         }
     }
     let inner = behind.split(')').next().unwrap_or("");
-    if place.code == "NCT-18"
+    if site.code == "NCT-18"
         && at.starts_with(|c: char| c.is_ascii_alphabetic())
         && behind.contains(')')
         && inner.chars().all(|c| c.is_ascii_alphabetic() || c == ' ')
     {
         return explanation("parentheses stand around conditions, not around comments", COMMENT);
     }
-    if place.code != "NCT-44" || at == "x" && before.ends_with('0') {
+    if site.code != "NCT-44" || at == "x" && before.ends_with('0') {
         return None;
     }
     let line_begins = before.trim().is_empty();
@@ -143,7 +140,7 @@ fn comment(place: &Place<'_>) -> Option<Explanation> {
             explanation(format!("`{sign}` in front of this begins no comment"), COMMENT)
         }
         (c, _) if c.is_ascii_lowercase() => {
-            let (word, _) = place.around.word(|c| c.is_ascii_alphanumeric());
+            let (word, _) = site.around.word(|c| c.is_ascii_alphanumeric());
             let word = word.trim_start_matches(|c: char| c.is_ascii_digit());
             let capitals = word.to_ascii_uppercase();
             let written = format!("statements are written in capitals: `{capitals}`");
@@ -155,17 +152,17 @@ fn comment(place: &Place<'_>) -> Option<Explanation> {
 }
 
 /// Assignments of other languages: `Y012=1`, `Q05:=10`, `F010=F020`.
-fn assignment(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, .. } = place.around;
-    let colon = place.around.is_followed_by(":=") || at == ":" && place.around.is_followed_by("=");
-    let equals = place.around.is_followed_by("=") && !place.around.is_followed_by("==");
+fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, .. } = site.around;
+    let colon = site.around.is_followed_by(":=") || at == ":" && site.around.is_followed_by("=");
+    let equals = site.around.is_followed_by("=") && !site.around.is_followed_by("==");
     let compares = "nothing is assigned with `=`, which compares register OP";
     let (target, message) =
-        if at.starts_with('=') && !at.starts_with("==") && place.is(&["17", "33"]) {
+        if at.starts_with('=') && !at.starts_with("==") && site.is(&["17", "33"]) {
             (last_address(before.trim_end().trim_end_matches(':'))?, compares)
         } else if at == ":" && colon {
             (last_address(before)?, "`:=` is no sign of NCT: nothing is assigned with `=`")
-        } else if (equals || colon) && place.is(&["17", "9", "19"]) {
+        } else if (equals || colon) && site.is(&["17", "9", "19"]) {
             (last_address(at)?, compares)
         } else {
             return None;
@@ -197,24 +194,36 @@ fn last_address(text: &str) -> Option<&str> {
 }
 
 /// Words of other languages.
-fn word(place: &Place<'_>) -> Option<Explanation> {
-    let (word, from) = place.around.word(|c| c.is_ascii_alphabetic() || c == '_');
-    let line = [place.around.before, place.around.at, place.around.behind].concat();
+fn word(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let (word, from) = site.around.word(|c| c.is_ascii_alphabetic() || c == '_');
+    let line = [site.around.before, site.around.at, site.around.behind].concat();
     let before = line.get(..from).unwrap_or("");
     let behind = line.get(from + word.len()..).unwrap_or("");
-    let what = word_of_other_language(&word, before, behind)?;
-    explanation(format!("`{word}` is no word of NCT"), what)
+    // Statements are single letters that may stand without blanks between them, so only a word
+    // that is alone counts: ST50 stores to a timer, LD0 begins with a letter too many.
+    if word.len() <= 2 && behind.starts_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let mut contexts = vec!["word"];
+    if before.trim().is_empty() && behind.starts_with(' ') {
+        contexts.insert(0, "line");
+    }
+    if before.contains('(') {
+        contexts.insert(0, "condition");
+    }
+    let message = format!("`{word}` is no word of NCT");
+    explanation(message, HABITS.help_in(&contexts, &word)?)
 }
 
 /// `UI002`: U and D switch outputs and flags. In German instruction lists, U is AND.
-fn switch_of_input(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { at, behind, .. } = place.around;
-    let written = place.written();
+fn switch_of_input(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { at, behind, .. } = site.around;
+    let written = site.written();
     let mut rest = written.chars().chain(behind.chars());
     let switch = rest.next().filter(|c| matches!(c, 'U' | 'D'))?;
     let name = rest.next().filter(|c| "IPTHM".contains(*c))?;
     let digits: String = rest.take_while(char::is_ascii_digit).collect();
-    if !place.is(&["9", "56"]) || digits.len() < 2 || at.len() > 4 {
+    if !site.is(&["9", "56"]) || digits.len() < 2 || at.len() > 4 {
         return None;
     }
     match name {
@@ -233,9 +242,9 @@ fn switch_of_input(place: &Place<'_>) -> Option<Explanation> {
 }
 
 /// Addresses with too few or too many digits, or with a point.
-fn digits(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
-    if place.code == "NCT-7" && at.starts_with(|c: char| c.is_ascii_digit()) {
+fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
+    if site.code == "NCT-7" && at.starts_with(|c: char| c.is_ascii_digit()) {
         // A digit that no letter, comma or point introduces: the address in front of it was complete.
         let first = at.chars().next()?;
         if before.ends_with('J') || before.ends_with("J0") || before.ends_with("J1") {
@@ -255,10 +264,10 @@ fn digits(place: &Place<'_>) -> Option<Explanation> {
         };
         return explanation(format!("`{first}` is one digit too many after {address}"), what);
     }
-    if !place.is(&["9", "19"]) {
+    if !site.is(&["9", "19"]) {
         return None;
     }
-    let written = place.written();
+    let written = site.written();
     let number: String = written.chars().rev().take_while(char::is_ascii_digit).collect();
     let number: String = number.chars().rev().collect();
     let letters = written.get(..written.len() - number.len()).unwrap_or("");
@@ -310,40 +319,39 @@ fn digits(place: &Place<'_>) -> Option<Explanation> {
 }
 
 /// Operators of other languages.
-fn symbol(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
-    let equals = behind.starts_with('=');
-    let unequal = "there is no such relation: write the other case after E, =5 E … Z";
+fn symbol(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
+    if let Some(help) = HABITS.help("operator", at) {
+        return explanation(format!("`{at}` is no operator"), help);
+    }
+    let relation = if at == "!" && behind.starts_with('=') { "!=" } else { at };
+    if let Some(help) = HABITS.help("relation", relation) {
+        return explanation(format!("`{relation}` is no relation"), help);
+    }
     match at {
-        "&" => explanation("`&` is no operator", "AND is written A: (I001 A I002)"),
-        "|" => explanation("`|` is no operator", "OR is written O: (I001 O I002)"),
-        "^" => explanation("`^` is no operator", "the exclusive OR is written X: (I001 X I002)"),
-        "!" if equals => explanation("`!=` is no relation", unequal),
         "!" | "~" if behind.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
             explanation(format!("`{at}` is no operator"), "NOT is written N: NI001")
         }
-        "<>" => explanation("`<>` is no relation", unequal),
-        "==" => explanation("`==` is no relation", "equality is written =5 or =LI00"),
-        _ if place.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
+        _ if site.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
             "NOT is written N: NI001; `/` divides register OP by a variable, /LI00, or a number, /5",
         ),
-        _ if place.is(&["18"]) && at == "L" && behind.starts_with(char::is_alphabetic) => help(
+        _ if site.is(&["18"]) && at == "L" && behind.starts_with(char::is_alphabetic) => help(
             "in parentheses stand conditions; load the value in front of them: LQ05 (>5 A I001)",
         ),
-        _ if place.is(&["44"]) && at == "%" && before.trim().is_empty() => {
+        _ if site.is(&["44"]) && at == "%" && before.trim().is_empty() => {
             help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
         }
-        _ if place.is(&["13"]) && is_block(before, at, behind) => explanation(
+        _ if site.is(&["13"]) && is_block(before, at, behind) => explanation(
             "this looks like a block of a part program",
             "a PLC program has labels, :010, and statements such as I001 U012 Z",
         ),
-        _ if place.is(&["17"])
+        _ if site.is(&["17"])
             && at.starts_with('Q')
             && behind.trim_start().starts_with(['+', '-']) =>
         {
             help(format!("U{at} adds 1 to the counter, D{at} subtracts 1"))
         }
-        _ if place.is(&["7"]) && matches!(at, "++" | "--") => {
+        _ if site.is(&["7"]) && matches!(at, "++" | "--") => {
             help("UQ05 adds 1 to counter Q05, DQ05 subtracts 1")
         }
         _ => None,
@@ -362,8 +370,8 @@ fn is_block(before: &str, at: &str, behind: &str) -> bool {
 }
 
 /// Constants without a comma, and those of other languages.
-fn constant(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     let number: String = [at, behind].concat();
     let number: String = number.chars().skip(1).take_while(char::is_ascii_digit).collect();
     let introduced = at.chars().next()?;
@@ -377,7 +385,7 @@ fn constant(place: &Place<'_>) -> Option<Explanation> {
             format!("a label is a colon and three digits: :{number}"),
         );
     }
-    if matches!(introduced, 'L' | 'K' | '#') && !number.is_empty() && place.is(&["51", "7", "44"]) {
+    if matches!(introduced, 'L' | 'K' | '#') && !number.is_empty() && site.is(&["51", "7", "44"]) {
         if introduced == '#' && before.ends_with(|c: char| c.is_ascii_digit()) {
             return hexadecimal(behind);
         }
@@ -417,37 +425,27 @@ fn hexadecimal(text: &str) -> Option<Explanation> {
     help(format!("a hexadecimal constant is a point and four digits: .{value:04X}"))
 }
 
-/// Of a program that is written in small letters throughout, keeps the first error about them alone, with a note, and
-/// leaves out what follows from them: the labels and the ends of modules that are not read.
-fn tell_small_letters_once(text: &str, found: &mut Vec<Diagnostic>) {
-    if found.is_empty() {
+/// Of a program that is written in small letters throughout, keeps the first error about them alone,
+/// and leaves out what follows from them: the labels and the ends of modules that are not read.
+fn tell_small_letters(text: &str, found: &mut Vec<Diagnostic>) {
+    // Comments after other signs than `;` have small letters too.
+    if found.iter().any(|diagnostic| diagnostic.help.as_deref() == Some(COMMENT)) {
         return;
     }
     let code = text.lines().map(|line| line.split(';').next().unwrap_or(""));
-    let (mut small, mut capital) = (0_usize, 0_usize);
-    for letter in code.flat_map(str::bytes) {
-        small += usize::from(letter.is_ascii_lowercase());
-        capital += usize::from(letter.is_ascii_uppercase());
-    }
     let is_small = |diagnostic: &Diagnostic| {
         let at = text.get(diagnostic.span.range()).unwrap_or("");
         diagnostic.code == "NCT-44" && at.starts_with(|c: char| c.is_ascii_lowercase())
     };
-    // Comments after other signs than `;` have small letters too.
-    let comments = found.iter().any(|diagnostic| diagnostic.help.as_deref() == Some(COMMENT));
-    let others = found.iter().filter(|diagnostic| is_small(diagnostic)).count();
-    let Some(others) = others.checked_sub(1).filter(|_| small > 9 * capital && !comments) else {
-        return;
-    };
-    let mut is_told = false;
-    found.retain_mut(|diagnostic| {
-        if !is_small(diagnostic) {
-            return diagnostic.code != "NCT-61";
-        }
-        if !std::mem::replace(&mut is_told, true) {
-            diagnostic.add_note(whole_program_is_small(others));
-            return true;
-        }
-        false
-    });
+    let follows = |diagnostic: &Diagnostic| diagnostic.code == "NCT-61";
+    tell_small_letters_once(code.flat_map(str::bytes), found, is_small, follows);
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_habits_are_well_formed() {
+        assert!(super::HABITS.help("condition", "AND").is_some());
+        assert_eq!(super::HABITS.help("condition", "NAME"), None);
+    }
 }

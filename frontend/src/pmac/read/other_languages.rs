@@ -2,34 +2,27 @@
 //! programs, Power PMAC. [`explain`] gives an error a message and a help that say what was probably meant and
 //! how PMAC writes it. The error's code and place stay the same.
 
+use std::sync::LazyLock;
+
+use plcc_diag::MessageText;
+
 use super::cursor::{Cursor, MISSING, ParseError};
 use super::online::PERHAPS_A_NAME;
 use super::words::{self, MOTION, ONLINE, PLC};
 use super::words_of_other_languages::{directive, function, operand, statement};
-use crate::common::{Controller, Surroundings};
-use plcc_diag::MessageText;
+use crate::common::{Controller, Explanation, Habits, Surroundings, explanation, help, tsv};
 
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
 
-/// What was probably meant: a message in place of the error's own if that would mislead, and a help.
-pub(super) type Explanation = (Option<String>, String);
-
-/// An explanation with a message in place of the error's own.
-pub(super) fn explanation(
-    message: impl Into<String>,
-    help: impl Into<String>,
-) -> Option<Explanation> {
-    Some((Some(message.into()), help.into()))
-}
-
-/// An explanation beside the error's own message.
-pub(super) fn help(help: impl Into<String>) -> Option<Explanation> {
-    Some((None, help.into()))
-}
+/// What they write in other words.
+pub(super) static HABITS: LazyLock<Habits> = LazyLock::new(|| {
+    let file = "frontend/src/pmac/read/other_languages.tsv";
+    tsv::built_in(Habits::load(file, include_str!("other_languages.tsv")))
+});
 
 /// The line around an error.
-pub(super) struct Place<'a> {
+pub(super) struct ErrorSite<'a> {
     pub(super) around: Surroundings<'a>,
     /// The word of letters, digits and `_` around the beginning of the error's place.
     pub(super) word: String,
@@ -44,7 +37,7 @@ pub(super) struct Place<'a> {
     pub(super) controller: Controller,
 }
 
-impl<'a> Place<'a> {
+impl<'a> ErrorSite<'a> {
     fn new(text: &'a str, error: &ParseError, controller: Controller) -> Self {
         let (start, end) = (error.at.start as usize, error.at.end as usize);
         let around = Surroundings::new(text, start, end);
@@ -87,29 +80,29 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
     if !matches!(error.code, "PMAC-3" | "PMAC-5") {
         return Explained::No;
     }
-    let place = Place::new(text, error, controller);
+    let site = ErrorSite::new(text, error, controller);
     if error.message.ends_with(MISSING) {
-        let operator = place.around.at.starts_with(|c: char| "=+-*/%&|^,".contains(c));
+        let operator = site.around.at.starts_with(|c: char| "=+-*/%&|^,".contains(c));
         if error.help.is_none() && operator {
             error.help = Some("finish the expression on this line".into());
         }
         return Explained::No;
     }
-    if let Some(name) = undefined_name(&place, error) {
+    if let Some(name) = undefined_name(&site, error) {
         return Explained::UndefinedName(name);
     }
-    let meaning = comment(&place)
-        .or_else(|| template(&place))
-        .or_else(|| number(&place))
-        .or_else(|| brace(&place))
-        .or_else(|| assignment(&place))
-        .or_else(|| directive(&place))
-        .or_else(|| definition(&place))
-        .or_else(|| function(&place))
-        .or_else(|| operand(&place))
-        .or_else(|| statement(&place))
-        .or_else(|| quotes(&place));
-    let Some((message, help)) = meaning else { return Explained::No };
+    let meaning = comment(&site)
+        .or_else(|| template(&site))
+        .or_else(|| number(&site))
+        .or_else(|| brace(&site))
+        .or_else(|| assignment(&site))
+        .or_else(|| directive(&site))
+        .or_else(|| definition(&site))
+        .or_else(|| function(&site))
+        .or_else(|| operand(&site))
+        .or_else(|| statement(&site))
+        .or_else(|| quotes(&site));
+    let Some(Explanation { message, help }) = meaning else { return Explained::No };
     if let Some(message) = message {
         error.message = message.into();
     }
@@ -118,8 +111,8 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
 }
 
 /// Signs with which comments begin in other languages.
-fn comment(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     let first = before.trim().is_empty();
     let sign = match at {
         "(" if behind.starts_with('*') => "(*",
@@ -141,8 +134,8 @@ fn sends(before: &str) -> bool {
 }
 
 /// Placeholders for values that another tool fills in before the download.
-fn template(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn template(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     let rest = [at, behind].concat();
     let opened =
         ["$(", "${", "%(", "{{", "<%", "@{"].iter().find(|sign| rest.starts_with(**sign))?;
@@ -160,9 +153,9 @@ fn template(place: &Place<'_>) -> Option<Explanation> {
 }
 
 /// Numbers as other languages write them.
-fn number(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
-    let upper = place.word.to_ascii_uppercase();
+fn number(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
+    let upper = site.word.to_ascii_uppercase();
     let hexadecimal = |digits: &str| {
         let valid = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit());
         valid.then(|| help(format!("hexadecimal numbers are written ${digits}")))?
@@ -205,8 +198,8 @@ fn decimal(value: u64) -> Option<Explanation> {
 }
 
 /// Braces of C.
-fn brace(place: &Place<'_>) -> Option<Explanation> {
-    let sign = place.around.at;
+fn brace(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let sign = site.around.at;
     matches!(sign, "{" | "}" | "[" | "]").then_some(())?;
     if matches!(sign, "[" | "]") {
         return None;
@@ -219,11 +212,11 @@ fn brace(place: &Place<'_>) -> Option<Explanation> {
 
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones, two in one statement, and lines that
 /// continue the line before.
-fn assignment(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     let variable = is_variable(at);
     let rest = behind.trim_start();
-    if variable && place.code == "PMAC-3" && !rest.starts_with('=') && !before.contains('=') {
+    if variable && site.code == "PMAC-3" && !rest.starts_with('=') && !before.contains('=') {
         for sign in ["+", "-", "*", "/", "%"] {
             let Some(rest) = rest.strip_prefix(sign) else { continue };
             if rest.starts_with('=') {
@@ -268,7 +261,7 @@ fn assignment(place: &Place<'_>) -> Option<Explanation> {
                     comparison";
         return explanation("a statement assigns to one variable", help);
     }
-    let open = place.line_before_ends.filter(|c| "=+-*/%&|^,(".contains(*c))?;
+    let open = site.line_before_ends.filter(|c| "=+-*/%&|^,(".contains(*c))?;
     is_variable(before.trim()).then(|| {
         explanation(
             format!("this line goes on with the line before, which ends with `{open}`"),
@@ -297,31 +290,31 @@ fn known_beginning(name: &str) -> usize {
 /// If the error is caused by a name that no #define defines, gives the name and says so in the error. Such a
 /// name is a word without a meaning to which something is assigned, or a name whose beginning the
 /// controller takes for a word or a variable.
-fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
-    let name = place.word.trim_start_matches(|c: char| c.is_ascii_digit());
+fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String> {
+    let name = site.word.trim_start_matches(|c: char| c.is_ascii_digit());
     let known = known_beginning(name);
     let (beginning, rest) = name.split_at_checked(known)?;
     let is_name = rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     // Statements may stand without blanks between them: ENDIFP2=1.
     let is_statement = is_variable(rest) || known > 0 && known_beginning(rest) == rest.len();
-    let is_directive = place.before.trim_end().ends_with('#');
+    let is_directive = site.before.trim_end().ends_with('#');
     if !is_name || is_statement || is_directive {
         return None;
     }
-    let behind = place.behind.trim_start();
+    let behind = site.behind.trim_start();
     let assigned = behind.starts_with('=') && !behind.starts_with("==");
     if known == 0 {
         let unknown = error.help.as_deref() == Some(PERHAPS_A_NAME);
         let is_plc = name.get(..3).is_some_and(|start| start.eq_ignore_ascii_case("PLC"))
             && name.bytes().skip(3).all(|b| b.is_ascii_digit());
-        if !unknown || !assigned || !place.begins_line() || name.len() < 2 || is_plc {
+        if !unknown || !assigned || !site.begins_line() || name.len() < 2 || is_plc {
             return None;
         }
     } else {
         let compared = behind.starts_with(['!', '<', '>', '~']);
         let small = rest.contains(|c: char| c.is_ascii_lowercase());
-        let value = small && place.before.trim_end().ends_with('=');
-        if !assigned && !compared && !value && !rest.contains('_') || place.before.contains("->") {
+        let value = small && site.before.trim_end().ends_with('=');
+        if !assigned && !compared && !value && !rest.contains('_') || site.before.contains("->") {
             return None;
         }
         let effect = if beginning.eq_ignore_ascii_case("CLOSE") {
@@ -338,8 +331,8 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
 }
 
 /// Definitions of M-variables whose addresses hold a name or are written as in other languages.
-fn definition(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     if is_variable(at) && behind.trim_start().starts_with("->") {
         return help("M-variables stand for parts of the memory: M1->Y:$FFC2,8");
     }
@@ -360,7 +353,7 @@ fn definition(place: &Place<'_>) -> Option<Explanation> {
     let written = if at.contains(':') {
         [address, &glued].concat()
     } else if defined_as.contains([':', '$']) && !defined_as.contains([',', ' ', '\t']) {
-        place.word.clone()
+        site.word.clone()
     } else {
         return None;
     };
@@ -401,8 +394,8 @@ fn definition(place: &Place<'_>) -> Option<Explanation> {
 }
 
 /// Texts without quotes, or in single quotes.
-fn quotes(place: &Place<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = place.around;
+fn quotes(site: &ErrorSite<'_>) -> Option<Explanation> {
+    let Surroundings { before, at, behind } = site.around;
     if !sends(before) || before.trim_end().ends_with('=') {
         let text = at == "\"" && before.trim_end().ends_with('=');
         return text.then(|| help("a variable holds a number; SEND\"text\" writes a text"))?;
@@ -420,4 +413,13 @@ fn quotes(place: &Place<'_>) -> Option<Explanation> {
         "a text stands between quotes"
     };
     explanation(message, format!("write {statement}\"{inner}\""))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_habits_are_well_formed() {
+        assert!(super::HABITS.help("function", "ROUND").is_some());
+        assert_eq!(super::HABITS.help("function", "NAME"), None);
+    }
 }

@@ -1,15 +1,15 @@
 //! Numbers as other languages write them, and what PMI has in their place.
 
-use super::other_languages::{Explanation, Place};
+use super::other_languages::ErrorSite;
+use crate::common::{Explanation, explanation};
 use crate::pmi::read::section::Section;
 
 /// The delay of a timer in seconds, or with a unit: PMI counts units of 20 ms.
-pub(super) fn delay(place: &Place<'_, '_>) -> Option<Explanation> {
-    if place.section != Some(Section::Timer) || !matches!(place.code, "PMI-5" | "PMI-12" | "PMI-30")
-    {
+pub(super) fn delay(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    if site.section != Some(Section::Timer) || !matches!(site.code, "PMI-5" | "PMI-12" | "PMI-30") {
         return None;
     }
-    let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '#' | '_'));
+    let written = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '#' | '_'));
     let value = written.rsplit('#').next().unwrap_or("");
     let unit = value.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
     let number = value.get(..value.len() - unit.len()).unwrap_or("");
@@ -33,23 +33,20 @@ pub(super) fn delay(place: &Place<'_, '_>) -> Option<Explanation> {
     } else {
         format!("{milliseconds} ms are {units} units of 20 ms: write {rounded}")
     };
-    Explanation::new(
-        format!("`{written}` is no delay: a delay is a number of units of 20 ms"),
-        what,
-    )
+    explanation(format!("`{written}` is no delay: a delay is a number of units of 20 ms"), what)
 }
 
 /// Hexadecimal and binary numbers, numbers with an exponent.
-pub(super) fn other_number(place: &Place<'_, '_>) -> Option<Explanation> {
-    if place.code == "PMI-1" {
+pub(super) fn other_number(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    if site.code == "PMI-1" {
         return None;
     }
-    let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '#' | '$'));
+    let written = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '#' | '$'));
     if let Some(value) = value_of(written) {
         let message = format!("`{written}` is no number of PMI");
-        return Explanation::new(message, format!("numbers are decimal: write {value}"));
+        return explanation(message, format!("numbers are decimal: write {value}"));
     }
-    behind_hash(place)
+    behind_hash(site)
 }
 
 /// The value of a number that another language wrote.
@@ -82,10 +79,10 @@ fn value_of(written: &str) -> Option<i64> {
 
 /// An error after `16#FF`: the `#` continues the statement on the next line, where the error then
 /// stands.
-fn behind_hash(place: &Place<'_, '_>) -> Option<Explanation> {
-    let written = place.number_before_hash()?;
+fn behind_hash(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let written = site.number_before_hash()?;
     let value = value_of(written)?;
-    Explanation::new(
+    explanation(
         format!("`{written}` is no number of PMI: its `#` continues the statement on this line"),
         format!("numbers are decimal: write {value}"),
     )

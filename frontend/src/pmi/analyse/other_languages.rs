@@ -2,8 +2,11 @@
 //! [`explain`] gives an error of a statement a message and a help that say what was probably meant and how
 //! PMI writes it. The error's number and place stay the same.
 
+use std::sync::LazyLock;
+
 use plcc_diag::Diagnostic;
 
+use crate::common::{Explanation, Habits, explanation, help, tsv};
 use crate::pmi::{
     analyse::{
         numbers_of_other_languages::{delay, other_number},
@@ -19,26 +22,14 @@ use crate::pmi::{
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `?` and goes on to the end of the line";
 
-/// What was probably meant: a help, and a message in place of the error's own if that would mislead.
-pub(super) struct Explanation {
-    pub(super) message: Option<String>,
-    pub(super) help: String,
-}
-
-impl Explanation {
-    /// An explanation with a message in place of the error's own.
-    pub(super) fn new(message: impl Into<String>, help: impl Into<String>) -> Option<Self> {
-        Some(Self { message: Some(message.into()), help: help.into() })
-    }
-
-    /// An explanation beside the error's own message.
-    pub(super) fn help(help: impl Into<String>) -> Option<Self> {
-        Some(Self { message: None, help: help.into() })
-    }
-}
+/// What they write in other words or signs.
+pub(super) static HABITS: LazyLock<Habits> = LazyLock::new(|| {
+    let file = "frontend/src/pmi/analyse/other_languages.tsv";
+    tsv::built_in(Habits::load(file, include_str!("other_languages.tsv")))
+});
 
 /// A statement with an error, and the token at which the error stands.
-pub(super) struct Place<'s, 'c> {
+pub(super) struct ErrorSite<'s, 'c> {
     cursor: &'s Cursor<'c>,
     /// The index of that token.
     at: usize,
@@ -49,7 +40,7 @@ pub(super) struct Place<'s, 'c> {
     pub(super) section: Option<Section>,
 }
 
-impl<'c> Place<'_, 'c> {
+impl<'c> ErrorSite<'_, 'c> {
     fn token(&self, index: usize) -> Option<Token> {
         self.cursor.tokens.get(index).copied()
     }
@@ -124,17 +115,17 @@ pub(crate) fn explain(
     let Some(at) = cursor.tokens.iter().position(|token| token.start >= start) else {
         return problem;
     };
-    let place = Place { cursor, at, code: problem.code, section };
-    let explanation = comment(&place)
-        .or_else(|| assignment(&place, &problem))
-        .or_else(|| symbol(&place))
-        .or_else(|| keyword(&place))
-        .or_else(|| name(&place))
-        .or_else(|| delay(&place))
-        .or_else(|| other_number(&place))
-        .or_else(|| address(&place))
-        .or_else(|| index(&place));
-    if let Some(Explanation { message, help }) = explanation {
+    let site = ErrorSite { cursor, at, code: problem.code, section };
+    let found = comment(&site)
+        .or_else(|| assignment(&site, &problem))
+        .or_else(|| symbol(&site))
+        .or_else(|| keyword(&site))
+        .or_else(|| name(&site))
+        .or_else(|| delay(&site))
+        .or_else(|| other_number(&site))
+        .or_else(|| address(&site))
+        .or_else(|| index(&site));
+    if let Some(Explanation { message, help }) = found {
         if let Some(message) = message {
             if problem.code == "PMI-10" {
                 // The label shows an earlier declaration, which does not help: what was meant is no
@@ -150,41 +141,35 @@ pub(crate) fn explain(
 }
 
 /// Comments of other languages, and braces.
-fn comment(place: &Place<'_, '_>) -> Option<Explanation> {
-    let Token { end, .. } = place.token(place.at)?;
-    let rest = place.text_from(end);
-    match place.found() {
+fn comment(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let Token { end, .. } = site.token(site.at)?;
+    let rest = site.text_from(end);
+    match site.found() {
         ";" if rest.trim().is_empty() => {
-            return Explanation::new(
+            return explanation(
                 "a statement does not end with `;`",
                 "leave the `;` out: a statement ends with its line",
             );
         }
         ";" if rest.contains('=') => {
             let help = "put each statement on a line of its own; a comment begins with `?`";
-            return Explanation::new("`;` neither ends a statement nor begins a comment", help);
+            return explanation("`;` neither ends a statement nor begins a comment", help);
         }
-        ";" => return Explanation::new("`;` begins no comment", COMMENT),
+        ";" => return explanation("`;` begins no comment", COMMENT),
         "{" | "}"
-            if place.cursor.text.get(place.cursor.statement_span().range())?.contains('}')
+            if site.cursor.text.get(site.cursor.statement_span().range())?.contains('}')
                 && rest.contains('}') =>
         {
-            return Explanation::new("`{` begins no comment", COMMENT);
+            return explanation("`{` begins no comment", COMMENT);
         }
         sign @ ("{" | "}") => {
             let help = "the body of an IF begins on the next line and ends with ENDIF";
-            return Explanation::new(
-                format!("`{sign}` does not stand around the body of an IF"),
-                help,
-            );
+            return explanation(format!("`{sign}` does not stand around the body of an IF"), help);
         }
-        "'" if rest.contains('\'') && place.section.is_some() => {
-            return Explanation::new(
-                "`'` begins no text",
-                "put the text between double quotes: \"…\"",
-            );
+        "'" if rest.contains('\'') && site.section.is_some() => {
+            return explanation("`'` begins no text", "put the text between double quotes: \"…\"");
         }
-        "'" => return Explanation::new("`'` begins no comment", COMMENT),
+        "'" => return explanation("`'` begins no comment", COMMENT),
         _ => {}
     }
     // Two signs that begin a comment elsewhere. After an operand, `//` would divide by a negation,
@@ -192,7 +177,7 @@ fn comment(place: &Place<'_, '_>) -> Option<Explanation> {
     let begins = |first: usize| {
         let operand = first == 0
             || matches!(
-                place.kind(first - 1),
+                site.kind(first - 1),
                 Some(
                     Kind::Name
                         | Kind::Executive
@@ -202,51 +187,48 @@ fn comment(place: &Place<'_, '_>) -> Option<Explanation> {
                         | Kind::RBracket
                 )
             );
-        let signs = match (place.kind(first)?, place.kind(first + 1)?) {
+        let signs = match (site.kind(first)?, site.kind(first + 1)?) {
             (Kind::Slash, Kind::Slash) if operand => "//",
-            (Kind::Minus, Kind::Minus) if operand && place.at >= first + 2 => "--",
+            (Kind::Minus, Kind::Minus) if operand && site.at >= first + 2 => "--",
             (Kind::Slash, Kind::Star) => "/*",
             (Kind::LParen, Kind::Star) => "(*",
             _ => return None,
         };
-        place.is_glued(first + 1).then_some(signs)
+        site.is_glued(first + 1).then_some(signs)
     };
-    let signs = (0..=place.at).find_map(begins)?;
-    Explanation::new(format!("`{signs}` begins no comment"), COMMENT)
+    let signs = (0..=site.at).find_map(begins)?;
+    explanation(format!("`{signs}` begins no comment"), COMMENT)
 }
 
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones.
-fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Explanation> {
-    let name = place.word(0);
-    let colon = |index| place.word(index) == ":" && place.word(index + 1) == "=";
-    let named = matches!(place.kind(0), Some(Kind::Name | Kind::Executive));
-    let is_label = place.at == 0 && place.kind(0) == Some(Kind::Name) && colon(1)
-        || colon(place.at)
-        || place.found() == "=" && place.before() == ":";
+fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanation> {
+    let name = site.word(0);
+    let colon = |index| site.word(index) == ":" && site.word(index + 1) == "=";
+    let named = matches!(site.kind(0), Some(Kind::Name | Kind::Executive));
+    let is_label = site.at == 0 && site.kind(0) == Some(Kind::Name) && colon(1)
+        || colon(site.at)
+        || site.found() == "=" && site.before() == ":";
     if is_label && named {
         let message = "`:=` is no sign of PMI: an assignment is written with `=`";
-        return Explanation::new(
-            message,
-            format!("write {name} = …; a colon stands after a label"),
-        );
+        return explanation(message, format!("write {name} = …; a colon stands after a label"));
     }
     // In another statement, `:=` has made a label of this name.
     let made_label = problem.labels().first().is_some_and(|label| {
-        let behind = place.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
+        let behind = site.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
         label.span.file == problem.span.file
             && behind.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
     });
     if made_label {
-        return Explanation::help(
+        return help(
             "where it is a label an assignment was probably meant: write `=` in place of `:=`",
         );
     }
-    if place.at != 1 || place.code != "PMI-11" || place.section.is_some() {
+    if site.at != 1 || site.code != "PMI-11" || site.section.is_some() {
         return None;
     }
-    let sign = place.found();
+    let sign = site.found();
     let compound = match sign {
-        "+" | "-" | "*" | "%" | "&" | "!" => place.behind() == "=",
+        "+" | "-" | "*" | "%" | "&" | "!" => site.behind() == "=",
         "|" | "^" => return None,
         "/=" => true,
         _ => false,
@@ -254,98 +236,82 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Explanation
     if compound {
         let sign = sign.trim_end_matches('=');
         let message = format!("`{sign}=` is no assignment");
-        return Explanation::new(message, format!("write {name} = {name} {sign} …"));
+        return explanation(message, format!("write {name} = {name} {sign} …"));
     }
-    if matches!(sign, "+" | "-") && place.behind() == sign {
+    if matches!(sign, "+" | "-") && site.behind() == sign {
         let message = format!("`{sign}{sign}` is no assignment");
-        return Explanation::new(message, format!("write {name} = {name} {sign} 1"));
+        return explanation(message, format!("write {name} = {name} {sign} 1"));
     }
     None
 }
 
 /// Operators that are written with other signs.
-fn symbol(place: &Place<'_, '_>) -> Option<Explanation> {
-    let glued = place.is_glued(place.at);
-    let before = if glued { place.before() } else { "" };
-    match (before, place.found()) {
-        (_, "|") => Explanation::new("`|` is no operator", "OR is written `!`: A ! B"),
-        (_, "~") => Explanation::new("`~` is no operator", "NOT is written `/`: /A"),
-        (_, "^") => {
-            let help = "the exclusive OR of two LOGICALs is A /= B";
-            Explanation::new("`^` is no operator", help)
-        }
-        ("&", "&") => Explanation::new("`&&` is no operator", "AND is written `&`: A & B"),
-        ("!", "!") => Explanation::new("`!!` is no operator", "OR is written `!`: A ! B"),
-        (_, "!") if place.code == "PMI-34" => {
-            Explanation::new("`!` is OR, and stands between two operands", "NOT is written `/`: /A")
-        }
-        ("=", "=") => Explanation::new("`==` is no operator", "equality is written `=`: A = B"),
-        ("!" | "<", sign @ ("=" | ">")) => Explanation::new(
-            format!("`{before}{sign}` is no operator"),
-            "inequality is written `/=`: A /= B",
-        ),
-        ("=", sign @ ("<" | ">")) => Explanation::new(
-            format!("`={sign}` is no operator"),
-            format!("write `{sign}=`: A {sign}= B"),
-        ),
-        _ => None,
+fn symbol(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let known = HABITS.help("sign", site.found()).map(|help| (site.found().to_owned(), help));
+    let known = known.or_else(|| {
+        let signs = site.is_glued(site.at).then(|| [site.before(), site.found()].concat())?;
+        let help = HABITS.help("glued signs", &signs)?;
+        Some((signs, help))
+    });
+    if let Some((sign, help)) = known {
+        return explanation(format!("`{sign}` is no operator"), help);
     }
+    if site.found() == "!" && site.code == "PMI-34" {
+        return explanation("`!` is OR, and stands between two operands", "NOT is written `/`: /A");
+    }
+    None
 }
 
 /// Keywords of other languages.
-fn keyword(place: &Place<'_, '_>) -> Option<Explanation> {
-    let found = place.found();
-    let first = place.word(0);
-    let code = place.code;
+fn keyword(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let found = site.found();
+    let first = site.word(0);
+    let code = site.code;
     if code == "PMI-1" {
         return directive(found);
     }
-    if matches!(found, "THEN" | "DO") && code == "PMI-5" && place.section.is_none() {
+    if matches!(found, "THEN" | "DO") && code == "PMI-5" && site.section.is_none() {
         let help = format!("leave {found} out: the body begins on the next line");
-        return Explanation::new(format!("there is no {found} after a condition"), help);
+        return explanation(format!("there is no {found} after a condition"), help);
     }
     let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
-    if is_keyword && code == "PMI-10" && place.section.is_some() && place.behind() != "=" {
+    if is_keyword && code == "PMI-10" && site.section.is_some() && site.behind() != "=" {
         let help = "statements stand after $END: write $END on a line of its own in front of the \
                     first one";
-        return Explanation::new(format!("{first} stands in front of $END"), help);
+        return explanation(format!("{first} stands in front of $END"), help);
     }
     let is_if = matches!(first, "IF" | "ELSEIF");
-    if is_if && code == "PMI-11" && place.at == 1 {
-        return Explanation::help(format!(
-            "write {first} (condition), without THEN, on a line of its own"
-        ));
+    if is_if && code == "PMI-11" && site.at == 1 {
+        return help(format!("write {first} (condition), without THEN, on a line of its own"));
     }
-    if is_if
-        && code == "PMI-5"
-        && matches!(place.kind(place.at), Some(Kind::Name | Kind::Executive))
+    if is_if && code == "PMI-5" && matches!(site.kind(site.at), Some(Kind::Name | Kind::Executive))
     {
-        let from = place.token(place.at)?.start;
-        let rest = place.text_from(from).trim_end();
+        let from = site.token(site.at)?.start;
+        let rest = site.text_from(from).trim_end();
         let rest = rest.strip_suffix("ENDIF").unwrap_or(rest).trim_end();
         let rest: String = rest.chars().take(30).collect();
-        if place.before() == ")" {
-            return Explanation::help(format!(
+        if site.before() == ")" {
+            return help(format!(
                 "write the condition, `{rest}` and ENDIF on lines of their own; one pair of \
                  parentheses stands around the whole condition"
             ));
         }
-        return Explanation::help(format!(
+        return help(format!(
             "put parentheses around the whole condition, `{rest}` on the next line, and an ENDIF \
              after it"
         ));
     }
     // After a variable whose `=` is missing, an operator would stand.
     let is_word = matches!(
-        place.kind(1),
+        site.kind(1),
         None | Some(Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen | Kind::Bad(_))
     );
-    let is_first = place.section.is_none() && place.at <= 1;
+    let is_first = site.section.is_none() && site.at <= 1;
     if is_first && is_word && matches!(code, "PMI-11" | "PMI-4" | "PMI-9") {
-        return statement(first, place.word(1));
+        return statement(first, site.word(1));
     }
-    if place.section.is_some()
-        && let Some(explanation) = declaration(place)
+    if site.section.is_some()
+        && let Some(explanation) = declaration(site)
     {
         return Some(explanation);
     }
@@ -358,13 +324,13 @@ fn keyword(place: &Place<'_, '_>) -> Option<Explanation> {
 }
 
 /// Names with characters that PMI's names can't have, and M and G codes without `@`.
-fn name(place: &Place<'_, '_>) -> Option<Explanation> {
-    if place.found().starts_with('_') {
-        let whole = place.around(|c| c.is_ascii_alphanumeric() || c == '_');
+fn name(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    if site.found().starts_with('_') {
+        let whole = site.around(|c| c.is_ascii_alphanumeric() || c == '_');
         let joined: String = whole.chars().filter(|c| *c != '_').collect();
         let joined = joined.to_ascii_uppercase();
         let message = format!("`_` has no place in a name: `{whole}`");
-        if place.section.is_none()
+        if site.section.is_none()
             && let Some(explanation) = statement(&joined, "")
         {
             return Some(Explanation { message: Some(message), help: explanation.help });
@@ -377,63 +343,59 @@ fn name(place: &Place<'_, '_>) -> Option<Explanation> {
                 joined.get(..6).unwrap_or(&joined)
             ),
         };
-        return Explanation::new(message, help);
+        return explanation(message, help);
     }
-    let ports = matches!(place.section, Some(Section::Input | Section::Output));
-    if ports && place.at == 1 && place.is_glued(1) && matches!(place.code, "PMI-11" | "PMI-30") {
-        let whole = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
+    let ports = matches!(site.section, Some(Section::Input | Section::Output));
+    if ports && site.at == 1 && site.is_glued(1) && matches!(site.code, "PMI-11" | "PMI-30") {
+        let whole = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
         if whole.contains(['-', '.']) {
             let message = format!("`{whole}` is no name");
-            return Explanation::new(
-                message,
-                "a name is a letter and up to five letters and digits",
-            );
+            return explanation(message, "a name is a letter and up to five letters and digits");
         }
     }
-    if place.code != "PMI-24" {
+    if site.code != "PMI-24" {
         return None;
     }
-    let letters = place.found().trim_start_matches('@');
+    let letters = site.found().trim_start_matches('@');
     let (kind, number) = letters.split_at_checked(1)?;
     let number: u16 = number.parse().ok()?;
-    let last = match (kind, place.section) {
+    let last = match (kind, site.section) {
         ("M", Some(Section::MCode)) => 299,
         ("G", Some(Section::GCode)) => 199,
-        ("M", _) => return Explanation::help("M codes stand after $MCODE"),
-        ("G", _) => return Explanation::help("G codes stand after $GCODE"),
+        ("M", _) => return help("M codes stand after $MCODE"),
+        ("G", _) => return help("G codes stand after $GCODE"),
         _ => return None,
     };
-    (number <= last)
-        .then(|| Explanation::help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
+    (number <= last).then(|| help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
 }
 
 /// Addresses that other languages use as operands: `I0.1`, `%Q0.1`.
-fn address(place: &Place<'_, '_>) -> Option<Explanation> {
-    let fraction = |index| place.kind(index).is_some() && place.word(index).starts_with('.');
-    let ports = matches!(place.section, Some(Section::Input | Section::Output));
-    let executive = place.found().starts_with('@') || place.before().starts_with('@');
-    if executive || !matches!(place.code, "PMI-12" | "PMI-30" | "PMI-31" | "PMI-34") {
+fn address(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let fraction = |index| site.kind(index).is_some() && site.word(index).starts_with('.');
+    let ports = matches!(site.section, Some(Section::Input | Section::Output));
+    let executive = site.found().starts_with('@') || site.before().starts_with('@');
+    if executive || !matches!(site.code, "PMI-12" | "PMI-30" | "PMI-31" | "PMI-34") {
         return None;
     }
-    let percent = place.found() == "%"
-        && matches!(place.kind(place.at + 1), Some(Kind::Name))
-        && fraction(place.at + 2);
+    let percent = site.found() == "%"
+        && matches!(site.kind(site.at + 1), Some(Kind::Name))
+        && fraction(site.at + 2);
     let is_address = percent
-        || ports && place.code == "PMI-30" && place.found().contains('.')
-        || fraction(place.at + 1) && place.is_glued(place.at + 1)
-        || fraction(place.at) && place.is_glued(place.at);
-    if !is_address || matches!(place.section, Some(Section::Timer | Section::Key)) {
+        || ports && site.code == "PMI-30" && site.found().contains('.')
+        || fraction(site.at + 1) && site.is_glued(site.at + 1)
+        || fraction(site.at) && site.is_glued(site.at);
+    if !is_address || matches!(site.section, Some(Section::Timer | Section::Key)) {
         return None;
     }
-    let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '%' | '.' | '_'));
+    let written = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '%' | '.' | '_'));
     if written.starts_with('.') && !ports {
         return None;
     }
-    match place.section {
+    match site.section {
         Some(Section::Input | Section::Output) => {
             let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
             let (port, bit) = digits.split_once('.').filter(|(_, bit)| !bit.is_empty())?;
-            Explanation::new(
+            explanation(
                 format!("`{written}` is no line of a port"),
                 format!("a line is written port/bit: {port}/{bit}"),
             )
@@ -442,37 +404,44 @@ fn address(place: &Place<'_, '_>) -> Option<Explanation> {
         None => {
             let help = "declare a name for the line after $INPUT or $OUTPUT (NAME = port/bit) and \
                         write the name";
-            Explanation::new(format!("the address `{written}` is no operand"), help)
+            explanation(format!("the address `{written}` is no operand"), help)
         }
     }
 }
 
 /// Indices in parentheses, and more than one of them.
-fn index(place: &Place<'_, '_>) -> Option<Explanation> {
-    let array = |index: usize| index.checked_sub(1).map_or("", |index| place.word(index));
-    match (place.code, place.found()) {
-        ("PMI-36", name) if place.behind() == "(" => Explanation::new(
+fn index(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+    let array = |index: usize| index.checked_sub(1).map_or("", |index| site.word(index));
+    match (site.code, site.found()) {
+        ("PMI-36", name) if site.behind() == "(" => explanation(
             format!("the index of {name} stands in parentheses"),
             format!("write {name}[…]"),
         ),
-        ("PMI-11", "(") if place.at == 1 && place.section.is_none() => {
-            let name = array(place.at);
-            Explanation::help(format!(
-                "an element of an array is written {name}[…]; nothing is called"
-            ))
+        ("PMI-11", "(") if site.at == 1 && site.section.is_none() => {
+            let name = array(site.at);
+            help(format!("an element of an array is written {name}[…]; nothing is called"))
         }
         ("PMI-5", ",") => {
-            let open = (0..place.at).rev().find(|index| place.word(*index) == "[")?;
+            let open = (0..site.at).rev().find(|index| site.word(*index) == "[")?;
             let name = array(open);
-            Explanation::new(
+            explanation(
                 format!("{name} has one index"),
                 format!("compute one index of several: {name}[10*ROW + COLUMN]"),
             )
         }
-        ("PMI-11" | "PMI-34", "[") if place.before() == "]" => Explanation::new(
+        ("PMI-11" | "PMI-34", "[") if site.before() == "]" => explanation(
             "an array has one index",
             "compute one index of several: LIST[10*ROW + COLUMN]",
         ),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_habits_are_well_formed() {
+        assert!(super::HABITS.help("operator", "MOD").is_some());
+        assert_eq!(super::HABITS.help("operator", "NAME"), None);
     }
 }
