@@ -1,7 +1,7 @@
 //! Which language a source is in.
 //!
 //! A file's ending decides if one language alone has it. Otherwise the text decides: it is in the
-//! language whose marks it holds, the words and signs that stand in no other language's programs
+//! language whose marks it holds, the words and signs that are in no other language's programs
 //! ([`Language::has_marks`]).
 
 use std::path::Path;
@@ -64,14 +64,14 @@ pub fn detect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     }
 }
 
-/// The languages whose marks stand in a text outside comments and quotes.
+/// The languages whose marks are in a text outside comments and quotes.
 pub fn looks_like(text: &str) -> Vec<Dialect> {
     let plain = without_comments(text);
     let having = |language: &&&dyn Language| language.has_marks(&plain);
     LANGUAGES.iter().filter(having).map(|language| language.dialect()).collect()
 }
 
-/// The text in capitals, with blanks for the comments of all languages and for what stands in
+/// The text in capitals, with blanks for the comments of all languages and for what is in
 /// quotes.
 fn without_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -79,16 +79,16 @@ fn without_comments(text: &str) -> String {
     while let Some(at) = rest.find(['?', ';', '/', '"']) {
         let (before, tail) = rest.split_at(at);
         out.push_str(before);
-        let behind = tail.get(1..).unwrap_or("");
+        let after = tail.get(1..).unwrap_or("");
         let len = if tail.starts_with("/*") {
             tail.get(2..).and_then(|t| t.find("*/")).map_or(tail.len(), |close| close + 4)
         } else if tail.starts_with('"') {
             // A quote that is not closed on its line quotes nothing.
-            let end = behind.find(['"', '\r', '\n']).unwrap_or(behind.len());
-            if behind.get(end..).is_some_and(|t| t.starts_with('"')) { end + 2 } else { 1 }
-        } else if tail.starts_with('/') && !behind.starts_with('/') {
+            let end = after.find(['"', '\r', '\n']).unwrap_or(after.len());
+            if after.get(end..).is_some_and(|t| t.starts_with('"')) { end + 2 } else { 1 }
+        } else if tail.starts_with('/') && !after.starts_with('/') {
             out.push('/');
-            rest = behind;
+            rest = after;
             continue;
         } else {
             tail.find(['\r', '\n']).unwrap_or(tail.len())

@@ -42,7 +42,7 @@ pub trait Language: Sync {
     /// languages have decides nothing.
     fn file_extensions(&self) -> &'static [&'static str];
 
-    /// Whether a text holds a word or sign that stands only in programs of this language, such as
+    /// Whether a text holds a word or sign that is only in programs of this language, such as
     /// `$INPUT`, `:001` or `OPEN PLC`. `plain` is the text in capitals, in which each comment and
     /// each text in quotes is replaced by a blank.
     fn has_marks(&self, plain: &str) -> bool;
@@ -61,7 +61,7 @@ pub trait Language: Sync {
     /// [joins files](Self::joins_files). Included files are asked of `loader` and added to
     /// `sources`.
     ///
-    /// The result is a program if no diagnostic is an error. PMAC gives one too if the only errors
+    /// The result is a program if no diagnostic is an error. PMAC makes one too if the only errors
     /// are broken structures: the PLCs that have them are empty in it (`run --keep-going`).
     fn check(
         &self,
@@ -82,7 +82,7 @@ pub trait Language: Sync {
     /// name means on each of them. `None` if the name has no meaning of its own.
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String>;
 
-    /// Every name that stands in a table of [`explain`](Self::explain). A line for a family of
+    /// Every name that is in a table of [`explain`](Self::explain). A line for a family of
     /// names (`@CP100-@CP115`) counts as its first name.
     fn topics(&self) -> Vec<Topic>;
 
@@ -120,12 +120,12 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
     fn statement_interpreter(&self) -> Box<dyn StatementInterpreter>;
 
     /// The place of each statement, by the number with which an
-    /// [`Observer`](crate::common::Observer) is told of it. `None` for what is no statement of its
+    /// [`Observer`](crate::common::Observer) is told of it. `None` for what is not a statement of its
     /// own to a reader: labels, the ends of conditions, the jump in front of an ELSE.
     fn statements(&self) -> Vec<Option<Span>>;
 
     /// The numbers of the statements that called the subroutine in which the task that ran last
-    /// stands, outermost first. Empty in languages without subroutines.
+    /// is, outermost first. Empty in languages without subroutines.
     fn calls(&self, _image: &[u8]) -> Vec<u32> {
         vec![]
     }
@@ -170,7 +170,7 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
 /// A program whose code holds assumptions that the program itself may invalidate: PMAC's
 /// definitions of M-variables.
 pub trait Recompilable: Send {
-    /// The assumptions of the code that [`CheckedProgram::lower`] gives.
+    /// The assumptions of the code that [`CheckedProgram::lower`] makes.
     fn assumptions(&self) -> &[Assumption];
 
     /// The same program with other assumptions. Tables, tasks and resume points are the same, so

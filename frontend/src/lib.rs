@@ -7,12 +7,12 @@
 //! manual's tables). [`common`] holds what they share. The main types:
 //!
 //! - [`Language`]: recognises, checks and explains programs; the list of all is [`LANGUAGES`].
-//! - [`CheckedProgram`]: a program without errors; gives its IR, its interpreter, its
+//! - [`CheckedProgram`]: a program without errors; makes its IR, its interpreter, its
 //!   cross-reference.
 //! - [`common::Options`]: what is fixed when a program is compiled.
 //!
 //! A comment such as `PMI 2.3.7` or `NCT 4.10` names the section of the control's manual that says
-//! so. A ruling is what plcc does where a manual is silent or contradicts itself; the rulings stand
+//! so. A ruling is what plcc does where a manual is silent or contradicts itself; the rulings are
 //! in the project's `docs/pmi.md`, `docs/nct.md` and `docs/pmac.md`.
 //!
 //! ```

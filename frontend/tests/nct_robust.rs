@@ -8,7 +8,7 @@ use plcc_frontend::{
 };
 use plcc_random::Rng;
 
-/// Checks a text, and lowers the program if there is one. Gives the number of errors.
+/// Checks a text, and lowers the program if there is one. Returns the number of errors.
 fn errors(text: &[u8], limits: Limits) -> usize {
     let mut sources = SourceMap::new();
     let file = sources.add("main.nct", text);

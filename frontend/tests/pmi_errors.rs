@@ -6,7 +6,7 @@ use plcc_frontend::{
     pmi,
 };
 
-/// Checks a program that can include three other files. Gives the code, without `PMI-`, and the
+/// Checks a program that can include three other files. Returns the code, without `PMI-`, and the
 /// line of each diagnostic.
 fn findings(text: &str, limits: Limits) -> Vec<(String, u32)> {
     let loader = MemoryLoader::new()
@@ -334,7 +334,7 @@ fn a_long_operand_is_told_at_its_operator_whatever_stands_behind_it() {
     ] {
         expect_in_execution(text, &[("42", 1)]);
     }
-    // The operator stands on the first line, the other error on the second.
+    // The operator is on the first line, the other error on the second.
     expect_in_execution("I = L * #\n ,\n", &[("42", 1)]);
     expect_in_execution("I = I * #\n ,\n", &[("34", 2)]);
 }

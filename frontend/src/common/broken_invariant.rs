@@ -1,6 +1,6 @@
 //! A defect of the compiler that it has noticed itself.
 //!
-//! Analysis promises much to lowering: every label stands somewhere, every variable has a place,
+//! Analysis promises much to lowering: every label is defined, every variable has a place,
 //! every region is in the layout. Where such a promise is broken the compiler has a mistake. To go
 //! on with a default would make code that looks sound and does something else, so lowering returns
 //! a [`BrokenInvariant`], never a guess.

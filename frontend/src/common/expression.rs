@@ -53,7 +53,7 @@ pub enum EvaluationError {
         /// How many elements it has; the first is 0.
         elements: u32,
     },
-    /// An indirect access reads its address from a word, and the number in that word is no address.
+    /// An indirect access reads its address from a word, and the number in that word is not an address.
     #[error("{name} holds no address")]
     NoAddress {
         /// The variable that holds the address.

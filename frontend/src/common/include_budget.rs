@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_include_exceeds_the_budget_and_all_behind_it_are_refused() {
+    fn one_include_exceeds_the_budget_and_all_after_it_are_refused() {
         let mut budget = IncludeBudget::default();
         assert_eq!(budget.include(MAX_INCLUDED - LEAST), Inclusion::Allowed);
         assert_eq!(budget.include(1), Inclusion::Allowed);

@@ -20,7 +20,7 @@ pub struct Keyword {
     pub section: &'static str,
 }
 
-/// Reads the table of keywords `text`, which stands in `file`. Its rows are sorted by the bytes of
+/// Reads the table of keywords `text`, which is in `file`. Its rows are sorted by the bytes of
 /// their first cell.
 ///
 /// # Errors

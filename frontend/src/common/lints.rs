@@ -107,14 +107,14 @@ impl Silenced {
     /// Whether a lint, by its name, is silenced in a line.
     fn contains(&self, lint: &str, line: u32) -> bool {
         let Some(ranges) = self.ranges.get(lint) else { return false };
-        let behind = ranges.partition_point(|(first, _)| *first <= line);
-        let before = behind.checked_sub(1).and_then(|at| ranges.get(at));
+        let after = ranges.partition_point(|(first, _)| *first <= line);
+        let before = after.checked_sub(1).and_then(|at| ranges.get(at));
         before.is_some_and(|(_, last)| line <= *last)
     }
 }
 
 /// The comments of a file that silence lints: `? plcc: allow NAME, NAME`. Such a comment is for the
-/// statement after which it stands, and for the next one.
+/// statement that it follows, and for the next one.
 fn silenced_in(
     sources: &SourceMap,
     file: FileId,
@@ -126,7 +126,7 @@ fn silenced_in(
         return silenced;
     }
     let split = |line| split_comment(sources.line_text(file, line), comment_marks);
-    // From the end of the file to its beginning, since what a comment is for stands after it. The
+    // From the end of the file to its beginning, since what a comment is for comes after it. The
     // next statement ends in the next line that has more than a comment, and goes on where a line ends
     // with the sign of continuation.
     let mut next_end = sources.line_count(file);

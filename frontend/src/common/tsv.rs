@@ -57,7 +57,7 @@ pub struct Row<'t> {
     cells: Vec<&'t str>,
 }
 
-/// The rows of the table `text`, which stands in `file` and has these columns.
+/// The rows of the table `text`, which is in `file` and has these columns.
 ///
 /// # Errors
 /// An item is an error where the first line does not name just these columns in this order, and
@@ -85,7 +85,7 @@ pub fn rows<'t>(
 }
 
 /// Reads a whole table. `order` compares the first cells of two neighbouring rows: each must be
-/// greater than the one before, so that none stands twice. `parse` makes a value of each row.
+/// greater than the one before, so that none is there twice. `parse` makes a value of each row.
 ///
 /// # Errors
 /// What [`rows`] finds, the first row that is out of order, and the first error of `parse`.
@@ -180,7 +180,7 @@ impl<'t> Row<'t> {
     /// The number in a column's cell.
     ///
     /// # Errors
-    /// What is no number of the type `T`, and one outside the range.
+    /// What is not a number of the type `T`, and one outside the range.
     pub fn number<T: FromStr + PartialOrd + Display>(
         &self,
         column: &str,

@@ -79,7 +79,7 @@ pub(crate) enum Word {
     M(u8),
     /// A constant that is set on the control, 1 to 40.
     Rp(u8),
-    /// An indirect access: the F word whose address, in BCD, stands in the F word at this byte.
+    /// An indirect access: the F word whose address, in BCD, is in the F word at this byte.
     Indirect(u16),
 }
 
@@ -199,13 +199,13 @@ pub(crate) enum Test {
     },
 }
 
-/// A part of a condition. The parts stand in postfix order: a gate combines the two results before
+/// A part of a condition. The parts are in postfix order: a gate combines the two results before
 /// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ConditionPart {
-    /// Gives the result of a test.
+    /// Returns the result of a test.
     Test(Test),
-    /// Takes the last two results and gives their `And`, `Or` or `Xor`.
+    /// Takes the last two results and returns their `And`, `Or` or `Xor`.
     Gate(Arith),
 }
 
@@ -396,7 +396,7 @@ pub(crate) enum Opens {
 pub(crate) struct Stmt {
     /// What it does.
     pub(crate) op: Op,
-    /// Where its text stands.
+    /// Where its text is.
     pub(crate) span: Span,
 }
 
@@ -426,7 +426,7 @@ pub(crate) struct Program {
     pub(crate) stmts: Vec<Stmt>,
     /// The parts of all conditions.
     pub(crate) condition_parts: Vec<ConditionPart>,
-    /// Where each label stands: the index of its statement.
+    /// Where each label is: the index of its statement.
     pub(crate) labels: Vec<Option<u32>>,
     /// The texts of its text modules.
     pub(crate) texts: Texts,

@@ -13,7 +13,7 @@
 //!
 //! At the beginning OP has the value that the module which ran last left in it, so a relation that
 //! stands alone, such as `=5`, tests that value. Status flags that a computation writes are seen by
-//! what stands after it, but those in the image do not change. Statements that change variables
+//! what follows it, but those in the image do not change. Statements that change variables
 //! (`U`, `D`, `S`), jump or end are refused. `V` compares the input images of the module that ran
 //! last.
 //!

@@ -34,12 +34,12 @@ impl Language for Nct {
         &["nct", "plc"]
     }
 
-    /// Whether the label of a module stands there, `:000` or `:001`. The address in PMAC's `Y:0001`
-    /// is no label.
+    /// Whether the label of a module is there, `:000` or `:001`. The address in PMAC's `Y:0001`
+    /// is not a label.
     fn has_marks(&self, plain: &str) -> bool {
         plain.match_indices(':').any(|(at, _)| {
-            let (before, behind) = plain.split_at(at);
-            let mut digits = behind.chars().skip(1).filter(|c| !c.is_whitespace());
+            let (before, after) = plain.split_at(at);
+            let mut digits = after.chars().skip(1).filter(|c| !c.is_whitespace());
             let module = digits.next() == Some('0')
                 && digits.next() == Some('0')
                 && matches!(digits.next(), Some('0' | '1'));

@@ -17,7 +17,7 @@ use crate::nct::{
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
-/// The region of the values of OP that brackets keep. After them stands the number of the
+/// The region of the values of OP that brackets keep. After them comes the number of the
 /// statement that jumps back or calls, see `lower/flow.rs`.
 pub(crate) const SCRATCH: &str = "scratch";
 /// The region of the results that wait for their gate when the code of a long condition is cut.
@@ -212,7 +212,7 @@ struct Regions {
 }
 
 impl Regions {
-    /// Adds a region of `size` bytes and gives its offset.
+    /// Adds a region of `size` bytes and returns its offset.
     fn add(&mut self, name: &str, size: u32, bits: bool) -> u32 {
         let offset = self.end.next_multiple_of(8);
         // A region must have a byte at least.
@@ -222,8 +222,8 @@ impl Regions {
         offset
     }
 
-    /// Adds the two regions of I, Y or F, for bytes and for single bits, and gives where each byte
-    /// lies. After the bytes stands one more that is always 0, so that a word can be read at the
+    /// Adds the two regions of I, Y or F, for bytes and for single bits, and returns where each byte
+    /// lies. After the bytes comes one more that is always 0, so that a word can be read at the
     /// last one.
     fn locations(&mut self, names: [&str; 2], unpacked: &[bool]) -> Vec<FlagLocation> {
         let [bytes, bits] = names;

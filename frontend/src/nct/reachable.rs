@@ -1,7 +1,7 @@
 //! Which statements a module can reach, for online changes: [`ReachableCode`].
 //!
 //! A module is more than the statements from its label to its `J`: it calls subroutines and jumps to
-//! labels that stand elsewhere, and shares them with other modules. So the statements are collected along
+//! labels that are elsewhere, and shares them with other modules. So the statements are collected along
 //! all branches. Numbers that count over the whole program are left out of the hash or replaced, so that
 //! another module's change does not alter it.
 

@@ -1,6 +1,6 @@
 //! A checked download.
 //!
-//! Nothing here is nested. All expressions and conditions of a download stand in postfix order in
+//! Nothing here is nested. All expressions and conditions of a download are in postfix order in
 //! one array of operations ([`Download::ops`]). A buffer is an array of statements, and a branch
 //! names its target by the index in that array. So nothing that walks a program needs recursion,
 //! however long the source is or however deep it nests.
@@ -16,7 +16,7 @@ use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 use super::origin::{Origins, TextRange};
 use crate::common::Controller;
 
-/// Every function with its name. A name stands before the names that it begins with (`ATAN2`
+/// Every function with its name. A name comes before the names that it begins with (`ATAN2`
 /// before `ATAN`), so that the first match is the right one.
 pub(crate) const FUNCTIONS: &[(&str, Func)] = &[
     ("ATAN2", Func::Atan2),
@@ -78,7 +78,7 @@ pub(crate) enum StmtKind {
     Assign(Target, Expr),
     /// IF: when the condition is false, execution goes on at the target.
     If(Expr, u32),
-    /// Execution goes on at the target. It stands where ELSE does, at the end of the statements
+    /// Execution goes on at the target. It is where ELSE is, at the end of the statements
     /// that are executed when the condition is true.
     Jump(u32),
     /// WHILE: when the condition is false, execution goes on at the target, after the ENDWHILE.
@@ -108,7 +108,7 @@ pub(crate) enum StmtKind {
 pub(crate) struct Stmt {
     /// What it does.
     pub(crate) kind: StmtKind,
-    /// Where it stands in the preprocessed text.
+    /// Where it is in the preprocessed text.
     pub(crate) at: TextRange,
     /// Whether it is computed in 24-bit integers, as statements of L-variables alone are.
     pub(crate) integer: bool,
@@ -155,12 +155,12 @@ pub(crate) enum WriteKind {
     Program,
 }
 
-/// An on-line command that stands in the download outside of buffers.
+/// An on-line command that is in the download outside of buffers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Online {
     /// What it does.
     pub(crate) action: Action,
-    /// Where it stands in the preprocessed text.
+    /// Where it is in the preprocessed text.
     pub(crate) at: TextRange,
 }
 
@@ -198,7 +198,7 @@ pub(crate) struct Download {
     pub(crate) defines: Vec<Define>,
     /// The definitions of L-variables by number. The last one in the text counts.
     pub(crate) l_defs: std::collections::BTreeMap<u16, Definition>,
-    /// Where the preprocessed text stands in the sources.
+    /// Where the preprocessed text is in the sources.
     pub(crate) origins: Origins,
 }
 

@@ -1,7 +1,7 @@
 //! One expression or condition of PMAC, read and evaluated outside any program text: for the
 //! conditions of breakpoints, triggers and watches.
 //!
-//! The parser is that of programs. So the expression may be what stands after `=` or in the
+//! The parser is that of programs. So the expression may be what is after `=` or in the
 //! parentheses of an IF: numbers, I-, P-, Q-, M- and L-variables, indirect ones (`P(P1+5)`),
 //! functions, operators, comparators, AND and OR. A condition needs no parentheses around it.
 //! Names that the program defined with `#define` are replaced.
@@ -41,7 +41,7 @@ pub struct Context<'a> {
 /// Reads an expression or a condition. It can then be evaluated on any image of the program.
 ///
 /// # Errors
-/// The diagnostics of a text that is no expression, at least one. Their places are in the file
+/// The diagnostics of a text that is not an expression, at least one. Their places are in the file
 /// `expression` of the context's sources.
 pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
     let Context { program, sources, system, compiled } = context;

@@ -32,7 +32,7 @@ pub(crate) fn table(download: &Download, tasks: &[(TaskKind, &[Stmt])]) -> Vec<S
 }
 
 /// For each statement of a task its number, `None` if the host does not execute it. `next` is the number
-/// of the first one; behind the call it is that of the next task's first one.
+/// of the first one; after the call it is that of the next task's first one.
 pub(crate) fn numbers(
     download: &Download,
     kind: TaskKind,

@@ -11,7 +11,7 @@
 //! `lower/` translates the program to IR, `oracle/` interprets its statements. What is decided
 //! where the guide (*PMAC Quick Reference Guide*) is silent is in `docs/pmac.md`.
 //!
-//! Architecture Invariant: no syntax tree is nested. All expressions stand in postfix order in one
+//! Architecture Invariant: no syntax tree is nested. All expressions are in postfix order in one
 //! array, and statements are an array with jumps in it, so that nothing recurses on program size.
 
 mod analyse;

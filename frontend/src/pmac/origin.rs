@@ -22,10 +22,10 @@ impl TextRange {
 /// Where a segment of preprocessed text came from.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// It stands in the sources as it is, from the beginning of the span on.
+    /// It is in the sources unchanged, from the beginning of the span on.
     Direct(Span),
     /// It replaces the name or the template at `used`. `defined` is the definition's replacement
-    /// text; of a template, whose value stands in no source, it is equal to `used`.
+    /// text; of a template, whose value is in no source, it is equal to `used`.
     Macro { used: Span, defined: Span },
 }
 
@@ -49,7 +49,7 @@ impl Origins {
         self.push(start, Source::Direct(span));
     }
 
-    /// Records that the text from the offset `start` on replaces what stands at `used`, out of the
+    /// Records that the text from the offset `start` on replaces what is at `used`, out of the
     /// definition at `defined`.
     pub(crate) fn expanded(&mut self, start: usize, used: Span, defined: Span) {
         self.push(start, Source::Macro { used, defined });

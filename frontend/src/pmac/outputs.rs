@@ -9,7 +9,7 @@
 //! | `M(P1)=1` | those of all M-variables, since it may be any of them |
 //! | `WY$FFC2,0` | the words |
 //!
-//! Besides, the lines that the guide itself names as outputs are always among them.
+//! Also, the lines that the guide itself names as outputs are always among them.
 
 use std::collections::{BTreeSet, HashSet};
 

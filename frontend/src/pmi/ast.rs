@@ -50,7 +50,7 @@ pub(crate) enum Meaning {
 pub(crate) struct Symbol {
     pub(crate) name: String,
     pub(crate) ty: Type,
-    /// How many elements an array has; `None` for what is no array.
+    /// How many elements an array has; `None` for what is not an array.
     pub(crate) elements: Option<u32>,
     pub(crate) meaning: Meaning,
     /// Where it is declared; nowhere for executive variables.

@@ -1,7 +1,7 @@
 //! One expression or condition of PMI, checked against a program, for conditions of breakpoints,
 //! for triggers and for watches.
 //!
-//! Whatever may stand after the `=` of an assignment is an expression (PMI 2.3): arithmetic,
+//! Whatever may be after the `=` of an assignment is an expression (PMI 2.3): arithmetic,
 //! relations, logical operators, elements of arrays, the executive's `@` names, the program's
 //! constants and keys. It is read by the parser that reads programs, with the same errors and the
 //! same limits, and is evaluated as in a program: INTEGER results keep 16 bits, both sides of `&`

@@ -1,8 +1,8 @@
-//! Where each variable stands in the process image.
+//! Where each variable lies in the process image.
 //!
 //! Each type has a region of its own, so that two accesses of different types never touch the same
 //! byte: `logical` (a byte for each LOGICAL), `integer`, and `long`, in which the timers' counters
-//! stand too. Variables of a type stand in the order of their declarations, or else of their first use, but
+//! lie too. Variables of a type lie in the order of their declarations, or else of their first use, but
 //! the program's own among them in the natural order of their names. The region `port` has a byte of physical lines for each port. Programs with very long
 //! expressions have a region `scratch`, in which compiled code keeps their intermediate values.
 
@@ -101,7 +101,7 @@ impl Layout {
         this
     }
 
-    /// Lets the program's own variables of a type that are no arrays exchange their offsets, so that they stand
+    /// Lets the program's own variables of a type that are not arrays exchange their offsets, so that they are
     /// in the natural order of their names: those of KEY1, KEY2, KEY3 and so on are neighbours, also if
     /// statements mention LAMP1 between KEY1 and KEY2. Statements that do the same with each of them are
     /// then computed at once.
@@ -124,7 +124,7 @@ impl Layout {
         }
     }
 
-    /// Makes room for `count` values of `size` bytes each and gives their offsets.
+    /// Makes room for `count` values of `size` bytes each and returns their offsets.
     fn allocate(&mut self, count: usize, size: u32) -> Vec<u32> {
         let start = self.size;
         self.size += count as u32 * size;

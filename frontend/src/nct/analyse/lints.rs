@@ -36,7 +36,7 @@ pub(crate) fn find(program: &Program) -> Vec<Diagnostic> {
     found
 }
 
-/// Which bits and words a program uses. Each stands once in a list, with the first statement that uses
+/// Which bits and words a program uses. Each is in a list once, with the first statement that uses
 /// it so.
 #[derive(Default)]
 struct Used {
@@ -173,7 +173,7 @@ fn decided(relation: Relation, op: Option<u16>, value: u16) -> Option<bool> {
 fn unreachable(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>) {
     let mut was_reached = true;
     for (stmt, modules) in program.stmts.iter().zip(reached) {
-        // A module must have its J, a condition its Z, so these are no statements that one could
+        // A module must have its J, a condition its Z, so these are not statements that one could
         // leave out.
         let is_needed = matches!(stmt.op, Op::End(_) | Op::EndIf | Op::Else { .. } | Op::Text);
         let is_text = matches!(stmt.op, Op::Label(197..));
@@ -214,7 +214,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
             _ => None,
         })
         .collect();
-    // The subroutine in which the statement before this one stands.
+    // The subroutine in which the statement before this one is.
     let mut routine: Option<(u16, Span)> = None;
     let mut before: Option<Op> = None;
     for (at, stmt) in program.stmts.iter().enumerate() {
@@ -241,7 +241,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         }
         before = Some(stmt.op);
     }
-    // After the last statement no R can come any more. (After a module J0 to J2 must stand, and a
+    // After the last statement no R can come any more. (After a module J0 to J2 must follow, and a
     // program that could run into texts has error 74.)
     if let Some((from, variable)) = routine
         && let Some(last) = program.stmts.last()
@@ -356,7 +356,7 @@ fn texts_never_used(program: &Program, used: &Used, found: &mut Vec<Diagnostic>)
     }
 }
 
-/// Where a text stands in its module; the module's label if the text can't be found.
+/// Where a text lies in its module; the module's label if the text can't be found.
 fn place_of_text(program: &Program, module: u16, text: &str) -> Option<Span> {
     let at = program.target(module)?;
     let label = program.stmts.get(at)?.span;

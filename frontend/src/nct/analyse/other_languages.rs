@@ -28,7 +28,7 @@ static HABITS: LazyLock<Habits> = LazyLock::new(|| {
 });
 
 /// Says of each error in `text` what was probably meant, if it looks like a habit from another
-/// language. The errors stand in the order of the text. What was meant as one thing, such as a comment or an
+/// language. The errors are in the order of the text. What was meant as one thing, such as a comment or an
 /// assignment, is read as several statements; it keeps its first error alone.
 pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
     let mut left = EXPLAINED_ERRORS;
@@ -101,14 +101,14 @@ impl ErrorSite<'_> {
 
 /// Signs with which comments begin in other languages, at an error or in front of it on its line.
 fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     for sign in ["//", "(*", "--"] {
-        let behind_sign = before.contains(sign) && site.is(&["44", "7", "13", "18", "19"]);
+        let after_sign = before.contains(sign) && site.is(&["44", "7", "13", "18", "19"]);
         let second = |text: &str| text.starts_with(sign.get(1..).unwrap_or(""));
         let first = |text: &str| text.ends_with(sign.get(..1).unwrap_or(""));
-        if at.starts_with(sign) || behind_sign || first(before) && second(at) {
+        if at.starts_with(sign) || after_sign || first(before) && second(at) {
             let names = "what stands after it is read as statements";
-            let message = if behind_sign {
+            let message = if after_sign {
                 format!("`{sign}` in front of this begins no comment")
             } else {
                 format!("`{sign}` begins no comment: {names}")
@@ -116,10 +116,10 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
             return explanation(message, COMMENT);
         }
     }
-    let inner = behind.split(')').next().unwrap_or("");
+    let inner = after.split(')').next().unwrap_or("");
     if site.code == "NCT-18"
         && at.starts_with(|c: char| c.is_ascii_alphabetic())
-        && behind.contains(')')
+        && after.contains(')')
         && inner.chars().all(|c| c.is_ascii_alphabetic() || c == ' ')
     {
         return explanation("parentheses stand around conditions, not around comments", COMMENT);
@@ -133,7 +133,7 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
         (c @ ('?' | '\'' | '{' | '"'), _) if line_begins => {
             explanation(format!("`{c}` begins no comment"), COMMENT)
         }
-        ('#' | '!', _) if line_begins && behind.starts_with(' ') => {
+        ('#' | '!', _) if line_begins && after.starts_with(' ') => {
             explanation(format!("`{at}` begins no comment"), COMMENT)
         }
         (_, Some(sign)) => {
@@ -196,16 +196,16 @@ fn last_address(text: &str) -> Option<&str> {
 /// Words of other languages.
 fn word(site: &ErrorSite<'_>) -> Option<Explanation> {
     let (word, from) = site.around.word(|c| c.is_ascii_alphabetic() || c == '_');
-    let line = [site.around.before, site.around.at, site.around.behind].concat();
+    let line = [site.around.before, site.around.at, site.around.after].concat();
     let before = line.get(..from).unwrap_or("");
-    let behind = line.get(from + word.len()..).unwrap_or("");
-    // Statements are single letters that may stand without blanks between them, so only a word
+    let after = line.get(from + word.len()..).unwrap_or("");
+    // Statements are single letters that may follow each other without blanks, so only a word
     // that is alone counts: ST50 stores to a timer, LD0 begins with a letter too many.
-    if word.len() <= 2 && behind.starts_with(|c: char| c.is_ascii_digit()) {
+    if word.len() <= 2 && after.starts_with(|c: char| c.is_ascii_digit()) {
         return None;
     }
     let mut contexts = vec!["word"];
-    if before.trim().is_empty() && behind.starts_with(' ') {
+    if before.trim().is_empty() && after.starts_with(' ') {
         contexts.insert(0, "line");
     }
     if before.contains('(') {
@@ -217,9 +217,9 @@ fn word(site: &ErrorSite<'_>) -> Option<Explanation> {
 
 /// `UI002`: U and D switch outputs and flags. In German instruction lists, U is AND.
 fn switch_of_input(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { at, behind, .. } = site.around;
+    let Surroundings { at, after, .. } = site.around;
     let written = site.written();
-    let mut rest = written.chars().chain(behind.chars());
+    let mut rest = written.chars().chain(after.chars());
     let switch = rest.next().filter(|c| matches!(c, 'U' | 'D'))?;
     let name = rest.next().filter(|c| "IPTHM".contains(*c))?;
     let digits: String = rest.take_while(char::is_ascii_digit).collect();
@@ -243,7 +243,7 @@ fn switch_of_input(site: &ErrorSite<'_>) -> Option<Explanation> {
 
 /// Addresses with too few or too many digits, or with a point.
 fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     if site.code == "NCT-7" && at.starts_with(|c: char| c.is_ascii_digit()) {
         // A digit that no letter, comma or point introduces: the address in front of it was complete.
         let first = at.chars().next()?;
@@ -271,7 +271,7 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
     let number: String = written.chars().rev().take_while(char::is_ascii_digit).collect();
     let number: String = number.chars().rev().collect();
     let letters = written.get(..written.len() - number.len()).unwrap_or("");
-    let point = behind.strip_prefix('.').and_then(|rest| rest.chars().next());
+    let point = after.strip_prefix('.').and_then(|rest| rest.chars().next());
     if let Some(bit) = point.filter(char::is_ascii_digit)
         && number.len() <= 2
         && !number.is_empty()
@@ -285,7 +285,7 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
             format!("write {letters}{number:0>2}{bit}: byte {byte}, bit {bit}"),
         );
     }
-    if behind.starts_with(['B', 'W', 'X', 'D']) && number.is_empty() {
+    if after.starts_with(['B', 'W', 'X', 'D']) && number.is_empty() {
         let (bit, word) = if letters.ends_with('F') { ("0000", "000") } else { ("001", "00") };
         return letters.ends_with(['I', 'Y', 'V', 'P', 'F']).then(|| {
             help(format!(
@@ -293,18 +293,18 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
             ))
         })?;
     }
-    if letters == "F" && number.len() == 3 && !behind.starts_with(|c: char| c.is_ascii_digit()) {
+    if letters == "F" && number.len() == 3 && !after.starts_with(|c: char| c.is_ascii_digit()) {
         return help(format!(
             "F{number} is a word, which LF{number} loads; a bit of it has a fourth digit, F{number}0 to F{number}7"
         ));
     }
-    if letters == "G" && matches!(number.len(), 1 | 2) && !behind.starts_with(['O', 'I']) {
+    if letters == "G" && matches!(number.len(), 1 | 2) && !after.starts_with(['O', 'I']) {
         return help(format!(
             "a jump has a label of three digits, G{number:0>3}; G codes stand in part programs"
         ));
     }
     // The letter O or I in the place of a digit has a help of its own.
-    if behind.starts_with(['O', 'I', 'l']) {
+    if after.starts_with(['O', 'I', 'l']) {
         return None;
     }
     let count = match letters.chars().next_back()? {
@@ -320,34 +320,34 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
 
 /// Operators of other languages.
 fn symbol(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     if let Some(help) = HABITS.help("operator", at) {
         return explanation(format!("`{at}` is no operator"), help);
     }
-    let relation = if at == "!" && behind.starts_with('=') { "!=" } else { at };
+    let relation = if at == "!" && after.starts_with('=') { "!=" } else { at };
     if let Some(help) = HABITS.help("relation", relation) {
         return explanation(format!("`{relation}` is no relation"), help);
     }
     match at {
-        "!" | "~" if behind.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
+        "!" | "~" if after.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
             explanation(format!("`{at}` is no operator"), "NOT is written N: NI001")
         }
         _ if site.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
             "NOT is written N: NI001; `/` divides register OP by a variable, /LI00, or a number, /5",
         ),
-        _ if site.is(&["18"]) && at == "L" && behind.starts_with(char::is_alphabetic) => help(
+        _ if site.is(&["18"]) && at == "L" && after.starts_with(char::is_alphabetic) => help(
             "in parentheses stand conditions; load the value in front of them: LQ05 (>5 A I001)",
         ),
         _ if site.is(&["44"]) && at == "%" && before.trim().is_empty() => {
             help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
         }
-        _ if site.is(&["13"]) && is_block(before, at, behind) => explanation(
+        _ if site.is(&["13"]) && is_block(before, at, after) => explanation(
             "this looks like a block of a part program",
             "a PLC program has labels, :010, and statements such as I001 U012 Z",
         ),
         _ if site.is(&["17"])
             && at.starts_with('Q')
-            && behind.trim_start().starts_with(['+', '-']) =>
+            && after.trim_start().starts_with(['+', '-']) =>
         {
             help(format!("U{at} adds 1 to the counter, D{at} subtracts 1"))
         }
@@ -358,10 +358,10 @@ fn symbol(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
 }
 
-/// Whether a block of a part program stands on the line: `N10 G0 X100`.
-fn is_block(before: &str, at: &str, behind: &str) -> bool {
+/// Whether a block of a part program is on the line: `N10 G0 X100`.
+fn is_block(before: &str, at: &str, after: &str) -> bool {
     let number = |c: char| c.is_ascii_digit();
-    let code = behind.trim_start_matches(number).trim_start();
+    let code = after.trim_start_matches(number).trim_start();
     before.trim().is_empty()
         && at.strip_prefix('N').is_some_and(|rest| rest.starts_with(number))
         && code
@@ -371,15 +371,15 @@ fn is_block(before: &str, at: &str, behind: &str) -> bool {
 
 /// Constants without a comma, and those of other languages.
 fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
-    let number: String = [at, behind].concat();
+    let Surroundings { before, at, after } = site.around;
+    let number: String = [at, after].concat();
     let number: String = number.chars().skip(1).take_while(char::is_ascii_digit).collect();
     let introduced = at.chars().next()?;
     let label = before.trim_start();
     if at == ":" && label.len() == 3 && label.bytes().all(|b| b.is_ascii_digit()) {
         return help(format!("the colon stands in front of the label: :{label}"));
     }
-    if introduced == 'L' && number.len() == 3 && behind.contains(':') {
+    if introduced == 'L' && number.len() == 3 && after.contains(':') {
         return explanation(
             "`L` begins no label",
             format!("a label is a colon and three digits: :{number}"),
@@ -387,7 +387,7 @@ fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
     if matches!(introduced, 'L' | 'K' | '#') && !number.is_empty() && site.is(&["51", "7", "44"]) {
         if introduced == '#' && before.ends_with(|c: char| c.is_ascii_digit()) {
-            return hexadecimal(behind);
+            return hexadecimal(after);
         }
         return explanation(
             format!("`{introduced}` begins no constant"),
@@ -395,11 +395,11 @@ fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
         );
     }
     match at {
-        "#" => hexadecimal(behind),
-        "x" if before.ends_with('0') => hexadecimal(behind),
-        "," if behind.starts_with('$') => hexadecimal(behind.get(1..).unwrap_or("")),
-        "," if behind.starts_with('-') => {
-            let value = behind.chars().skip(1).take_while(char::is_ascii_digit).collect::<String>();
+        "#" => hexadecimal(after),
+        "x" if before.ends_with('0') => hexadecimal(after),
+        "," if after.starts_with('$') => hexadecimal(after.get(1..).unwrap_or("")),
+        "," if after.starts_with('-') => {
+            let value = after.chars().skip(1).take_while(char::is_ascii_digit).collect::<String>();
             let value: u32 = value.parse().ok().filter(|value| *value <= 32_768)?;
             let word = 0x1_0000 - value;
             help(format!(
@@ -408,8 +408,8 @@ fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
             ))
         }
         "," => {
-            let end = behind.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(behind.len());
-            let word = behind.get(..end).unwrap_or("");
+            let end = after.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(after.len());
+            let word = after.get(..end).unwrap_or("");
             let digits = word.strip_suffix('H').unwrap_or(word);
             let valid = word.len() > 1 && digits.bytes().all(|b| b.is_ascii_hexdigit());
             if valid { hexadecimal(digits) } else { None }
@@ -418,7 +418,7 @@ fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
 }
 
-/// The help for a hexadecimal number whose digits stand at the beginning of a text.
+/// The help for a hexadecimal number whose digits are at the beginning of a text.
 fn hexadecimal(text: &str) -> Option<Explanation> {
     let digits: String = text.trim_start().chars().take_while(char::is_ascii_hexdigit).collect();
     let value = u16::from_str_radix(&digits, 16).ok()?;

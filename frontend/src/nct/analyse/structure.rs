@@ -42,7 +42,7 @@ struct Checker<'a> {
     unread: Unread,
 }
 
-/// The labels, and the J0, J1 and J2, that stand inside statements that could not be read, such as
+/// The labels, and the J0, J1 and J2, that are inside statements that could not be read, such as
 /// a wrong parenthesis. They are not reported as missing.
 #[derive(Default)]
 struct Unread {
@@ -75,7 +75,7 @@ impl Unread {
     }
 }
 
-/// Checks the statements, and sets in conditions and `E` where they lead. Gives for each of the
+/// Checks the statements, and sets in conditions and `E` where they lead. Returns for each of the
 /// labels 0 to 200 the index of its statement.
 pub(crate) fn check(
     file: FileId,
@@ -118,7 +118,7 @@ impl Checker<'_> {
     fn nest(&mut self) {
         let mut open: Vec<Open> = vec![];
         // How many statements that could not be read may have been conditions, so that their `E`
-        // and `Z` are no errors.
+        // and `Z` are not errors.
         let mut perhaps_open = 0_usize;
         let mut too_deep = false;
         for at in 0..self.stmts.len() {
@@ -222,7 +222,7 @@ impl Checker<'_> {
         matches!(stmt.op, Op::Label(_)) || (matches!(stmt.op, Op::Bad { .. }) && begins())
     }
 
-    /// Finds the labels. Reports those that stand twice, and statements before the first one.
+    /// Finds the labels. Reports those that are there twice, and statements before the first one.
     fn find_labels(&mut self) {
         match self.stmts.iter().position(|s| self.is_label(s)) {
             None => {
@@ -275,12 +275,12 @@ impl Checker<'_> {
         self.error(74, self.span(at), message, help);
     }
 
-    /// Whether a label stands in the program.
+    /// Whether a label is in the program.
     fn has(&self, label: u16) -> bool {
         self.labels.get(label as usize).is_some_and(Option::is_some)
     }
 
-    /// Whether a label stands in the program, or inside a statement that could not be read.
+    /// Whether a label is in the program, or inside a statement that could not be read.
     fn is_written(&self, label: u16) -> bool {
         self.has(label) || self.unread.labels.contains(&label)
     }

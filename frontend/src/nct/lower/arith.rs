@@ -2,7 +2,7 @@
 //!
 //! A `guard` is an i1 that says whether the statement is done at all: an indirect access whose
 //! address is not valid does nothing but set F0080 or F0082. `None` stands for a statement that is
-//! always done. `after` is the set of registers and flags that can be read behind the statement;
+//! always done. `after` is the set of registers and flags that can be read after the statement;
 //! the others are not computed.
 
 use plcc_ir::{BinaryOp, IntCond, Type, Value};

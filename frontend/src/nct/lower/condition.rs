@@ -30,7 +30,7 @@ struct Switch {
 }
 
 impl Lowerer<'_> {
-    /// Lowers a condition, and what depends on it if that needs no branch. Gives the index of the
+    /// Lowers a condition, and what depends on it if that needs no branch. Returns the index of the
     /// statement to lower next.
     pub(super) fn conditional(
         &mut self,

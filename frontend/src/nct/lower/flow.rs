@@ -31,7 +31,7 @@ pub(super) struct Stub {
     to: usize,
     /// Whether it is for calls.
     call: bool,
-    /// Where the code stands.
+    /// Where the code is.
     place: Place,
 }
 
@@ -293,7 +293,7 @@ impl Lowerer<'_> {
         self.builder.goto_indirect(site);
     }
 
-    /// `GF`, and `CF` (`call`): goes to the label whose number stands in BCD in the word `word` of
+    /// `GF`, and `CF` (`call`): goes to the label whose number is in BCD in the word `word` of
     /// F.
     pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) -> Result {
         self.leave(LiveSet::ALL);

@@ -131,18 +131,18 @@ pub(crate) fn liveness(program: &Program) -> Vec<LiveSet> {
     let count = program.stmts.len();
     let mut live = vec![LiveSet::ALL; count + 1];
     for (at, stmt) in program.stmts.iter().enumerate().rev() {
-        let behind = |at: u32| live.get(at as usize + 1).copied().unwrap_or(LiveSet::ALL);
-        let next = behind(at as u32);
+        let live_after = |at: u32| live.get(at as usize + 1).copied().unwrap_or(LiveSet::ALL);
+        let next = live_after(at as u32);
         let before = match stmt.op {
             Op::If { first, count, otherwise } => {
-                let mut set = next.union(behind(otherwise));
+                let mut set = next.union(live_after(otherwise));
                 let range = first as usize..(first + count) as usize;
                 for cond in program.condition_parts.get(range).unwrap_or_default() {
                     set = set.union(condition(cond));
                 }
                 set
             }
-            Op::Else { end } => behind(end),
+            Op::Else { end } => live_after(end),
             Op::Goto(label) => match program.labels.get(label as usize) {
                 Some(Some(to)) if *to as usize > at => {
                     live.get(*to as usize).copied().unwrap_or(LiveSet::ALL)

@@ -218,7 +218,7 @@ impl Lowerer<'_> {
         op
     }
 
-    /// Gives register OP a value.
+    /// Sets register OP.
     fn set_op(&mut self, value: Value) {
         self.op = Some(value);
         self.dirty = true;
@@ -239,7 +239,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Lowers the statement with the index `at`. Gives the index of the one to lower next.
+    /// Lowers the statement with the index `at`. Returns the index of the one to lower next.
     fn lower_statement(&mut self, at: usize) -> Result<usize> {
         self.go_on_at(at);
         let stmt = *self.statement_at(at)?;

@@ -48,7 +48,7 @@ fn answer_register(op: AreaOp) -> Option<u16> {
 }
 
 impl<O: Observer> Run<'_, O> {
-    /// Tells the observer what a statement reads, before the host performs it. Gives the number that the
+    /// Tells the observer what a statement reads, before the host performs it. Returns the number that the
     /// statement will write if its registers are in order.
     pub(super) fn observe_area_reads(&mut self, op: AreaOp, area: u16) -> Option<Number> {
         let end = area + answer_register(op).unwrap_or(op.area());
@@ -107,7 +107,7 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    /// The number of `size` bytes whose address stands, in BCD, in a register; `None` if no number can lie there.
+    /// The number of `size` bytes whose address is, in BCD, in a register; `None` if no number can lie there.
     fn number_at(&self, register: u16, size: u16) -> Option<Number> {
         let address = from_bcd(u16::from_le_bytes([
             self.byte(Space::F, register),

@@ -130,7 +130,7 @@ impl<O: Observer> Run<'_, O> {
         self.safepoint(to)
     }
 
-    /// The statement of the label whose number stands in BCD in the word `at` of F. `None` if there
+    /// The statement of the label whose number is in BCD in the word `at` of F. `None` if there
     /// is none. F0080 and F0082 are written.
     fn named_label(&mut self, at: u16) -> Option<usize> {
         let word = self.word(Word::Bytes { space: Space::F, byte: at });

@@ -1,5 +1,5 @@
 //! A cursor over the significant characters of the text (NCT 5), which are all but white space and
-//! comments. White space and comments may stand between any two of them. They mean nothing, except
+//! comments. White space and comments may be between any two of them. They mean nothing, except
 //! that such a gap ends a number that is complete by then.
 
 use plcc_diag::{FileId, Span};
@@ -11,7 +11,7 @@ pub(crate) struct Cursor<'a> {
     file: FileId,
     /// Offset of the next significant character, or the text's length.
     pos: usize,
-    /// Whether white space or a comment stands before [`Self::pos`].
+    /// Whether white space or a comment is before [`Self::pos`].
     gap: bool,
     /// Offset after the last character taken.
     end: usize,
@@ -54,7 +54,7 @@ impl<'a> Cursor<'a> {
         self.gap = self.pos > start;
     }
 
-    /// Skips a comment if one stands here.
+    /// Skips a comment if one is here.
     fn skip_comment(&mut self) -> bool {
         let rest = self.rest();
         let len = if rest.starts_with(';') {
@@ -101,7 +101,7 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Whether white space or a comment stands before the next significant character.
+    /// Whether white space or a comment is before the next significant character.
     pub(crate) fn gap(&self) -> bool {
         self.gap
     }

@@ -21,7 +21,7 @@ const MAX_DEPTH: usize = 256;
 
 /// An open parenthesis or bracket.
 struct Open<T> {
-    /// Where it stands.
+    /// Where it is.
     at: usize,
     /// What is done with its value when it is closed.
     then: T,
@@ -117,8 +117,8 @@ impl Parser<'_> {
         error(18, span, format!("{} begins no condition", shown(found)), help)
     }
 
-    /// The error of a character that can't stand inside parentheses or brackets; `wanted` must
-    /// stand in its place. A character that is foreign to the language has another number.
+    /// The error of a character that can't be inside parentheses or brackets; `wanted` must
+    /// be in its place. A character that is foreign to the language has another number.
     fn wrong_inside(&mut self, wanted: &str) -> SyntaxError {
         let found = self.cursor.peek();
         let foreign = found
@@ -230,7 +230,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads an operation in a bracket: gives one that needs an operand, or `None` for a shift or
+    /// Reads an operation in a bracket: returns one that needs an operand, or `None` for a shift or
     /// conversion, which needs none and is emitted.
     fn bracket_operation(&mut self, start: usize) -> Read<Option<Arith>> {
         let found = self.cursor.peek();

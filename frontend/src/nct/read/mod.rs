@@ -1,4 +1,4 @@
-//! Makes statements of NCT's text: the cursor, numbers, operands, conditions, what stands in
+//! Makes statements of NCT's text: the cursor, numbers, operands, conditions, what is in
 //! parentheses and brackets, statements with a register area, text modules, operations, the parser.
 
 mod area;

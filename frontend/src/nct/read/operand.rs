@@ -12,7 +12,7 @@ use crate::nct::{
     },
 };
 
-/// What stands before a variable's name.
+/// What is before a variable's name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Prefix {
     Load,
@@ -168,7 +168,7 @@ fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word>
     }))
 }
 
-/// Makes the error of a character that can't stand here, and skips what belongs to the mistake. The
+/// Makes the error of a character that can't be here, and skips what belongs to the mistake. The
 /// character itself is taken before `make` is called, unless it may be a part of the program's
 /// structure, such as `Z` or a parenthesis. The letters and digits of a variable right after it
 /// are skipped afterwards.

@@ -75,7 +75,7 @@ impl Parser<'_> {
             }
         }
         let end = self.cursor.end();
-        // A comma may stand before the `$`, and then no text follows it.
+        // A comma may be before the `$`, and then no text follows it.
         if !text.trim_matches(is_blank).is_empty() {
             texts.push((text, from, end));
         }

@@ -161,7 +161,7 @@ pub fn explain(text: &str) -> Option<String> {
     Some(out)
 }
 
-/// The names and meanings of those bits of a word that have a meaning; `None` if it is no word of
+/// The names and meanings of those bits of a word that have a meaning; `None` if it is not a word of
 /// I, Y or F.
 fn bits(name: NctName) -> Option<Vec<(String, &'static str)>> {
     let bit_of = |byte: u16, bit: u8| match name {

@@ -10,7 +10,7 @@ const LOOKED_AT: usize = 200;
 const LINE: usize = 300;
 
 /// The data structures of Power PMAC: the first part of their names, after which an index in
-/// brackets or a point stands.
+/// brackets or a point comes.
 const STRUCTURES: &[&str] = &[
     "motor",
     "coord",
@@ -85,18 +85,18 @@ fn is_power_pmac(line: &str) -> bool {
     declares || code.match_indices('.').any(|(at, _)| ends_with_structure(&code, at))
 }
 
-/// Whether the name of a data structure stands in front of the point at an offset, with or without
+/// Whether the name of a data structure is in front of the point at an offset, with or without
 /// an index, and the name of one of its parts after it.
 fn ends_with_structure(code: &str, point: usize) -> bool {
     let before = code.get(..point).unwrap_or("");
-    let behind = code.get(point + 1..).unwrap_or("");
+    let after = code.get(point + 1..).unwrap_or("");
     let name = match before.strip_suffix(']') {
         Some(index) => index.rfind('[').and_then(|at| index.get(..at)).unwrap_or(""),
         None => before,
     };
     let start = name.trim_end_matches(|c: char| c.is_ascii_alphanumeric()).len();
     let name = name.get(start..).unwrap_or("");
-    STRUCTURES.contains(&name) && behind.starts_with(|c: char| c.is_ascii_alphabetic())
+    STRUCTURES.contains(&name) && after.starts_with(|c: char| c.is_ascii_alphabetic())
 }
 
 #[cfg(test)]

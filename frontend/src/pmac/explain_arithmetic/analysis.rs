@@ -75,7 +75,7 @@ pub(crate) struct Analysis {
     pub(crate) gains: bool,
 }
 
-/// Analyses the operations of an expression or condition, which stand in postfix order. `bounds`
+/// Analyses the operations of an expression or condition, which are in postfix order. `bounds`
 /// gives what is known of a variable's value.
 pub(crate) fn analyse(ops: &[Op], mut bounds: impl FnMut(Name) -> Bounds) -> Analysis {
     let mut out = Analysis { forced: None, assumed: Vec::new(), gains: false };

@@ -123,7 +123,7 @@ impl Operand {
     }
 }
 
-/// Calls a function of the host that gives a value.
+/// Calls a function of the host that returns a value.
 pub(crate) fn host_value(
     b: &mut FuncBuilder,
     function: HostFn,

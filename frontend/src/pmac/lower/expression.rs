@@ -1,4 +1,4 @@
-//! Lowers expressions and conditions. Their operations stand in postfix order, so each takes its
+//! Lowers expressions and conditions. Their operations are in postfix order, so each takes its
 //! operands from a stack and puts its result there. Functions (SIN, ABS and so on) are lowered here
 //! too, operators in [`emit`].
 

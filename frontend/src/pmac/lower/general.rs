@@ -1,7 +1,7 @@
 //! Statements of general code beside specialised code.
 //!
 //! General code runs while the definition of at least one M-variable is not the assumed one. Most
-//! statements name none of these variables, so each is lowered as in specialised code, behind a check of
+//! statements name none of these variables, so each is lowered as in specialised code, after a check of
 //! the variables that it names:
 //!
 //! ```text
@@ -17,7 +17,7 @@
 //! So the code is little longer than that of specialised code, and fast. Where code for the assumed places would
 //! call the host, too, for an operator or a conversion, the host executes the statement in any case, without a
 //! check: that takes one call, and less code. Where it would not if the P- and Q-variables of the statement held integers,
-//! that is checked besides:
+//! that is also checked:
 //!
 //! ```text
 //!   v5: f64 = load p:8                         (P1)         P1 holds no integer:
@@ -118,7 +118,7 @@ impl Lowerer<'_> {
     }
 
     /// Whether code for the assumed places of M-variables would call the host in an assignment or a
-    /// condition: for a bit operator or `%` of a number that may be no integer, for a function, or to make
+    /// condition: for a bit operator or `%` of a number that may not be an integer, for a function, or to make
     /// an integer of a number. With `integers` it is assumed that P- and Q-variables hold integers, and those that the
     /// value names are entered there.
     fn needs_host(&self, stmt: &Stmt, integers: Option<&mut Vec<(Kind, u32)>>) -> bool {

@@ -41,7 +41,7 @@ const CHUNK: usize = 3000;
 /// bytes (the pass `byte-bits`), which are unpacked and packed once in each function, so that few long ones are
 /// better than many short ones. Other code takes more time and memory to compile in long functions, and gains nothing.
 const BIT_CHUNK: usize = 24_000;
-/// A function works much on single bits if it reads or writes one in so many instructions at least.
+/// A function works much on single bits if it reads or writes one in at least that many instructions.
 const INSTRUCTIONS_PER_BIT: usize = 16;
 
 /// How often the current function reads or writes a single bit of a word.

@@ -16,7 +16,7 @@ use crate::common::BrokenInvariant;
 use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::Target;
 
-/// Up to so many variables of a range (`P1..4=0`) are written by stores of their own, as separate
+/// Up to that many variables of a range (`P1..4=0`) are written by stores of their own, as separate
 /// assignments are. More are written by one call of the host, so that the code stays short however
 /// long the range is.
 pub(super) const MAX_SEPARATE_STORES: u16 = 8;

@@ -47,7 +47,7 @@ fn fractional(op: Bin, left: f64, right: f64) -> f64 {
     }
 }
 
-/// What a function gives. `cosine` is Q0 of the addressed coordinate system, which ATAN2 alone
+/// What a function returns. `cosine` is Q0 of the addressed coordinate system, which ATAN2 alone
 /// reads; angles are in `radians` where I15 is not 0, else in degrees.
 pub(super) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     match func {

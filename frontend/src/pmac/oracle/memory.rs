@@ -169,7 +169,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         value
     }
 
-    /// Puts a value into the P- or I-variable whose double stands at an offset of the image.
+    /// Puts a value into the P- or I-variable whose double is at an offset of the image.
     #[inline(always)]
     pub(super) fn write_double(&mut self, offset: u32, value: f64) {
         write_f64(self.scan.image, offset, value);
@@ -179,7 +179,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         }
     }
 
-    /// The P- or I-variable whose double stands at an offset of the image.
+    /// The P- or I-variable whose double is at an offset of the image.
     fn variable_of(&self, offset: u32) -> (Kind, u32) {
         let number = |start: u32| offset.checked_sub(start).map(|distance| distance / 8);
         match number(self.layout.p).filter(|number| *number < self.map.count) {

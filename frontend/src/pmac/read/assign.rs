@@ -15,7 +15,7 @@ pub(crate) enum VariableCommand {
     /// `I…=*`: the first variable's number, how many there are, and the difference between the
     /// numbers of two neighbours.
     Defaults(u16, u16, u16),
-    /// `M…->` or `L…->`, after which a definition stands: the first variable's number, and how
+    /// `M…->` or `L…->`, which a definition follows: the first variable's number, and how
     /// many there are.
     Define(Kind, u16, u16),
     /// The variable alone, which asks for its value or definition.

@@ -32,8 +32,8 @@ impl Reader<'_> {
             return Ok(OnlineEffect::OpenPlc { compiled, number });
         }
         match words::find(self.cur, OPENED) {
-            Some((word, behind)) => {
-                self.cur = behind;
+            Some((word, after)) => {
+                self.cur = after;
                 let numbered = word.spelling == "PROGRAM";
                 let clears = words::find(self.cur, ONLINE)
                     .is_some_and(|(word, _)| word.keyword == Keyword::Clear);
@@ -60,7 +60,7 @@ impl Reader<'_> {
         if !self.cur.eat_word("PLC") {
             let all = self.cur.eat_abbreviated("ALL", 3);
             match words::find(self.cur, BUFFER.or(OPENED)) {
-                Some((_, behind)) => self.cur = behind,
+                Some((_, after)) => self.cur = after,
                 None if all => {}
                 None => {
                     return self

@@ -26,7 +26,7 @@ impl DownloadReader<'_> {
         } else {
             self.command_text(start)?;
         }
-        // A comma may stand between two COMMAND statements.
+        // A comma may be between two COMMAND statements.
         let mut ahead = self.reader.cur;
         if ahead.eat(b',') && is_command(ahead) {
             let _ = self.reader.cur.eat(b',');
@@ -121,7 +121,7 @@ impl DownloadReader<'_> {
     }
 
     /// Divides `count` I-variables from `first` on, `step` apart, into runs with the same default.
-    /// Gives for each the number of its first variable, how many it has, and the default.
+    /// Returns for each the number of its first variable, how many it has, and the default.
     fn equal_defaults(&self, first: u16, count: u16, step: u16) -> Vec<(u16, u16, f64)> {
         let mut runs: Vec<(u16, u16, f64)> = Vec::new();
         for k in 0..count {
@@ -135,7 +135,7 @@ impl DownloadReader<'_> {
         runs
     }
 
-    /// Stores the statements that execute a COMMAND, and gives their index in
+    /// Stores the statements that execute a COMMAND, and returns their index in
     /// [`Download::commands`](crate::pmac::ast::Download::commands). `None` for a command that
     /// concerns motion alone.
     fn command_code(
@@ -187,7 +187,7 @@ impl DownloadReader<'_> {
     }
 }
 
-/// Whether the word COMMAND stands at `cur`.
+/// Whether the word COMMAND is at `cur`.
 pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
     words::find(cur, PLC).is_some_and(|(word, _)| word.keyword == Keyword::Command)
 }

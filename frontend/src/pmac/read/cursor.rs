@@ -57,7 +57,7 @@ impl<'a> Cursor<'a> {
         self.byte_at(0)
     }
 
-    /// The byte that stands `ahead` bytes further on; 0 after the end of the text.
+    /// The byte that is `ahead` bytes further on; 0 after the end of the text.
     pub(crate) fn byte_at(&self, ahead: usize) -> u8 {
         self.text.as_bytes().get(self.pos + ahead).copied().unwrap_or(0)
     }
@@ -84,7 +84,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips blanks; gives the byte after them, 0 at the end of the text.
+    /// Skips blanks; returns the byte after them, 0 at the end of the text.
     pub(crate) fn peek(&mut self) -> u8 {
         self.blanks();
         self.byte()
@@ -97,7 +97,7 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Whether a word stands at the cursor, in any case.
+    /// Whether a word is at the cursor, in any case.
     pub(crate) fn starts_with(&self, word: &str) -> bool {
         self.text
             .as_bytes()
@@ -105,7 +105,7 @@ impl<'a> Cursor<'a> {
             .is_some_and(|b| b.eq_ignore_ascii_case(word.as_bytes()))
     }
 
-    /// Takes a word if it comes next after the blanks, whatever stands after it.
+    /// Takes a word if it comes next after the blanks, whatever is after it.
     pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         self.blanks();
         let found = self.starts_with(word);
@@ -115,7 +115,7 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Takes as many letters of `word` as stand after the blanks, if these are its first `least`
+    /// Takes as many letters of `word` as are after the blanks, if these are its first `least`
     /// letters at least.
     pub(crate) fn eat_abbreviated(&mut self, word: &str, least: usize) -> bool {
         self.blanks();
@@ -151,7 +151,7 @@ impl<'a> Cursor<'a> {
         TextRange::new(self.pos, self.pos + length)
     }
 
-    /// The text of a range, with the letters that stand directly in front of it.
+    /// The text of a range, with the letters that are directly in front of it.
     pub(crate) fn glued_word(&self, at: TextRange) -> &'a str {
         let before = self.text.get(..at.start as usize).unwrap_or("");
         let start = before.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
@@ -163,7 +163,7 @@ impl<'a> Cursor<'a> {
         self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()
     }
 
-    /// The error that `wanted` is expected at the next word. If that stands on a later line, the
+    /// The error that `wanted` is expected at the next word. If that is on a later line, the
     /// error is at the end of the line before, and the cursor goes back there.
     pub(crate) fn expected<T>(&mut self, wanted: &str) -> Parsed<T> {
         self.blanks();
@@ -179,7 +179,7 @@ impl<'a> Cursor<'a> {
         self.expected_at_once(wanted)
     }
 
-    /// The error that `wanted` is expected at the next word, on whatever line that stands.
+    /// The error that `wanted` is expected at the next word, on whatever line that is.
     pub(crate) fn expected_at_once<T>(&mut self, wanted: &str) -> Parsed<T> {
         let at = self.next_word();
         if let Some(c) = self.rest().chars().next().filter(|c| !c.is_ascii()) {
@@ -262,7 +262,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The double that is nearest to hexadecimal digits, ties to even; what is no digit does not count.
+/// The double that is nearest to hexadecimal digits, ties to even; what is not a digit does not count.
 /// Beyond all doubles it is the largest.
 fn hexadecimal(text: &str) -> f64 {
     // The first 60 bits or so decide, with one bit more that says whether anything follows them.

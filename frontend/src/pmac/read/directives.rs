@@ -12,7 +12,7 @@ use super::template::{ExpandedLine, Template};
 use crate::common::{Inclusion, find_include};
 
 impl Preprocessor<'_> {
-    /// Executes a directive; false if `word`, in small letters, is no directive. The `#` stands at
+    /// Executes a directive; false if `word`, in small letters, is not a directive. The `#` is at
     /// the offset `lead` of the line, the text after the word at `tail`.
     pub(super) fn directive(
         &mut self,

@@ -25,10 +25,10 @@ pub(crate) struct Open {
     pub(crate) frames: Vec<Frame>,
     /// The first error of the structure: its place and what is wrong. It is reported at CLOSE.
     pub(crate) structure_error: Option<(TextRange, String)>,
-    /// Whether a name stands in it that a missing file may define, so that errors of its structure
+    /// Whether it has a name that a missing file may define, so that errors of its structure
     /// are not reported.
     pub(crate) has_unknown_names: bool,
-    /// The first IF that stands after an ELSE on the same line.
+    /// The first IF that is after an ELSE on the same line.
     pub(crate) else_if: Option<TextRange>,
 }
 

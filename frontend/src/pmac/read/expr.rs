@@ -30,7 +30,7 @@ pub(crate) struct Reader<'a> {
     pub(crate) double_equals: Option<TextRange>,
     /// The operations of PLCCs that are constants written with a decimal point: their indices in `ops`.
     pub(crate) constants_with_point: Vec<usize>,
-    /// Whether comparators, AND and OR may stand outside of parentheses.
+    /// Whether comparators, AND and OR may be outside of parentheses.
     bare_conditions: bool,
 }
 
@@ -235,7 +235,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads operands and operators by the shunting-yard algorithm. With `closed` the text begins
-    /// with a parenthesis, and reading ends after the one that closes it. Gives whether the result
+    /// with a parenthesis, and reading ends after the one that closes it. Returns whether the result
     /// is a truth value.
     fn shunt(&mut self, closed: bool) -> Parsed<bool> {
         let mut stacks = Stacks { operators: Vec::new(), values: Vec::new(), depth: 0 };
@@ -289,7 +289,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads the next part of an operand: a sign, an opening parenthesis, or a number or variable,
-    /// which completes the operand. Gives whether it is complete.
+    /// which completes the operand. Returns whether it is complete.
     fn operand(&mut self, stacks: &mut Stacks) -> Parsed<bool> {
         let byte = self.cur.peek();
         let start = self.cur.pos;
@@ -431,7 +431,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Takes the operator that comes next, if one does. AND, OR and comparators are operators only
-    /// where `inside` says that they may stand: in parentheses.
+    /// where `inside` says that they are allowed: in parentheses.
     fn operator(&mut self, inside: bool) -> Parsed<Option<PendingOperator>> {
         let byte = self.cur.peek();
         let start = self.cur.pos;

@@ -9,17 +9,17 @@ use crate::pmac::origin::TextRange;
 pub(super) struct Macro {
     /// The text that replaces the name.
     pub(super) body: std::rc::Rc<str>,
-    /// Where that text stands.
+    /// Where that text is.
     pub(super) defined: Span,
     /// Whether it is being replaced just now. The same name in its replacement is left alone then.
     pub(super) expanding: bool,
-    /// Whether a template without value and default stands in it.
+    /// Whether a template without value and default is in it.
     pub(super) has_undefined_template: bool,
 }
 
 impl Preprocessor<'_> {
     /// How many bytes of a word are to be looked up as one name. That is the whole word, with two
-    /// exceptions for words that are no names themselves: the number of a name that follows a
+    /// exceptions for words that are not names themselves: the number of a name that follows a
     /// number (2 for `20MSEC`, then 4 for `MSEC`), and a name in front of the last digits of an
     /// address (4 for `PAGE00` after `$`). `before` is the byte in front of the word.
     pub(super) fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
@@ -43,7 +43,7 @@ impl Preprocessor<'_> {
         split.unwrap_or(word.len())
     }
 
-    /// Appends what replaces the name that stands at `used`. When the text may not grow any more,
+    /// Appends what replaces the name that is at `used`. When the text may not grow any more,
     /// the replacement is not even read: it may be one very long word.
     pub(super) fn expand_macro(&mut self, name: &str, used: Span) {
         if self.budget == 0 {

@@ -37,7 +37,7 @@ pub(crate) enum OnlineEffect {
 
 impl Reader<'_> {
     /// Reads one on-line command, and appends to `out` what it does. Entries of a compensation
-    /// table are commands of their own: `table` says whether they may stand here, and is set to
+    /// table are commands of their own: `table` says whether they may be here, and is set to
     /// whether they may follow.
     pub(crate) fn online(
         &mut self,
@@ -171,19 +171,19 @@ impl Reader<'_> {
         if matches!(byte, b'W' | b'R') && self.memory_command(byte, out)? {
             return Ok(OnlineEffect::Continue);
         }
-        if let Some((word, behind)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
+        if let Some((word, after)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
             let start = self.cur.pos;
             if !word.is_in(ONLINE) {
-                // WHICH=1 is no shortened WHILE but a name without #define. Nothing that begins
+                // WHICH=1 is not a shortened WHILE but a name without #define. Nothing that begins
                 // with a letter follows these three.
                 let unglued =
                     matches!(word.keyword, Keyword::While | Keyword::Address | Keyword::Command);
                 let name = unglued
-                    && behind.pos - self.cur.pos < word.spelling.len()
-                    && behind.byte().is_ascii_alphabetic();
+                    && after.pos - self.cur.pos < word.spelling.len()
+                    && after.byte().is_ascii_alphabetic();
                 return if name { self.unknown_word_error() } else { self.needs_buffer_error() };
             }
-            self.cur = behind;
+            self.cur = after;
             let tail = match word.keyword {
                 Keyword::Open => return self.open(),
                 Keyword::Close => {
@@ -225,12 +225,12 @@ impl Reader<'_> {
             return Ok(OnlineEffect::Continue);
         }
         let single =
-            (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.behind_word();
+            (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.is_after_word();
         if single
-            && let Some((word, behind)) = words::find(self.cur, LETTER)
+            && let Some((word, after)) = words::find(self.cur, LETTER)
             && let Keyword::Accepted(tail) = word.keyword
         {
-            self.cur = behind;
+            self.cur = after;
             self.tail(tail);
             out.push(Action::Motion);
             return Ok(OnlineEffect::Continue);
@@ -255,10 +255,10 @@ impl Reader<'_> {
         self.cur.rest().bytes().take(3).take_while(u8::is_ascii_alphabetic).count() <= 2
     }
 
-    /// Whether two or more letters stand directly in front of the cursor, so that a further letter
+    /// Whether two or more letters are directly in front of the cursor, so that a further letter
     /// is a mistake in their word and no command: CLSE, DELETE GATHR. The words for homing are
     /// exceptions: #1HMZK.
-    fn behind_word(&self) -> bool {
+    fn is_after_word(&self) -> bool {
         let before = self.cur.glued_word(TextRange::new(self.cur.pos, self.cur.pos));
         before.len() > 1
             && !["HM", "HMZ", "HOME", "HOMEZ"].iter().any(|w| before.eq_ignore_ascii_case(w))
@@ -293,7 +293,7 @@ impl Reader<'_> {
             && (self.cur.byte_at(1).is_ascii_digit() || matches!(self.cur.byte_at(1), b'(' | b'-'))
     }
 
-    /// Takes what may stand after the word of a command.
+    /// Takes what may follow the word of a command.
     fn tail(&mut self, tail: Tail) {
         match tail {
             Tail::Nothing => {}

@@ -26,10 +26,10 @@ pub(super) struct ErrorSite<'a> {
     pub(super) around: Surroundings<'a>,
     /// The word of letters, digits and `_` around the beginning of the error's place.
     pub(super) word: String,
-    /// What stands in front of the word on its line.
+    /// What is in front of the word on its line.
     pub(super) before: String,
-    /// What stands after the word on its line.
-    pub(super) behind: String,
+    /// What is after the word on its line.
+    pub(super) after: String,
     /// The last character of the lines before, other than blanks.
     line_before_ends: Option<char>,
     /// The error's code.
@@ -42,17 +42,17 @@ impl<'a> ErrorSite<'a> {
         let (start, end) = (error.at.start as usize, error.at.end as usize);
         let around = Surroundings::new(text, start, end);
         let (word, from) = around.word(is_part);
-        let line = [around.before, around.at, around.behind].concat();
+        let line = [around.before, around.at, around.after].concat();
         let before = line.get(..from).unwrap_or("").to_owned();
-        let behind = line.get(from + word.len()..).unwrap_or("").to_owned();
+        let after = line.get(from + word.len()..).unwrap_or("").to_owned();
         let line_start = start.saturating_sub(around.before.len());
         let earlier = Surroundings::before(text, line_start);
         let line_before_ends = earlier.trim_end().chars().next_back();
         let code = error.code;
-        Self { around, word, before, behind, line_before_ends, code, controller }
+        Self { around, word, before, after, line_before_ends, code, controller }
     }
 
-    /// Whether nothing but blanks stands in front of the word on its line.
+    /// Whether nothing but blanks is in front of the word on its line.
     pub(super) fn begins_line(&self) -> bool {
         self.before.trim().is_empty()
     }
@@ -112,12 +112,12 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
 
 /// Signs with which comments begin in other languages.
 fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     let first = before.trim().is_empty();
     let sign = match at {
-        "(" if behind.starts_with('*') => "(*",
+        "(" if after.starts_with('*') => "(*",
         "'" if !sends(before) => "'",
-        "?" | "#" | "!" | "*" if first && behind.starts_with(' ') => at,
+        "?" | "#" | "!" | "*" if first && after.starts_with(' ') => at,
         _ if before.trim_end().ends_with("--") && before.trim_end().len() > 2 => "--",
         "REM" | "Rem" | "rem" if first => at,
         _ => return None,
@@ -135,8 +135,8 @@ fn sends(before: &str) -> bool {
 
 /// Placeholders for values that another tool fills in before the download.
 fn template(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
-    let rest = [at, behind].concat();
+    let Surroundings { before, at, after } = site.around;
+    let rest = [at, after].concat();
     let opened =
         ["$(", "${", "%(", "{{", "<%", "@{"].iter().find(|sign| rest.starts_with(**sign))?;
     if *opened == "%(" && before.trim_end().ends_with(|c: char| is_part(c) || c == ')') {
@@ -154,20 +154,20 @@ fn template(site: &ErrorSite<'_>) -> Option<Explanation> {
 
 /// Numbers as other languages write them.
 fn number(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     let upper = site.word.to_ascii_uppercase();
     let hexadecimal = |digits: &str| {
         let valid = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit());
         valid.then(|| help(format!("hexadecimal numbers are written ${digits}")))?
     };
     let letter = |c: char| c.is_ascii_alphabetic() && !c.is_ascii_hexdigit();
-    if at == "$" && behind.starts_with(letter) {
+    if at == "$" && after.starts_with(letter) {
         return help("after `$` stand hexadecimal digits, 0 to 9 and A to F");
     }
     if at == "#" {
         let base = before.trim_end_matches(|c: char| c.is_ascii_digit());
         let base = before.get(base.len()..).unwrap_or("");
-        let digits: String = behind.chars().take_while(|c| is_part(*c)).collect();
+        let digits: String = after.chars().take_while(|c| is_part(*c)).collect();
         let expected = before.trim_end().ends_with(|c: char| "=+-*/(<>&|^%".contains(c));
         return match base {
             "2" => u64::from_str_radix(&digits, 2).ok().and_then(decimal),
@@ -179,7 +179,7 @@ fn number(site: &ErrorSite<'_>) -> Option<Explanation> {
     if !upper.starts_with(|c: char| c.is_ascii_digit()) || upper.bytes().all(|b| b.is_ascii_digit())
     {
         let comma = at == "," && before.ends_with(|c: char| c.is_ascii_digit());
-        let digits: String = behind.chars().take_while(char::is_ascii_digit).collect();
+        let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
         let whole = before.trim_end_matches(|c: char| c.is_ascii_digit());
         let whole = before.get(whole.len()..).unwrap_or("");
         return (comma && !digits.is_empty() && before.contains('='))
@@ -213,9 +213,9 @@ fn brace(site: &ErrorSite<'_>) -> Option<Explanation> {
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones, two in one statement, and lines that
 /// continue the line before.
 fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     let variable = is_variable(at);
-    let rest = behind.trim_start();
+    let rest = after.trim_start();
     if variable && site.code == "PMAC-3" && !rest.starts_with('=') && !before.contains('=') {
         for sign in ["+", "-", "*", "/", "%"] {
             let Some(rest) = rest.strip_prefix(sign) else { continue };
@@ -239,7 +239,7 @@ fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
             );
         }
         if let Some(bit) =
-            behind.strip_prefix('.').filter(|r| r.starts_with(|c: char| c.is_ascii_digit()))
+            after.strip_prefix('.').filter(|r| r.starts_with(|c: char| c.is_ascii_digit()))
         {
             let bit: String = bit.chars().take_while(char::is_ascii_digit).collect();
             return explanation(
@@ -284,10 +284,10 @@ fn known_beginning(name: &str) -> usize {
         return digits + 1;
     }
     let word = words::find(Cursor::new(name), PLC.or(ONLINE).or(MOTION));
-    word.map_or(0, |(_, behind)| behind.pos)
+    word.map_or(0, |(_, after)| after.pos)
 }
 
-/// If the error is caused by a name that no #define defines, gives the name and says so in the error. Such a
+/// If the error is caused by a name that no #define defines, returns the name and says so in the error. Such a
 /// name is a word without a meaning to which something is assigned, or a name whose beginning the
 /// controller takes for a word or a variable.
 fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String> {
@@ -295,14 +295,14 @@ fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String
     let known = known_beginning(name);
     let (beginning, rest) = name.split_at_checked(known)?;
     let is_name = rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    // Statements may stand without blanks between them: ENDIFP2=1.
+    // Statements may follow each other without blanks: ENDIFP2=1.
     let is_statement = is_variable(rest) || known > 0 && known_beginning(rest) == rest.len();
     let is_directive = site.before.trim_end().ends_with('#');
     if !is_name || is_statement || is_directive {
         return None;
     }
-    let behind = site.behind.trim_start();
-    let assigned = behind.starts_with('=') && !behind.starts_with("==");
+    let after = site.after.trim_start();
+    let assigned = after.starts_with('=') && !after.starts_with("==");
     if known == 0 {
         let unknown = error.help.as_deref() == Some(PERHAPS_A_NAME);
         let is_plc = name.get(..3).is_some_and(|start| start.eq_ignore_ascii_case("PLC"))
@@ -311,7 +311,7 @@ fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String
             return None;
         }
     } else {
-        let compared = behind.starts_with(['!', '<', '>', '~']);
+        let compared = after.starts_with(['!', '<', '>', '~']);
         let small = rest.contains(|c: char| c.is_ascii_lowercase());
         let value = small && site.before.trim_end().ends_with('=');
         if !assigned && !compared && !value && !rest.contains('_') || site.before.contains("->") {
@@ -332,8 +332,8 @@ fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String
 
 /// Definitions of M-variables whose addresses hold a name or are written as in other languages.
 fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
-    if is_variable(at) && behind.trim_start().starts_with("->") {
+    let Surroundings { before, at, after } = site.around;
+    if is_variable(at) && after.trim_start().starts_with("->") {
         return help("M-variables stand for parts of the memory: M1->Y:$FFC2,8");
     }
     let arrow = before.contains("->");
@@ -344,11 +344,11 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
         let assigned =
             before.trim_end().strip_suffix('=').is_some_and(|name| is_variable(name.trim()));
         let space = matches!(at, "X" | "Y" | "DP" | "L" | "D" | "F" | "x" | "y");
-        return (assigned && space && (behind.starts_with(':') || behind.starts_with('$')))
+        return (assigned && space && (after.starts_with(':') || after.starts_with('$')))
             .then(|| help("a definition is written with `->`: M1->Y:$FFC2,8"))?;
     }
     let address = at.rsplit(':').next().unwrap_or("");
-    let glued: String = behind.chars().take_while(|c| is_part(*c)).collect();
+    let glued: String = after.chars().take_while(|c| is_part(*c)).collect();
     let defined_as = before.rsplit("->").next().unwrap_or("").trim_start();
     let written = if at.contains(':') {
         [address, &glued].concat()
@@ -369,10 +369,10 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
             format!("hexadecimal numbers are written ${digits}"),
         );
     }
-    if at == "(" || at == "$" && behind.starts_with('(') {
+    if at == "(" || at == "$" && after.starts_with('(') {
         return help("an address is a number without parentheses: M1->Y:$FFC2,8");
     }
-    if behind.starts_with('.') && glued.is_empty() {
+    if after.starts_with('.') && glued.is_empty() {
         return help("a comma stands between address and bit: M1->Y:$FFC2,8");
     }
     if name.is_empty() || at.contains(':') && glued.is_empty() {
@@ -395,12 +395,12 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
 
 /// Texts without quotes, or in single quotes.
 fn quotes(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let Surroundings { before, at, behind } = site.around;
+    let Surroundings { before, at, after } = site.around;
     if !sends(before) || before.trim_end().ends_with('=') {
         let text = at == "\"" && before.trim_end().ends_with('=');
         return text.then(|| help("a variable holds a number; SEND\"text\" writes a text"))?;
     }
-    let rest = [at, behind].concat();
+    let rest = [at, after].concat();
     let rest = rest.trim();
     if rest.contains('"') || !rest.starts_with(|c: char| c.is_alphanumeric() || "#&'".contains(c)) {
         return None;

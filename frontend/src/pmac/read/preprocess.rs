@@ -20,7 +20,7 @@ use crate::pmac::origin::{Origins, TextRange};
 /// Deepest nesting of includes, conditionals and replacements.
 pub(super) const MAX_NESTING: usize = 256;
 
-/// How many digits of an address may stand after a name.
+/// How many digits of an address may follow a name.
 pub(super) const MAX_DIGITS: usize = 6;
 
 /// Bytes that the replacements of names and templates may produce.
@@ -36,7 +36,7 @@ pub(crate) struct Preprocessed {
     /// The text. Its last character is a line end that was added. Its place in the sources is the
     /// last line of the last file, where errors about something missing are shown.
     pub(crate) text: String,
-    /// Where it stands in the sources.
+    /// Where it is in the sources.
     pub(crate) origins: Origins,
     /// The ranges of templates without value and default. Each is reported once, and their lines
     /// have no further errors.
@@ -53,7 +53,7 @@ pub(crate) struct DefinedName {
     pub(crate) name: String,
     /// What it is replaced by.
     pub(crate) body: String,
-    /// Where that text stands.
+    /// Where that text is.
     defined: Span,
 }
 
@@ -71,7 +71,7 @@ pub(super) struct Conditional {
     pub(super) at: Span,
     /// Whether the branch that the text is in is read.
     pub(super) active: bool,
-    /// Whether the conditional itself stands in text that is read.
+    /// Whether the conditional itself is in text that is read.
     pub(super) outer: bool,
     pub(super) seen_else: bool,
 }
@@ -90,7 +90,7 @@ pub(super) struct Preprocessor<'a> {
     pub(super) budget: usize,
     /// What may still be included.
     pub(super) include_budget: IncludeBudget,
-    /// A file in whose rest no `*/` stands, so that it need not be searched again.
+    /// A file in whose rest there is no `*/`, so that it need not be searched again.
     pub(super) file_without_comment_end: Option<FileId>,
     /// Whether the next line begins inside a block comment.
     pub(super) in_block_comment: bool,
@@ -136,7 +136,7 @@ impl TemplateValues for TemplateDefinitions<'_> {
 }
 
 /// Preprocesses files as one download, in their order: what one file defines holds in the next ones
-/// too. Gives the text and what is wrong with it.
+/// too. Returns the text and what is wrong with it.
 pub(crate) fn preprocess(
     map: &mut SourceMap,
     files: &[FileId],
@@ -161,7 +161,7 @@ pub(crate) fn preprocess(
     (this.preprocessed, this.diagnostics)
 }
 
-/// Whether one of a program's names, which are in alphabetical order, may stand in a text. Names may stand after a number
+/// Whether one of a program's names, which are in alphabetical order, may be in a text. Names may follow a number
 /// and in front of the last digits of an address too, see [`Preprocessor::name_length`]; so this may be true of a text
 /// without names, but is not false of one that has some.
 pub(crate) fn may_have_name(text: &str, names: &[DefinedName]) -> bool {
@@ -175,7 +175,7 @@ pub(crate) fn may_have_name(text: &str, names: &[DefinedName]) -> bool {
 }
 
 /// Replaces a program's names in a text that is not part of the program, such as the condition of a
-/// breakpoint. The text stands in `file` of `sources`.
+/// breakpoint. The text is in `file` of `sources`.
 pub(crate) fn replace_names(
     sources: &mut SourceMap,
     file: FileId,
@@ -206,12 +206,12 @@ fn last_line(map: &SourceMap, file: FileId) -> Option<Span> {
     (!line.is_empty()).then(|| Span::new(file, text.len() - line.len(), text.len()))
 }
 
-/// Whether a character may stand in a name.
+/// Whether a character may be in a name.
 pub(crate) fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// The characters of a name that stand at an offset; empty if none does.
+/// The characters of a name that are at an offset; empty if there are none.
 pub(super) fn word_at(text: &str, start: usize) -> &str {
     let tail = text.get(start..).unwrap_or("");
     tail.find(|c| !is_word(c)).map_or(tail, |end| tail.get(..end).unwrap_or(""))
@@ -342,7 +342,7 @@ impl<'a> Preprocessor<'a> {
         self.diagnostics.push(Diagnostic::error(code, at, message));
     }
 
-    /// Takes `bytes` from what the text may still grow by. When nothing is left it gives false, the
+    /// Takes `bytes` from what the text may still grow by. When nothing is left it returns false, the
     /// first time with an error at `at`.
     pub(super) fn spend(&mut self, bytes: usize, at: Span) -> bool {
         if self.budget == 0 {
@@ -417,7 +417,7 @@ impl<'a> Preprocessor<'a> {
         self.copy(text, from..pos.min(line.len()));
     }
 
-    /// Whether `*/` stands after an offset of a file. If not, the file is remembered, and the rest
+    /// Whether `*/` is after an offset of a file. If not, the file is remembered, and the rest
     /// of it is not searched again.
     fn comment_ends(&mut self, file: FileId, from: usize) -> bool {
         if self.file_without_comment_end == Some(file) {
@@ -463,7 +463,7 @@ mod tests {
     }
 
     #[test]
-    fn names_stand_behind_numbers_and_before_digits_of_an_address() {
+    fn names_may_follow_numbers_and_precede_digits_of_an_address() {
         assert_eq!(plain("#define MS *8388608/I10\nI5111=20MS P5MS"), "I5111=20*8388608/I10 P5MS");
         assert_eq!(plain("#define T 20MS;\n#define MS *4\nI5111=T"), "I5111=20*4");
         let page = "#define Page B8\n#define Next Page1A\n#define A 5\n";

@@ -40,7 +40,7 @@ impl Default for RangeBudget {
 }
 
 impl RangeBudget {
-    /// Takes `count` variables. Gives how many of them are to be read; `None` for the range that
+    /// Takes `count` variables. Returns how many of them are to be read; `None` for the range that
     /// exceeds the budget. Of the ranges after it only one variable is read: the download is
     /// refused anyway.
     pub(crate) fn take(&mut self, count: u16) -> Option<u16> {

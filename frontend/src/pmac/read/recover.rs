@@ -13,7 +13,7 @@ const QUOTES_AHEAD: usize = 1024;
 
 /// The offset of the next statement after `pos`, or of the line's end. The wrong statement begins
 /// at `start`. In `online` text there is no IF, WHILE or CLOSE that would begin a statement
-/// wherever it stands.
+/// wherever it is.
 pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool) -> usize {
     let bytes = text.as_bytes();
     let byte = |at: usize| bytes.get(at).copied().unwrap_or(b'\n');
@@ -40,10 +40,8 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
         }
         if !quoted && !after_letter {
             let word = word_at(text, at);
-            let behind = at >= pos && at > start;
-            if behind
-                && !online
-                && word.is_some_and(|(word, end)| is_structural(word, end.pos - at))
+            let after = at >= pos && at > start;
+            if after && !online && word.is_some_and(|(word, end)| is_structural(word, end.pos - at))
             {
                 return at;
             }
@@ -53,7 +51,7 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
             let ends =
                 last_visible.is_ascii_alphanumeric() || matches!(last_visible, b')' | b'"' | b'.');
             let open = depth > 0 || condition_follows || quotes % 2 != 0;
-            if behind && !open && ends && begins_statement(text, at, word) {
+            if after && !open && ends && begins_statement(text, at, word) {
                 return at;
             }
         }
@@ -78,7 +76,7 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
     text.len()
 }
 
-/// The word of a PLC's statement that stands at an offset, and a cursor after it.
+/// The word of a PLC's statement that is at an offset, and a cursor after it.
 fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
     let mut cur = Cursor::new(text);
     cur.pos = at;
@@ -90,7 +88,7 @@ fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
 }
 
 /// Whether a word belongs to the structure of a program, so that a statement begins wherever it
-/// stands. CLS and shortened forms of WHILE do not count, since they may be parts of names.
+/// is. CLS and shortened forms of WHILE do not count, since they may be parts of names.
 fn is_structural(word: &Word, length: usize) -> bool {
     match word.keyword {
         Keyword::If | Keyword::Else | Keyword::EndIf | Keyword::EndWhile => true,
@@ -105,10 +103,10 @@ fn joins_conditions(word: &Word) -> bool {
 }
 
 /// Whether an assignment, or another statement that can be nothing else, begins at an offset.
-/// `word` is the word that stands there, if one does.
+/// `word` is the word that is there, if there is one.
 fn begins_statement(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
     let rest = text.as_bytes().get(at..).unwrap_or(&[]);
-    let Some((word, mut behind)) = word else {
+    let Some((word, mut after)) = word else {
         let [letter, number @ ..] = rest else { return false };
         let variable = matches!(letter.to_ascii_uppercase(), b'P' | b'Q' | b'M' | b'I' | b'L');
         let glued = number.first().is_some_and(u8::is_ascii_alphabetic);
@@ -118,12 +116,12 @@ fn begins_statement(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) ->
         Keyword::Switch(_) => true,
         Keyword::Command | Keyword::Send | Keyword::Display => {
             if word.keyword != Keyword::Display {
-                let _ = words::port(&mut behind);
+                let _ = words::port(&mut after);
             }
-            !behind.byte().is_ascii_alphabetic() && matches!(behind.peek(), b'"' | b'^')
+            !after.byte().is_ascii_alphabetic() && matches!(after.peek(), b'"' | b'^')
         }
         Keyword::Address => {
-            !behind.byte().is_ascii_alphabetic() && matches!(behind.peek(), b'#' | b'&')
+            !after.byte().is_ascii_alphabetic() && matches!(after.peek(), b'#' | b'&')
         }
         _ => false,
     }

@@ -19,7 +19,7 @@ const CAPITALS_COUNT: &str = "capitals count in names";
 
 impl DownloadReader<'_> {
     /// Reports an error. It is left out where the cause may be a template without a value on the
-    /// same line, or a missing file that may define the name at the error. Gives false in the
+    /// same line, or a missing file that may define the name at the error. Returns false in the
     /// latter case.
     pub(crate) fn report(&mut self, mut error: ParseError) -> bool {
         let at = error.at;

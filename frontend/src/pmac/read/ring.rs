@@ -20,7 +20,7 @@ impl DownloadReader<'_> {
         }
         let known = self.reader.cur;
         if !self.macro_ring_operands(letters) {
-            // The statement has another form. The program's variable stands after the last comma.
+            // The statement has another form. The program's variable is after the last comma.
             self.reader.cur = known;
             self.reader.cur.pos += line.len();
             if !read {

@@ -26,7 +26,7 @@ impl DownloadReader<'_> {
         });
         self.diagnostics.push(diagnostic);
         match end_of_buffer(self.reader.cur) {
-            End::Close(behind) => self.reader.cur.pos = behind,
+            End::Close(after) => self.reader.cur.pos = after,
             End::Open(open) => {
                 self.reader.cur.pos = open;
                 let at = self.reader.cur.next_word();
@@ -42,7 +42,7 @@ impl DownloadReader<'_> {
     /// Skips the buffer whose OPEN was refused, without further errors.
     pub(crate) fn skip_refused(&mut self) {
         self.reader.cur.pos = match end_of_buffer(self.reader.cur) {
-            End::Close(behind) => behind,
+            End::Close(after) => after,
             End::Open(open) => open,
             End::Text => self.preprocessed.text.len(),
         };
@@ -62,15 +62,13 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
                 let mut at = cur;
                 at.pos += offset;
                 match words::find(at, ONLINE) {
-                    Some((word, behind)) if word.keyword == Keyword::Close => {
-                        let next = behind.byte();
+                    Some((word, after)) if word.keyword == Keyword::Close => {
+                        let next = after.byte();
                         if !next.is_ascii_alphanumeric() && next != b'_' {
-                            return End::Close(behind.pos);
+                            return End::Close(after.pos);
                         }
                     }
-                    Some((word, behind))
-                        if word.keyword == Keyword::Open && names_buffer(behind) =>
-                    {
+                    Some((word, after)) if word.keyword == Keyword::Open && names_buffer(after) => {
                         return End::Open(at.pos);
                     }
                     _ => {}
@@ -83,7 +81,7 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
     End::Text
 }
 
-/// Whether the name of a buffer that OPEN can open stands at `cur`.
+/// Whether the name of a buffer that OPEN can open is at `cur`.
 fn names_buffer(mut cur: Cursor<'_>) -> bool {
     cur.eat_word("PLC") || words::find(cur, OPENED).is_some()
 }

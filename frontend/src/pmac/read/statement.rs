@@ -23,16 +23,16 @@ impl DownloadReader<'_> {
         if byte == b'&' && self.eat_lone_ampersand() {
             return Ok(());
         }
-        let Some((word, behind)) = words::find(self.reader.cur, PLC.or(MOTION)) else {
+        let Some((word, after)) = words::find(self.reader.cur, PLC.or(MOTION)) else {
             return self.not_a_statement_error(byte);
         };
         if !word.is_in(PLC) {
-            if word.keyword == Keyword::Return && self.final_return(behind) {
+            if word.keyword == Keyword::Return && self.final_return(after) {
                 return Ok(());
             }
             return self.motion_statement_error();
         }
-        let before = std::mem::replace(&mut self.reader.cur, behind);
+        let before = std::mem::replace(&mut self.reader.cur, after);
         match word.keyword {
             Keyword::If => self.branch(FrameKind::If, start),
             Keyword::While => self.branch(FrameKind::While, start),
@@ -195,14 +195,14 @@ impl DownloadReader<'_> {
         syntax_help(at, message, "a PLC can start one: COMMAND\"&1B1R\"")
     }
 
-    /// Takes a RETURN, which ends at `behind`, when it is the buffer's last statement: the
+    /// Takes a RETURN, which ends at `after`, when it is the buffer's last statement: the
     /// controller itself adds one at CLOSE and lists it, so that backups have it.
-    fn final_return(&mut self, behind: Cursor<'_>) -> bool {
-        let last = behind.clone().peek() == 0
-            || words::find(behind, PLC.or(MOTION))
+    fn final_return(&mut self, after: Cursor<'_>) -> bool {
+        let last = after.clone().peek() == 0
+            || words::find(after, PLC.or(MOTION))
                 .is_some_and(|(next, _)| matches!(next.keyword, Keyword::Close | Keyword::Return));
         if last {
-            self.reader.cur.pos = behind.pos;
+            self.reader.cur.pos = after.pos;
         }
         last
     }
@@ -309,7 +309,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// Takes a `&` without a number in front of COMMAND, if one stands there. It leaves the
+    /// Takes a `&` without a number in front of COMMAND, if there is one. It leaves the
     /// coordinate system as it is.
     fn eat_lone_ampersand(&mut self) -> bool {
         let mut ahead = self.reader.cur;
@@ -320,7 +320,7 @@ impl DownloadReader<'_> {
         bare
     }
 
-    /// What stands after `#` or `&` of ADDRESS: a number (`Ok`), or the value of a variable
+    /// What is after `#` or `&` of ADDRESS: a number (`Ok`), or the value of a variable
     /// (`Err`). `pmac` and `turbo` are the largest numbers on the two controllers.
     fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<Result<u8, Expr>> {
         match self.reader.variable_kind() {

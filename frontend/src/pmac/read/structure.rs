@@ -15,7 +15,7 @@ const MAX_NESTING: usize = 256;
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
-    /// Where it stands.
+    /// Where it is.
     pub(crate) at: TextRange,
     /// The index of the statement whose branch target is not known yet.
     pub(crate) patch: usize,
@@ -54,10 +54,10 @@ impl DownloadReader<'_> {
         self.push(what(expr, 0), start);
         let before =
             self.preprocessed.text.get(..start).unwrap_or("").trim_end_matches([' ', '\t']);
-        let behind_else = before.len().checked_sub(4).and_then(|from| before.get(from..));
-        let behind_else = behind_else.is_some_and(|word| word.eq_ignore_ascii_case("ELSE"));
+        let is_after_else = before.len().checked_sub(4).and_then(|from| before.get(from..));
+        let is_after_else = is_after_else.is_some_and(|word| word.eq_ignore_ascii_case("ELSE"));
         if let Some(open) = &mut self.open {
-            if kind == FrameKind::If && behind_else {
+            if kind == FrameKind::If && is_after_else {
                 open.else_if.get_or_insert(at);
             }
             if open.frames.len() >= MAX_NESTING && open.structure_error.is_none() {
@@ -79,8 +79,8 @@ impl DownloadReader<'_> {
         let mut ahead = self.reader.cur;
         loop {
             ahead.skip_line();
-            if let Some((_, behind)) = joining(ahead) {
-                ahead = behind;
+            if let Some((_, after)) = joining(ahead) {
+                ahead = after;
                 if ahead.peek() != b'(' {
                     return;
                 }
@@ -167,8 +167,8 @@ impl DownloadReader<'_> {
         let start = self.reader.ops.len();
         self.reader.condition()?;
         let mut pending = false;
-        while let Some((both, behind)) = joining(self.reader.cur) {
-            self.reader.cur = behind;
+        while let Some((both, after)) = joining(self.reader.cur) {
+            self.reader.cur = after;
             if !both && pending {
                 self.reader.ops.push(Op::Either);
             }
@@ -186,13 +186,13 @@ impl DownloadReader<'_> {
     }
 }
 
-/// Whether AND (true) or OR (false) stands at `cur` and joins a further condition, and a cursor
+/// Whether AND (true) or OR (false) is at `cur` and joins a further condition, and a cursor
 /// after it.
 fn joining(cur: Cursor<'_>) -> Option<(bool, Cursor<'_>)> {
-    let (word, behind) = words::find(cur, PLC)?;
+    let (word, after) = words::find(cur, PLC)?;
     match word.keyword {
-        Keyword::And => Some((true, behind)),
-        Keyword::Or => Some((false, behind)),
+        Keyword::And => Some((true, after)),
+        Keyword::Or => Some((false, after)),
         _ => None,
     }
 }

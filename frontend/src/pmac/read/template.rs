@@ -152,7 +152,7 @@ impl<'a> ExpandedLine<'a> {
         Span::new(self.file, self.start + start, self.start + end.max(start))
     }
 
-    /// Whether a template without value and default stands in a range of the expanded line.
+    /// Whether a template without value and default is in a range of the expanded line.
     pub(crate) fn has_undefined_template(&self, range: std::ops::Range<usize>) -> bool {
         self.pieces.iter().any(|p| p.undefined && p.offset < range.end && p.offset >= range.start)
     }
@@ -191,7 +191,7 @@ impl<'a> ExpandedLine<'a> {
     }
 }
 
-/// Whether a place in a line stands in quotes or in a comment.
+/// Whether a place in a line is in quotes or in a comment.
 #[derive(Default)]
 struct CommentState {
     quoted: bool,
@@ -227,7 +227,7 @@ impl<'a> Template<'a> {
         Some((template.name, text.get(template.length..)?))
     }
 
-    /// The template at the beginning of a text, if one stands there.
+    /// The template at the beginning of a text, if there is one.
     fn read(text: &'a str) -> Option<Self> {
         let (open, close) = match text.get(..2)? {
             "$(" => ('(', ')'),
@@ -241,16 +241,16 @@ impl<'a> Template<'a> {
         if name.trim().is_empty() || name.trim().contains(' ') {
             return None;
         }
-        let behind = inner.get(name.len()..)?;
-        if behind.starts_with(close) {
+        let after = inner.get(name.len()..)?;
+        if after.starts_with(close) {
             return Some(Self { name: name.trim(), default: None, length: name.len() + 3 });
         }
-        if !behind.starts_with('=') {
+        if !after.starts_with('=') {
             return None;
         }
         let mut depth = 1usize;
         let mut escaped = false;
-        for (i, c) in behind.char_indices().take_while(|(i, _)| *i < MAX_TEMPLATE) {
+        for (i, c) in after.char_indices().take_while(|(i, _)| *i < MAX_TEMPLATE) {
             match c {
                 _ if escaped => escaped = false,
                 '\\' => escaped = true,
@@ -262,7 +262,7 @@ impl<'a> Template<'a> {
                 return None;
             }
             if depth == 0 {
-                let default = behind.get(1..i);
+                let default = after.get(1..i);
                 return Some(Self { name: name.trim(), default, length: name.len() + i + 3 });
             }
         }

@@ -4,9 +4,9 @@
 //! The parsers of statements and of on-line commands, the search for the next statement after an
 //! error, and the suggestions for misspelt words all take their words from here.
 //!
-//! The controller has no tokens: a word may be glued to whatever stands after it (`DISPLC5`,
+//! The controller has no tokens: a word may be glued to whatever follows it (`DISPLC5`,
 //! `ENDIFENDIF`, `CMD"…"`). So a word is looked for at a place, and takes as many of its letters as
-//! stand there.
+//! come there.
 
 use std::sync::OnceLock;
 
@@ -122,13 +122,13 @@ impl Word {
         self.contexts.intersects(contexts)
     }
 
-    /// Takes the word if it stands at `cur`, after blanks.
+    /// Takes the word if it is at `cur`, after blanks.
     fn take(&self, cur: &mut Cursor<'_>, contexts: Contexts) -> bool {
         let (head, rest) = self.spelling.split_at(self.split);
         if self.split > 0 {
             let lines = cur.crosses_lines;
             let found = cur.eat_word(head) && {
-                // Both halves stand on one line.
+                // Both halves are on one line.
                 cur.crosses_lines = false;
                 cur.eat_abbreviated(rest, self.min_letters - self.split)
             };
@@ -139,24 +139,24 @@ impl Word {
     }
 
     /// Whether the text after the word fits the word's meaning.
-    fn fits_what_follows(&self, mut behind: Cursor<'_>, contexts: Contexts) -> bool {
+    fn fits_what_follows(&self, mut after: Cursor<'_>, contexts: Contexts) -> bool {
         match self.keyword {
             Keyword::Switch(_) => {
-                behind.blanks();
-                behind.starts_with("PLC")
+                after.blanks();
+                after.starts_with("PLC")
             }
-            // In MX->Y:$FFC2,8 and MX=1 the MX is no command of the ring but a name whose #define
+            // In MX->Y:$FFC2,8 and MX=1 the MX is not a command of the ring but a name whose #define
             // is missing.
             Keyword::Ring | Keyword::RingRead
                 if contexts.intersects(PLC) && !contexts.intersects(ONLINE) =>
             {
-                while behind.byte().is_ascii_alphabetic() {
-                    behind.pos += 1;
+                while after.byte().is_ascii_alphabetic() {
+                    after.pos += 1;
                 }
-                behind.integer().is_some()
+                after.integer().is_some()
             }
             Keyword::Ring if self.spelling.len() == 2 => {
-                !matches!(behind.byte(), b'-' | b'=' | b'(' | b'.' | b',')
+                !matches!(after.byte(), b'-' | b'=' | b'(' | b'.' | b',')
             }
             _ => true,
         }
@@ -211,12 +211,12 @@ const fn opened(spelling: &'static str, min_letters: usize) -> Word {
 const PROGRAM: Contexts = PLC.or(MOTION);
 const PLC_ONLINE: Contexts = PLC.or(ONLINE);
 
-/// Every word. Of two words with the same beginning, the one that needs more letters stands first;
+/// Every word. Of two words with the same beginning, the one that needs more letters comes first;
 /// of two suggestions that are equally near, the first is made.
 const WORDS: &[Word] = &[
     // Buffers, and statements (guide, appendix D), some of them on-line commands too.
     word("OPEN", 4, Keyword::Open, PLC_ONLINE.or(SUGGESTED)),
-    // In a buffer these two stand in full: a misspelt one must not empty or end it.
+    // In a buffer these two are written in full: a misspelt one must not empty or end it.
     word("CLOSE", 5, Keyword::Close, PROGRAM.or(ONLINE).or(SUGGESTED)),
     word("CLOSE", 4, Keyword::Close, ONLINE),
     word("CLS", 3, Keyword::Close, PROGRAM.or(ONLINE)),
@@ -376,12 +376,12 @@ const WORDS: &[Word] = &[
     opened("SUBPROG", 3),
 ];
 
-/// The word that stands at `cur`, after blanks, and has a meaning in one of `contexts`; with a
+/// The word that is at `cur`, after blanks, and has a meaning in one of `contexts`; with a
 /// cursor after it.
 pub(crate) fn find(mut cur: Cursor<'_>, contexts: Contexts) -> Option<(&'static Word, Cursor<'_>)> {
     words_with(cur.peek()).iter().find_map(|word| {
-        let mut behind = cur;
-        (word.is_in(contexts) && word.take(&mut behind, contexts)).then_some((*word, behind))
+        let mut after = cur;
+        (word.is_in(contexts) && word.take(&mut after, contexts)).then_some((*word, after))
     })
 }
 
@@ -420,8 +420,8 @@ mod tests {
     use super::*;
 
     fn found(text: &str, contexts: Contexts) -> Option<(&'static str, &str)> {
-        let (word, behind) = find(Cursor::new(text), contexts)?;
-        Some((word.spelling, behind.rest()))
+        let (word, after) = find(Cursor::new(text), contexts)?;
+        Some((word.spelling, after.rest()))
     }
 
     #[test]
@@ -464,14 +464,14 @@ mod tests {
             assert!((1..=word.spelling.len()).contains(&word.min_letters), "{}", word.spelling);
             assert!(word.split < word.min_letters, "{}", word.spelling);
             for written in [word.spelling, &word.spelling[..word.min_letters]] {
-                let behind = match word.keyword {
+                let after = match word.keyword {
                     Keyword::Switch(_) => "PLC1",
                     Keyword::Ring | Keyword::RingRead => "1",
                     _ => "",
                 };
                 for context in [PLC, ONLINE, MOTION, LETTER, BUFFER, OPENED] {
                     if word.is_in(context) {
-                        let text = format!("{written}{behind}");
+                        let text = format!("{written}{after}");
                         let spelling = found(&text, context).map(|(spelling, _)| spelling);
                         assert_eq!(spelling, Some(word.spelling), "{text}");
                     }

@@ -6,7 +6,7 @@ use crate::pmac::ast::FUNCTIONS;
 
 /// Directives of the download program without their `#`, or misspelt ones.
 pub(super) fn directive(site: &ErrorSite<'_>) -> Option<Explanation> {
-    let line = [&site.before, site.word.as_str(), &site.behind].concat();
+    let line = [&site.before, site.word.as_str(), &site.after].concat();
     let line = line.trim();
     let first: String = line.chars().take_while(|c| *c == '#' || c.is_ascii_alphabetic()).collect();
     let rest = line.get(first.len()..).unwrap_or("").trim_start();
@@ -54,12 +54,12 @@ pub(super) fn directive(site: &ErrorSite<'_>) -> Option<Explanation> {
 /// Functions without parentheses, and those that PMAC does not have.
 pub(super) fn function(site: &ErrorSite<'_>) -> Option<Explanation> {
     let word = site.word.to_ascii_uppercase();
-    let behind = site.behind.trim_start();
+    let after = site.after.trim_start();
     let inside = site.before.to_ascii_uppercase();
     if site.around.at == "," && inside.contains("ATAN2(") {
         return help("write Q0=COSINE P1=ATAN2(SINE): the second value stands in Q0");
     }
-    if !behind.starts_with('(') {
+    if !after.starts_with('(') {
         if site.begins_line() {
             return None;
         }
@@ -67,7 +67,7 @@ pub(super) fn function(site: &ErrorSite<'_>) -> Option<Explanation> {
         let known = FUNCTIONS.iter().find(|(name, _)| *name == letters)?;
         let digits = word.get(letters.len()..).unwrap_or("");
         let value: String = if digits.is_empty() {
-            behind.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '.').collect()
+            after.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '.').collect()
         } else {
             digits.to_owned()
         };
@@ -127,7 +127,7 @@ pub(super) fn operand(site: &ErrorSite<'_>) -> Option<Explanation> {
 pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
     let word = site.word.to_ascii_uppercase();
     let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
-    let ErrorSite { before, behind, code, .. } = site;
+    let ErrorSite { before, after, code, .. } = site;
     let at = site.around.at;
     let opens = matches!(before.trim().to_ascii_uppercase().as_str(), "OPEN PLC" | "OPEN PLCC");
     if opens && word.starts_with(|c: char| c.is_ascii_alphabetic()) && word != "CLEAR" {
@@ -144,7 +144,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         && *code == "PMAC-3"
         && !at.starts_with('(')
     {
-        let condition = [site.word.as_str(), behind].concat();
+        let condition = [site.word.as_str(), after].concat();
         let upper = condition.to_ascii_uppercase();
         let end = [" THEN", " DO"].iter().filter_map(|word| upper.find(word)).min();
         let condition = condition.get(..end.unwrap_or(condition.len())).unwrap_or("").trim();
@@ -159,23 +159,23 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
     let index = before.rfind('(').and_then(|open| before.get(..open)).unwrap_or("");
     let in_index = index.ends_with(|c: char| "PQMIpqmi".contains(c));
-    let ends_line = behind.trim().is_empty();
+    let ends_line = after.trim().is_empty();
     let no_word =
         |help: &str| explanation(format!("`{}` is no statement of a PLC", site.word), help);
     let first = site.begins_line();
-    let blank = behind.starts_with(' ');
+    let blank = after.starts_with(' ');
     let is_instruction = first
         && at == site.word
         && blank
-        && behind.trim_start().starts_with(|c: char| c.is_ascii_alphabetic())
-        && !behind.contains(['=', '<', '>']);
+        && after.trim_start().starts_with(|c: char| c.is_ascii_alphabetic())
+        && !after.contains(['=', '<', '>']);
     let contexts = [
         ("statement", true),
         ("jump", word.len() > 1),
-        ("command", !behind.trim_start().starts_with('=')),
+        ("command", !after.trim_start().starts_with('=')),
         ("instruction", is_instruction),
         ("switch", first && blank),
-        ("end", first && letters == word && (ends_line || behind.starts_with(" PLC"))),
+        ("end", first && letters == word && (ends_line || after.starts_with(" PLC"))),
     ];
     for (context, _) in contexts.iter().filter(|(_, is_it)| *is_it) {
         if let Some(help) = HABITS.help(context, letters) {
@@ -198,7 +198,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
             help("moves stand in motion programs; a PLC starts one with COMMAND\"&1B1R\"")
         }
         "ENABLE" | "DISABLE" | "ENA" | "DIS" => {
-            let number: String = behind.trim().chars().take_while(char::is_ascii_digit).collect();
+            let number: String = after.trim().chars().take_while(char::is_ascii_digit).collect();
             (!number.is_empty()).then(|| {
                 explanation(
                     format!("PLC is missing after {}", site.word),
@@ -206,7 +206,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
                 )
             })?
         }
-        "PLC" if behind.trim_start().starts_with('=') => {
+        "PLC" if after.trim_start().starts_with('=') => {
             help("ENABLE PLC n and DISABLE PLC n start and stop a PLC")
         }
         "PLC" if site.begins_line() => {
@@ -222,7 +222,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
             )
         }
         "P" | "Q" | "M" | "I" if letters == word && *code == "PMAC-3" && site.begins_line() => {
-            let rest = behind.trim_start();
+            let rest = after.trim_start();
             let brackets = rest.starts_with('[');
             let what = if brackets {
                 format!("{letters}1 is a variable, {letters}(P2+1) the one that a value chooses")
@@ -234,8 +234,8 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         "M" if at == site.word && *code == "PMAC-3" && site.begins_line() && ends_line => {
             help(format!("{at}=1 switches the variable on; M codes stand in motion programs"))
         }
-        _ if at == "#" && site.around.behind.starts_with(|c: char| c.is_ascii_digit()) => {
-            let command = site.around.behind.split_whitespace().next().unwrap_or("");
+        _ if at == "#" && site.around.after.starts_with(|c: char| c.is_ascii_digit()) => {
+            let command = site.around.after.split_whitespace().next().unwrap_or("");
             let command = command.trim_end_matches('"');
             help(format!("a PLC gives it with COMMAND\"#{command}\""))
         }

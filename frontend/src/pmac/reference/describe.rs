@@ -17,7 +17,7 @@ const SYSTEM: &str = "coordinate system";
 
 /// What `plcc explain I5` and `plcc explain M145` print; also of a family (`Ix11`, Turbo PMAC's
 /// spelling `Ixx11`) and of a range (`M11..18`). Without a controller it tells about both. `None`
-/// for what is no variable with a meaning.
+/// for what is not a variable with a meaning.
 pub fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     let mut upper: String = name.chars().filter(|c| !c.is_whitespace()).collect();
     upper.make_ascii_uppercase();

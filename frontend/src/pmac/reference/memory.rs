@@ -19,7 +19,7 @@ const P_VARIABLES: &str = "P-variables: P0 is L:$1000";
 const Q_VARIABLES: &str = "Q-variables: Q0 of coordinate system 1 is L:$1400";
 const TIMER: &str = "a timer: one less every servo cycle, 24 bits with a sign";
 
-/// The guide's memory map. Words with a meaning of their own stand in front, since the first range
+/// The guide's memory map. Words with a meaning of their own come first, since the first range
 /// that holds an address counts.
 const MAP: &[AddressRange] = &[
     (0x0000, 0x0000, "the servo counter: one more every servo cycle, 24 bits", CALCULATION),
@@ -53,7 +53,7 @@ fn word(name: &str) -> Option<(char, u32)> {
     address.ok().map(|address| (letter, address))
 }
 
-/// What `plcc explain Y:$FFC2` prints; nothing for what is no address, and for Turbo PMAC.
+/// What `plcc explain Y:$FFC2` prints; nothing for what is not an address, and for Turbo PMAC.
 pub(crate) fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     let (letter, address) = word(name).filter(|_| controller != Some(Controller::Turbo))?;
     let range = MAP.iter().find(|(first, last, ..)| (*first..=*last).contains(&address))?;

@@ -6,7 +6,7 @@
 //! one an encoder) and `Isx11` (coordinate system s of a Turbo PMAC: 51 to 59, 60 to 66 in the
 //! hundreds). A range is of integers, of reals (`real -2..2`), or `real` for any value; `real >0`
 //! and `real >=0` say what the variable is meant for, and take any value too. Defaults that differ
-//! from motor to motor stand with `/` between them. The controller is `both` where Turbo PMAC's
+//! from motor to motor are written with `/` between them. The controller is `both` where Turbo PMAC's
 //! variable is the same.
 
 use std::sync::OnceLock;
@@ -82,7 +82,7 @@ enum Family {
 }
 
 impl Family {
-    /// The family of a name, such as `Ix11`; `None` if it is no such name.
+    /// The family of a name, such as `Ix11`; `None` if it is not such a name.
     fn of(name: &str) -> Option<Self> {
         let name = name.strip_prefix('I')?;
         let number = |digits: &str| digits.parse().ok();
@@ -170,7 +170,7 @@ fn number(text: &str) -> Option<f64> {
     }
 }
 
-/// The range of a row; `Some(None)` for any real number, `None` for a text that is no range.
+/// The range of a row; `Some(None)` for any real number, `None` for a text that is not a range.
 fn parse_range(text: &str) -> Option<Option<Range>> {
     if ["real", "real >0", "real >=0"].contains(&text) {
         return Some(None);

@@ -12,7 +12,7 @@ fn checked(text: &str) -> (Option<Program>, Vec<plcc_diag::Diagnostic>) {
 }
 
 #[test]
-fn double_equals_behind_an_m_variable_is_taken_as_equals_in_a_plc() {
+fn double_equals_after_an_m_variable_is_taken_as_equals_in_a_plc() {
     assert_eq!(plc("M1==1"), [("PMAC-W6", 2)]);
     assert_eq!(plc("M(P1)==P2+1 M1=1"), [("PMAC-W6", 2)]);
     assert_eq!(plc("P1==1"), [("PMAC-3", 2)]);

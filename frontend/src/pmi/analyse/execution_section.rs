@@ -297,7 +297,7 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
-    /// The error of an ELSEIF, ELSE or ENDIF that has no IF or stands after an ELSE.
+    /// The error of an ELSEIF, ELSE or ENDIF that has no IF or is after an ELSE.
     fn misplaced(&self, span: Span, word: &str) -> Result {
         let problem = match self.open_ifs.last() {
             Some(open_if) => error(39, span, format!("{word} stands after ELSE"))
@@ -336,7 +336,7 @@ impl<'a> ExecutionSection<'a> {
             return self.misplaced(word, "ELSE");
         }
         self.end_body(cursor.statement_span());
-        // ELSE IF was meant as an ELSEIF, after which ELSE may stand.
+        // ELSE IF was meant as an ELSEIF, after which ELSE may follow.
         if let Some(open_if) = self.open_ifs.last_mut() {
             open_if.has_else = !is_else_if;
         }

@@ -15,7 +15,7 @@ use crate::pmi::{
 ///
 /// # Errors
 /// A name that does not exist or is a label, an array without an index, and an index after a name
-/// that is no array.
+/// that is not an array.
 pub(crate) fn resolve(
     names: &mut Names,
     name: &str,

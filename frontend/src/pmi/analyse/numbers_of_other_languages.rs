@@ -46,7 +46,7 @@ pub(super) fn other_number(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         let message = format!("`{written}` is no number of PMI");
         return explanation(message, format!("numbers are decimal: write {value}"));
     }
-    behind_hash(site)
+    after_hash(site)
 }
 
 /// The value of a number that another language wrote.
@@ -78,8 +78,8 @@ fn value_of(written: &str) -> Option<i64> {
 }
 
 /// An error after `16#FF`: the `#` continues the statement on the next line, where the error then
-/// stands.
-fn behind_hash(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
+/// is.
+fn after_hash(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     let written = site.number_before_hash()?;
     let value = value_of(written)?;
     explanation(

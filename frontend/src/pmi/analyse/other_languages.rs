@@ -28,14 +28,14 @@ pub(super) static HABITS: LazyLock<Habits> = LazyLock::new(|| {
     tsv::built_in(Habits::load(file, include_str!("other_languages.tsv")))
 });
 
-/// A statement with an error, and the token at which the error stands.
+/// A statement with an error, and the token at which the error is.
 pub(super) struct ErrorSite<'s, 'c> {
     cursor: &'s Cursor<'c>,
     /// The index of that token.
     at: usize,
     /// The error's code.
     pub(super) code: &'static str,
-    /// The part of the specification section in which the statement stands; `None` in the execution
+    /// The part of the specification section in which the statement is; `None` in the execution
     /// section.
     pub(super) section: Option<Section>,
 }
@@ -65,11 +65,11 @@ impl<'c> ErrorSite<'_, 'c> {
     }
 
     /// The text of the token after that at the error.
-    fn behind(&self) -> &'c str {
+    fn after(&self) -> &'c str {
         self.word(self.at + 1)
     }
 
-    /// Whether no blank stands between two tokens, of which `index` is the second one.
+    /// Whether there is no blank between two tokens, of which `index` is the second one.
     fn is_glued(&self, index: usize) -> bool {
         let first = index.checked_sub(1).and_then(|index| self.token(index));
         first.zip(self.token(index)).is_some_and(|(first, second)| first.end == second.start)
@@ -82,7 +82,7 @@ impl<'c> ErrorSite<'_, 'c> {
     }
 
     /// A number such as `16#FF` before the error. PMI takes its `#` for the sign that continues a statement on
-    /// the next line, so the error stands on that next line.
+    /// the next line, so the error is on that next line.
     pub(super) fn number_before_hash(&self) -> Option<&'c str> {
         let before = self.token(self.at.checked_sub(1)?)?;
         let between =
@@ -104,7 +104,7 @@ impl<'c> ErrorSite<'_, 'c> {
 }
 
 /// Says of an error in a statement what was probably meant, if it looks like a habit from another
-/// language. `section` is the part of the specification section in which the statement stands, `None`
+/// language. `section` is the part of the specification section in which the statement is, `None`
 /// in the execution section.
 pub(crate) fn explain(
     cursor: &Cursor<'_>,
@@ -214,9 +214,9 @@ fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanat
     }
     // In another statement, `:=` has made a label of this name.
     let made_label = problem.labels().first().is_some_and(|label| {
-        let behind = site.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
+        let after = site.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
         label.span.file == problem.span.file
-            && behind.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
+            && after.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
     });
     if made_label {
         return help(
@@ -228,7 +228,7 @@ fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanat
     }
     let sign = site.found();
     let compound = match sign {
-        "+" | "-" | "*" | "%" | "&" | "!" => site.behind() == "=",
+        "+" | "-" | "*" | "%" | "&" | "!" => site.after() == "=",
         "|" | "^" => return None,
         "/=" => true,
         _ => false,
@@ -238,7 +238,7 @@ fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanat
         let message = format!("`{sign}=` is no assignment");
         return explanation(message, format!("write {name} = {name} {sign} …"));
     }
-    if matches!(sign, "+" | "-") && site.behind() == sign {
+    if matches!(sign, "+" | "-") && site.after() == sign {
         let message = format!("`{sign}{sign}` is no assignment");
         return explanation(message, format!("write {name} = {name} {sign} 1"));
     }
@@ -275,7 +275,7 @@ fn keyword(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         return explanation(format!("there is no {found} after a condition"), help);
     }
     let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
-    if is_keyword && code == "PMI-10" && site.section.is_some() && site.behind() != "=" {
+    if is_keyword && code == "PMI-10" && site.section.is_some() && site.after() != "=" {
         let help = "statements stand after $END: write $END on a line of its own in front of the \
                     first one";
         return explanation(format!("{first} stands in front of $END"), help);
@@ -301,7 +301,7 @@ fn keyword(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
              after it"
         ));
     }
-    // After a variable whose `=` is missing, an operator would stand.
+    // After a variable whose `=` is missing, an operator would follow.
     let is_word = matches!(
         site.kind(1),
         None | Some(Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen | Kind::Bad(_))
@@ -413,7 +413,7 @@ fn address(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
 fn index(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     let array = |index: usize| index.checked_sub(1).map_or("", |index| site.word(index));
     match (site.code, site.found()) {
-        ("PMI-36", name) if site.behind() == "(" => explanation(
+        ("PMI-36", name) if site.after() == "(" => explanation(
             format!("the index of {name} stands in parentheses"),
             format!("write {name}[…]"),
         ),

@@ -170,7 +170,7 @@ impl Lowerer<'_> {
         within.or_missing(|| format!("offset {offset} in region `{}`", region_name(ty)))
     }
 
-    /// The address of what stands at an offset of the image, in the region of its type.
+    /// The address of what is at an offset of the image, in the region of its type.
     fn address(&self, ty: PmiType, offset: u32) -> Result<Address> {
         Ok(Address::fixed(self.region(ty), self.within(ty, offset)?))
     }
@@ -249,7 +249,7 @@ impl Lowerer<'_> {
         self.stack.pop().or_missing(|| "an operand")
     }
 
-    /// Lowers one operation: pops its operands and gives its result.
+    /// Lowers one operation: pops its operands and returns its result.
     fn op(&mut self, op: Op) -> Result<Operand> {
         match op {
             Op::Const(value) => Ok(Operand::Const(value)),
@@ -286,7 +286,7 @@ impl Lowerer<'_> {
         Ok(Operand::Value(self.load(ty, offset)?, ir_type(ty)))
     }
 
-    /// Gives an index as an `i32` that is below the number of the array's elements. The code traps
+    /// Returns an index as an `i32` that is below the number of the array's elements. The code traps
     /// if there is no such element.
     fn check_index(&mut self, id: SymbolId, index: Operand) -> Result<Value> {
         let array = self.offset(id)?;

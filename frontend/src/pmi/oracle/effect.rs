@@ -1,4 +1,4 @@
-//! What an assignment does besides storing a value: reset-only variables, timers and flip-flops (PMI 2.2.4.5,
+//! What an assignment does apart from storing a value: reset-only variables, timers and flip-flops (PMI 2.2.4.5,
 //! 3.1.9, 3.1.10).
 
 use plcc_abi::{
@@ -8,7 +8,7 @@ use plcc_abi::{
 
 use crate::pmi::layout::Location;
 
-/// What an assignment does besides storing a value.
+/// What an assignment does apart from storing a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Effect {
     /// The variable is reset-only: bits become 0 where the value has a 0, and never become 1.
@@ -42,7 +42,7 @@ pub(super) struct FlipFlop {
 }
 
 impl Effect {
-    /// The variables that the effect writes besides the one that is assigned.
+    /// The variables that the effect writes apart from the one that is assigned.
     pub(super) fn written(self) -> Vec<Location> {
         match self {
             Self::Reset => vec![],

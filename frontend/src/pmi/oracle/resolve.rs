@@ -79,7 +79,7 @@ impl<'a> Resolver<'a> {
         self.rows.add(checked.ops(ops), scalar, elements)
     }
 
-    /// Adds what an assignment to the variable does besides storing a value, and gives its number.
+    /// Adds what an assignment to the variable does apart from storing a value, and returns its number.
     fn effect(&mut self, id: SymbolId) -> u32 {
         let effect = match self.checked.symbol(id).map(|symbol| &symbol.meaning) {
             Some(Meaning::ResetOnly) => Some(Effect::Reset),

@@ -83,8 +83,8 @@ impl<'a> Cursor<'a> {
         Some((self.slice(token), self.span_of(token)))
     }
 
-    /// An error at the next token: the manual's error `number` with `message`. If what stands there
-    /// is no token, or the file ends there inside a statement, the error is the one for that
+    /// An error at the next token: the manual's error `number` with `message`. If what is there
+    /// is not a token, or the file ends there inside a statement, the error is the one for that
     /// instead.
     pub(crate) fn error_here(&self, number: u8, message: impl Into<MessageText>) -> Diagnostic {
         match self.kind() {
@@ -111,7 +111,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The error of text that is no token.
+    /// The error of text that is not a token.
     fn bad(&self, fault: Fault) -> Diagnostic {
         let span = self.span();
         let text = self.token().map_or("", |token| self.slice(token));

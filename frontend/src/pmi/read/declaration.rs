@@ -102,7 +102,7 @@ impl DeclarationReader {
     /// The error of a statement before the first directive, or after an unknown one.
     fn unknown(&self, cursor: &mut Cursor<'_>) -> Result {
         if self.is_after_unknown {
-            // The form of the statement is not known, but text that is no token is always wrong.
+            // The form of the statement is not known, but text that is not a token is always wrong.
             let bad = |token: &Token| matches!(token.kind, Kind::Bad(_));
             let Some(at) = cursor.tokens.iter().position(bad) else { return Ok(()) };
             cursor.at = at;

@@ -149,7 +149,7 @@ impl<'p, 'c> ExpressionReader<'p, 'c> {
         Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))
     }
 
-    /// Reads an operand, an operator that stands in front of one, or an opening. Returns `true` if an
+    /// Reads an operand, an operator that is in front of one, or an opening. Returns `true` if an
     /// operand must still follow.
     fn operand(&mut self) -> Result<bool, Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {

@@ -51,7 +51,7 @@ impl Lexer<'_> {
         self.at += len;
     }
 
-    /// Reads one token, or skips what stands between tokens; `false` at the end.
+    /// Reads one token, or skips what is between tokens; `false` at the end.
     fn step(&mut self) -> bool {
         let Some(raw) = self.rest().chars().next() else { return false };
         let width = raw.len_utf8();

@@ -3,7 +3,7 @@
 //! `expression` read the tokens as the statements of `syntax`.
 //!
 //! A statement is read without any declaration: what a name stands for is found in `analyse`. Only
-//! the directive after which a declaration stands says how it is written.
+//! the directive above a declaration says how it is written.
 
 pub(crate) mod cursor;
 pub(crate) mod declaration;

@@ -57,9 +57,9 @@ struct Reader<'a> {
 
 /// One physical line.
 struct Line {
-    /// Offset of its first character that is no blank; the line's end if there is none.
+    /// Offset of its first character that is not a blank; the line's end if there is none.
     start: usize,
-    /// Offset after its last character that is no blank and in no comment.
+    /// Offset after its last character that is not a blank and in no comment.
     end: usize,
     /// Offset of its `#`, if it is continued.
     hash: Option<usize>,
@@ -115,7 +115,7 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl Reader<'_> {
-    /// Reads a file. Gives the place of its last line that is not empty.
+    /// Reads a file. Returns the place of its last line that is not empty.
     fn file(&mut self, file: FileId) -> Span {
         let text = self.sources.text(file).to_owned();
         let included = self.sources.included_from(file).is_some();
@@ -207,12 +207,12 @@ impl Reader<'_> {
     }
 
     /// Reads the file that the `$INCLUDE` in `line` names as `written`, or reports why it can't.
-    /// `nested` says that the line stands in an included file itself.
+    /// `nested` says that the line is in an included file itself.
     fn include(&mut self, file: FileId, text: &str, line: &Line, written: &str, nested: bool) {
         let start = line.start as u32;
         let all = Span::new(file, line.start, line.end);
-        let behind = text.get(line.start..line.end).unwrap_or("");
-        let named = line.start + behind.rfind(written).unwrap_or(0);
+        let after = text.get(line.start..line.end).unwrap_or("");
+        let named = line.start + after.rfind(written).unwrap_or(0);
         let name = Span::new(file, named, named + written.len());
         let problem = if nested {
             error(6, all, "an included file includes a file itself")
@@ -254,7 +254,7 @@ impl Reader<'_> {
     }
 }
 
-/// The file that an `$INCLUDE` line names; `None` if the line is no `$INCLUDE`.
+/// The file that an `$INCLUDE` line names; `None` if the line is not an `$INCLUDE`.
 fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
     let rest = text.get(line.start..to)?.strip_prefix("$INCLUDE")?;
     if rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
@@ -263,7 +263,7 @@ fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
     Some(file_name(rest))
 }
 
-/// The name of a file: what stands before a comment or a `#`, without blanks around it.
+/// The name of a file: what is before a comment or a `#`, without blanks around it.
 fn file_name(rest: &str) -> &str {
     let end = rest.find(['?', '#']).unwrap_or(rest.len());
     rest.get(..end).unwrap_or("").trim()

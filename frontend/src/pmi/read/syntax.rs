@@ -52,7 +52,7 @@ pub(crate) enum Form {
 
 /// A statement of the specification section.
 pub(crate) struct Declaration {
-    /// The part of the section in which it stands; `None` before the first directive, or after an
+    /// The part of the section in which it is; `None` before the first directive, or after an
     /// unknown one.
     pub(crate) section: Option<Section>,
     pub(crate) form: DeclarationForm,

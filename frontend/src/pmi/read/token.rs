@@ -54,11 +54,11 @@ pub(crate) enum Kind {
     Comma,
     /// `:`
     Colon,
-    /// Text that is no token. It is reported when the parser comes to it.
+    /// Text that is not a token. It is reported when the parser comes to it.
     Bad(Fault),
 }
 
-/// Why some text is no token. The number after the colon is the manual's error.
+/// Why some text is not a token. The number after the colon is the manual's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
     /// A character outside PMI's set, a small letter, a letter after a number: 5.

@@ -12,7 +12,7 @@ use crate::common::{
 use crate::language::Topic;
 
 /// The table. A row is one variable, or a family of variables that differ in a number
-/// (`@CP100-@CP115`). The elements are 0 if it is no array.
+/// (`@CP100-@CP115`). The elements are 0 if it is not an array.
 static TABLE: &str = include_str!("executive.tsv");
 
 /// Its columns.
@@ -29,7 +29,7 @@ pub(crate) struct Family {
     pub(crate) ty: Type,
     /// What a program may do with them.
     pub(crate) class: VariableClass,
-    /// How many elements each variable has, 0 if it is no array.
+    /// How many elements each variable has, 0 if it is not an array.
     pub(crate) elements: u32,
     /// The manual's section; `example` for names that only its examples have.
     pub(crate) section: &'static str,
@@ -46,7 +46,7 @@ pub(crate) struct Variable {
     pub(crate) ty: Type,
     /// What a program may do with it.
     pub(crate) class: VariableClass,
-    /// How many elements it has, `None` if it is no array.
+    /// How many elements it has, `None` if it is not an array.
     pub(crate) elements: Option<u32>,
 }
 

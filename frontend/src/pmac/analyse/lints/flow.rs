@@ -151,15 +151,15 @@ fn program(checked: &mut Checked<'_>, buffer: &Buffer, written: &Written) {
                     });
                 }
             }
-            StmtKind::While(condition, behind) => match known(checked, condition, written) {
+            StmtKind::While(condition, after) => match known(checked, condition, written) {
                 Known::Always(false) => checked.add(stmt.at, |span| {
                     Diagnostic::warning("PMAC-W10", span, "this condition is always false")
                         .help("compare a variable, or take the WHILE out")
                 }),
                 Known::Always(true) => {
-                    // A loop that runs for ever is a usual way to write a PLC; what stands after it
+                    // A loop that runs for ever is a usual way to write a PLC; what is after it
                     // never runs.
-                    if let Some(next) = buffer.code.get(behind as usize)
+                    if let Some(next) = buffer.code.get(after as usize)
                         && !matches!(next.kind, StmtKind::EndWhile(_) | StmtKind::Jump(_))
                     {
                         checked.add(next.at, |span| {

@@ -55,7 +55,7 @@ pub(super) fn never_runs(checked: &mut Checked<'_>) {
 }
 
 /// For each statement of a program whether something before it decides if it is executed in a scan:
-/// it stands in an IF or after a WHILE.
+/// it is in an IF or after a WHILE.
 fn conditional(buffer: &Buffer) -> Vec<bool> {
     let mut conditional = Vec::with_capacity(buffer.code.len());
     let mut until = 0;

@@ -83,14 +83,13 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
             let Some(step) = checked.steps.get(index) else { continue };
             let next = |at: usize| at.checked_sub(first).and_then(|at| met.get(at).copied()?);
             let [one, other] = successors(index, &step.action);
-            let behind = match (one.map(next), other.map(next)) {
+            let after = match (one.map(next), other.map(next)) {
                 (Some(a), None) => a,
                 (Some(Some(a)), Some(Some(b))) => Some(a.min(b)),
                 _ => None,
             };
             let is_assignment = of_group.contains(&index);
-            if is_assignment && let Some(later) = behind.and_then(|later| checked.steps.get(later))
-            {
+            if is_assignment && let Some(later) = after.and_then(|later| checked.steps.get(later)) {
                 let message = format!(
                     "what is assigned to the output {} here never shows: it is assigned again in \
                      the same scan",
@@ -105,7 +104,7 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
                 );
             }
             if let Some(slot) = met.get_mut(index - first) {
-                *slot = if is_assignment { Some(index) } else { behind };
+                *slot = if is_assignment { Some(index) } else { after };
             }
         }
     }

@@ -21,9 +21,9 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
     let mut statements: Vec<Span> = checked.steps.iter().map(|step| step.span).collect();
     statements.sort_unstable_by_key(|span| (span.file, span.start));
     let in_a_statement = |place: Span| {
-        let behind =
+        let after =
             statements.partition_point(|span| (span.file, span.start) <= (place.file, place.start));
-        let statement = behind.checked_sub(1).and_then(|at| statements.get(at));
+        let statement = after.checked_sub(1).and_then(|at| statements.get(at));
         statement.is_some_and(|span| span.file == place.file && place.start < span.end)
     };
     let read: HashSet<SymbolId> = checked
