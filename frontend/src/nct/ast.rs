@@ -169,7 +169,7 @@ pub(crate) enum Operand {
         /// With `N`.
         negate: bool,
         /// The variable.
-        variable: Variable,
+        place: Variable,
     },
 }
 
@@ -294,7 +294,7 @@ pub(crate) enum Op {
         /// With `N`.
         negate: bool,
         /// The variable.
-        variable: Variable,
+        place: Variable,
     },
     /// OP and the operand, result in OP.
     Arith {
@@ -310,7 +310,7 @@ pub(crate) enum Op {
         /// With `N`: the variable is complemented first.
         negate: bool,
         /// The variable.
-        variable: Variable,
+        place: Variable,
     },
     /// `<<` and `>>`.
     Shift {

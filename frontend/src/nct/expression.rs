@@ -154,7 +154,7 @@ fn single_variable(text: &str) -> Option<(Variable, Stmt)> {
     // A program can't load a physical output line, but an expression can, since traces show it.
     let prefix = if cursor.at('O') { Prefix::Store } else { Prefix::Load };
     let variable = variable(&mut cursor, 0, prefix).ok().filter(|_| cursor.peek().is_none())?;
-    let op = Op::Load(Operand::Load { negate: false, variable });
+    let op = Op::Load(Operand::Load { negate: false, place: variable });
     Some((variable, Stmt { op, span: cursor.span_from(0) }))
 }
 

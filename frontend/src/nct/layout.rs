@@ -137,7 +137,9 @@ impl Uses {
         match *op {
             Op::Set(bit) | Op::Clear(bit) => self.note(Variable::Bit(bit)),
             Op::Load(operand) => self.operand(operand),
-            Op::Store { variable, .. } | Op::Update { variable, .. } => self.note(variable),
+            Op::Store { place: variable, .. } | Op::Update { place: variable, .. } => {
+                self.note(variable)
+            }
             Op::Arith { op, operand } => {
                 self.high_word(op);
                 self.operand(operand);
@@ -171,7 +173,7 @@ impl Uses {
     }
 
     fn operand(&mut self, operand: Operand) {
-        if let Operand::Load { variable, .. } = operand {
+        if let Operand::Load { place: variable, .. } = operand {
             self.note(variable);
         }
     }

@@ -44,11 +44,11 @@ pub(crate) fn each_variable(op: &Op, mut f: impl FnMut(Variable)) {
         Op::Set(bit) | Op::Clear(bit) => f(Variable::Bit(bit)),
         Op::Count { counter, .. } => f(Variable::Word(Word::Q(counter))),
         Op::Load(operand) | Op::Arith { operand, .. } => {
-            if let Operand::Load { variable, .. } = operand {
+            if let Operand::Load { place: variable, .. } = operand {
                 f(variable);
             }
         }
-        Op::Store { variable, .. } | Op::Update { variable, .. } => f(variable),
+        Op::Store { place: variable, .. } | Op::Update { place: variable, .. } => f(variable),
         Op::GotoIndirect(byte) | Op::CallIndirect(byte) => f(word(byte)),
         Op::Area { area, .. } => f(word(area)),
         Op::Shift { .. }
@@ -74,9 +74,10 @@ pub(crate) fn tested_variable(cond: &ConditionPart) -> Option<Variable> {
     match *cond {
         ConditionPart::Test(Test::Bit { bit, .. }) => Some(Variable::Bit(bit)),
         ConditionPart::Test(Test::Word { word, .. }) => Some(Variable::Word(word)),
-        ConditionPart::Test(Test::Relation { operand: Operand::Load { variable, .. }, .. }) => {
-            Some(variable)
-        }
+        ConditionPart::Test(Test::Relation {
+            operand: Operand::Load { place: variable, .. },
+            ..
+        }) => Some(variable),
         ConditionPart::Test(Test::Relation { .. }) | ConditionPart::Gate(_) => None,
     }
 }

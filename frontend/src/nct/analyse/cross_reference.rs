@@ -53,14 +53,14 @@ impl Finder<'_> {
                 }
             }
             Op::Set(_) | Op::Clear(_) => self.each(at, op, &[Use::Written]),
-            Op::Store { variable, .. } => {
+            Op::Store { place: variable, .. } => {
                 let uses: &[Use] = match variable {
                     Variable::Word(Word::Indirect(_)) => &[Use::Read],
                     _ => &[Use::Written],
                 };
                 self.note(at, variable, uses);
             }
-            Op::Update { variable: Variable::Word(Word::Indirect(_)), .. } => {
+            Op::Update { place: Variable::Word(Word::Indirect(_)), .. } => {
                 self.each(at, op, &[Use::Read]);
             }
             Op::Count { .. } | Op::Update { .. } => {
@@ -241,8 +241,8 @@ pub(super) fn outputs_of_several_modules(program: &Program) -> Vec<Diagnostic> {
     for (stmt, &modules) in program.stmts.iter().zip(&reached) {
         let bit = match stmt.op {
             Op::Set(bit) | Op::Clear(bit) => bit,
-            Op::Store { variable: Variable::Bit(bit), .. }
-            | Op::Update { variable: Variable::Bit(bit), .. } => bit,
+            Op::Store { place: Variable::Bit(bit), .. }
+            | Op::Update { place: Variable::Bit(bit), .. } => bit,
             _ => continue,
         };
         if modules == 0 || !matches!(bit.space, Space::Y | Space::O) {

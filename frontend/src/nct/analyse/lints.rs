@@ -87,7 +87,7 @@ impl Used {
                 self.written.push((Variable::Bit(bit), span));
             }
             Op::Clear(bit) => self.written.push((Variable::Bit(bit), span)),
-            Op::Store { variable, .. } | Op::Update { variable, .. } => {
+            Op::Store { place: variable, .. } | Op::Update { place: variable, .. } => {
                 self.written.push((variable, span));
             }
             _ => {}
@@ -95,7 +95,7 @@ impl Used {
     }
 
     fn operand(&mut self, operand: Operand, span: Span) {
-        if let Operand::Load { variable, .. } = operand {
+        if let Operand::Load { place: variable, .. } = operand {
             self.read.push((variable, span));
         }
     }

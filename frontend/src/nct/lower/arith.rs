@@ -60,7 +60,7 @@ impl Lowerer<'_> {
             Operand::Const(value) => {
                 return Ok((self.builder.func().iconst(Type::I16, value.into()), None));
             }
-            Operand::Load { negate, variable } => (negate, variable),
+            Operand::Load { negate, place: variable } => (negate, variable),
         };
         match variable {
             Variable::Bit(bit) => {
@@ -125,7 +125,7 @@ impl Lowerer<'_> {
     /// OP becomes OP combined with the operand.
     pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: LiveSet) -> Result {
         let (mut with, guard) = self.operand(operand)?;
-        if op == Arith::And && matches!(operand, Operand::Load { variable: Variable::Bit(_), .. }) {
+        if op == Arith::And && matches!(operand, Operand::Load { place: Variable::Bit(_), .. }) {
             // AND with a bit changes only bit 0 of OP.
             with = self.builder.func().binary_imm(BinaryOp::Or, with, -2);
         }

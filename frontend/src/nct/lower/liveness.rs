@@ -108,10 +108,10 @@ fn is_indirect(variable: Variable) -> bool {
 fn operand(operand: Operand) -> (LiveSet, LiveSet, bool) {
     match operand {
         Operand::Const(_) => (LiveSet::NONE, LiveSet::NONE, true),
-        Operand::Load { variable, .. } if is_indirect(variable) => {
+        Operand::Load { place: variable, .. } if is_indirect(variable) => {
             (read(variable), LiveSet::INDIRECT, false)
         }
-        Operand::Load { variable, .. } => (read(variable), LiveSet::NONE, true),
+        Operand::Load { place: variable, .. } => (read(variable), LiveSet::NONE, true),
     }
 }
 
@@ -178,7 +178,7 @@ fn step(op: &Op, after: LiveSet) -> LiveSet {
             let replaces = if done { replaces.union(LiveSet::OP) } else { replaces };
             after.without(replaces).union(reads)
         }
-        Op::Store { variable, .. } => {
+        Op::Store { place: variable, .. } => {
             let reads = if is_indirect(variable) { read(variable) } else { LiveSet::NONE };
             after.without(replaced(variable)).union(reads).union(LiveSet::OP)
         }
@@ -188,7 +188,7 @@ fn step(op: &Op, after: LiveSet) -> LiveSet {
             let after = if done { after.without(writes) } else { after };
             after.without(replaces).union(reads).union(looks).union(LiveSet::OP)
         }
-        Op::Update { op, variable, .. } => {
+        Op::Update { op, place: variable, .. } => {
             let writes = if is_indirect(variable) { LiveSet::NONE } else { arith(op).1 };
             after.without(writes).union(read(variable)).union(LiveSet::OP)
         }

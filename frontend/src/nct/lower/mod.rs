@@ -255,9 +255,11 @@ impl Lowerer<'_> {
             }
             Op::Count { counter, up } => self.count(counter, up)?,
             Op::Load(operand) => self.load(operand)?,
-            Op::Store { negate, variable } => self.store(negate, variable)?,
+            Op::Store { negate, place: variable } => self.store(negate, variable)?,
             Op::Arith { op, operand } => self.arith(op, operand, after)?,
-            Op::Update { op, negate, variable } => self.update(op, negate, variable, after)?,
+            Op::Update { op, negate, place: variable } => {
+                self.update(op, negate, variable, after)?
+            }
             Op::Shift { left, by } => {
                 let op = self.op();
                 let how = if left { BinaryOp::Shl } else { BinaryOp::Lshr };

@@ -125,7 +125,7 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn operand(&mut self, operand: Operand) -> Option<u16> {
         let (negate, variable) = match operand {
             Operand::Const(value) => return Some(value),
-            Operand::Load { negate, variable } => (negate, variable),
+            Operand::Load { negate, place: variable } => (negate, variable),
         };
         let value = match variable {
             Variable::Bit(bit) => return Some(u16::from(self.bit(bit) != negate)),

@@ -200,7 +200,7 @@ pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> C
         if let Op::Load(operand) = stmt.op {
             match (run.operand(operand), operand) {
                 (Some(value), _) => run.op = value,
-                (None, Operand::Load { variable: Variable::Word(Word::Indirect(at)), .. }) => {
+                (None, Operand::Load { place: Variable::Word(Word::Indirect(at)), .. }) => {
                     return Computed::NoAddress(at);
                 }
                 (None, _) => {}

@@ -158,12 +158,12 @@ impl<O: Observer> Run<'_, O> {
                 self.set_word(counter, value);
             }
             Op::Load(operand) => self.op = self.operand(operand).unwrap_or(self.op),
-            Op::Store { negate, variable } => {
+            Op::Store { negate, place: variable } => {
                 self.update(variable, false, |_, op| (if negate { !op } else { op }, None));
             }
             Op::Arith { op, operand } => {
                 let Some(value) = self.operand(operand) else { return Next::At(at + 1) };
-                if let Operand::Load { variable: Variable::Bit(_), .. } = operand {
+                if let Operand::Load { place: Variable::Bit(_), .. } = operand {
                     // AND with a bit changes only bit 0 of OP.
                     let value = if op == Arith::And { 0xFFFE | value } else { value };
                     self.arith(op, self.op, value);
@@ -171,18 +171,20 @@ impl<O: Observer> Run<'_, O> {
                     self.arith(op, self.op, value);
                 }
             }
-            Op::Update { op, negate, variable } => self.update(variable, true, |old, with| {
-                let old = if negate { !old } else { old };
-                match op {
-                    Arith::And => (old & with, None),
-                    Arith::Or => (old | with, None),
-                    Arith::Xor => (old ^ with, None),
-                    _ => {
-                        let (value, carry) = sum(op, old, with);
-                        (value, Some(carry))
+            Op::Update { op, negate, place: variable } => {
+                self.update(variable, true, |old, with| {
+                    let old = if negate { !old } else { old };
+                    match op {
+                        Arith::And => (old & with, None),
+                        Arith::Or => (old | with, None),
+                        Arith::Xor => (old ^ with, None),
+                        _ => {
+                            let (value, carry) = sum(op, old, with);
+                            (value, Some(carry))
+                        }
                     }
-                }
-            }),
+                })
+            }
             Op::Shift { left: true, by } => self.op <<= by,
             Op::Shift { left: false, by } => self.op >>= by,
             Op::Bin => self.bin(),

@@ -104,7 +104,7 @@ impl Parser<'_> {
         if cursor.at('L') {
             cursor.bump();
             let operand = load(cursor, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
-            if let Operand::Load { variable, .. } = operand {
+            if let Operand::Load { place: variable, .. } = operand {
                 require_word(cursor, start, variable)?;
             }
             return Ok(Test::Relation { relation, operand });

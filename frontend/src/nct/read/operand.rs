@@ -266,7 +266,7 @@ pub(crate) fn constant(cursor: &mut Cursor<'_>, start: usize) -> Read<Operand> {
 /// Reads a variable after `L` or `NL` as an operand.
 pub(crate) fn load(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
     let variable = variable(cursor, start, prefix)?;
-    Ok(Operand::Load { negate: prefix.negates(), variable })
+    Ok(Operand::Load { negate: prefix.negates(), place: variable })
 }
 
 /// Refuses a bit where a number of 16 bits is needed.

@@ -91,7 +91,7 @@ impl Parser<'_> {
                 if matches!(op, Arith::Add | Arith::Sub) {
                     require_word(cursor, start, variable)?;
                 }
-                Op::Update { op, negate: not, variable }
+                Op::Update { op, negate: not, place: variable }
             }
             Some('[') if !not => {
                 return self.bracket(start, Some(op));
@@ -108,7 +108,7 @@ impl Parser<'_> {
 
     /// An operation with its operand; arithmetic takes no bits.
     pub(crate) fn arith(&mut self, start: usize, op: Arith, operand: Operand) -> Read<Op> {
-        if let Operand::Load { variable, .. } = operand
+        if let Operand::Load { place: variable, .. } = operand
             && matches!(op, Arith::Add | Arith::Sub | Arith::Mul | Arith::Div)
         {
             require_word(&self.cursor, start, variable)?;

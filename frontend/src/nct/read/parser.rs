@@ -172,7 +172,7 @@ impl Parser<'_> {
             'S' if cursor.eat('U') => {
                 return self.area_by_last_letter(start, "SUB", AreaOp::Sub, 'B', 48);
             }
-            'S' => Op::Store { negate: false, variable: variable(cursor, start, Prefix::Store)? },
+            'S' => Op::Store { negate: false, place: variable(cursor, start, Prefix::Store)? },
             'B' => return self.convert(start),
             'E' => Op::Else { end: 0 },
             'Z' => Op::EndIf,
@@ -230,7 +230,7 @@ impl Parser<'_> {
                 self.cursor = ahead;
                 self.cursor.bump();
                 let variable = variable(&mut self.cursor, start, Prefix::StoreNot)?;
-                Op::Store { negate: true, variable }
+                Op::Store { negate: true, place: variable }
             }
             ('<', Some('<')) | ('>', Some('>')) => {
                 self.cursor = ahead;
