@@ -12,7 +12,7 @@ use clap::{Arg, Args, Command};
 use plcc::compile::{Checked, CompileError, check, code};
 use plcc_abi::{Dialect, Program};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
-use plcc_diag::{Diagnostic, SourceMap, render};
+use plcc_diag::{Diagnostic, FileId, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_ir::{Module, text, verify};
 use plcc_runtime::args::{ControlArgs, RunArgs};
@@ -74,7 +74,8 @@ fn source(bytes: &[u8], dialect: Dialect, options: &Options) {
         place(&sources, diagnostic);
     }
     for diagnostic in found.iter().take(20) {
-        assert!(!render::draw(&sources, diagnostic, false).is_empty());
+        let drawn = render::draw(&sources, diagnostic, false);
+        assert!(drawn.contains(diagnostic.code), "{drawn}");
     }
     if checked.is_none() {
         assert!(errors > 0, "there is neither a program nor an error");
@@ -90,13 +91,29 @@ fn place(sources: &SourceMap, diagnostic: &Diagnostic) {
     let text = sources.text(span.file);
     let inside = text.get(span.start as usize..span.end as usize).is_some();
     assert!(inside, "{diagnostic:?} is outside the text, or inside a character");
-    let (line, column) = sources.line_col(span.file, span.start);
-    assert!(line >= 1 && column >= 1);
+    in_its_line(sources, span.file, span.start);
     assert!(
         plcc_diag::find_code(diagnostic.code).is_some(),
         "nothing explains {}",
         diagnostic.code
     );
+}
+
+/// Checks that the line and column of an offset are where the text has it: the line's characters before the
+/// column end in front of it, and the others begin there.
+fn in_its_line(sources: &SourceMap, file: FileId, offset: u32) {
+    let (line, column) = sources.line_col(file, offset);
+    let (text, of_line) = (sources.text(file), sources.line_text(file, line));
+    let (before, after) = text.split_at(offset as usize);
+    let mut characters = of_line.char_indices();
+    let split = characters.nth((column - 1) as usize).map_or(of_line.len(), |(at, _)| at);
+    let (head, tail) = of_line.split_at(split);
+    // An offset between the two characters of a line end is after the line's text.
+    let before = if after.starts_with('\n') { before.trim_end_matches('\r') } else { before };
+    let starts = before.strip_suffix(head);
+    let starts = starts.is_some_and(|rest| rest.is_empty() || rest.ends_with(['\n', '\r']));
+    let is_there = starts && after.starts_with(tail);
+    assert!(is_there, "offset {offset} is not at line {line}, column {column}: {of_line:?}");
 }
 
 fn program(checked: &Checked) {
@@ -309,7 +326,8 @@ pub fn ir_text(bytes: &[u8]) {
     let mut best: Module = module.clone();
     let options = Optimization::from(OptLevel::Speed).run(&mut best).0;
     assert_eq!(verify::verify(&best), [], "optimised IR breaks a rule");
-    let Ok(target) = Target::baseline("x86_64-unknown-linux-gnu") else { return };
+    let target = Target::baseline("x86_64-unknown-linux-gnu");
+    let target = target.unwrap_or_else(|error| panic!("no code for x86-64: {error}"));
     for (module, options) in [(&module, CodegenOptions::NONE), (&best, options)] {
         let found = emit::clif(module, &target, options).map(|clif| faults(&clif));
         assert!(matches!(&found, Ok(faults) if faults.is_empty()), "{found:?}");

@@ -8,7 +8,10 @@
 //!   `suspended`, or a trap's code) and leaves in the image: in the IR interpreter and in native
 //!   code, each before and after the passes. Any number of such scans can follow.
 //! - `; passes NAME…` runs these passes, or with `all` those of the optimiser in its order. The result
-//!   is compared with the text after the line `; becomes`.
+//!   is compared with the text after the line `; becomes`, and executed like the rest.
+//!
+//! Every file has scans; a comment in front of the module that begins with a word in small letters is a
+//! directive, so that one which is misspelt fails.
 //!
 //! Beside each `tests/filetests/nct/*.nct` stands its optimised IR, `*.ir`.
 //!
@@ -52,11 +55,6 @@ fn bless() -> bool {
 
 /// The text of a module's functions, without image, regions, tasks and statements.
 fn functions(module: &Module) -> String {
-    let mut code = module.clone();
-    (code.files, code.statements) = (vec![], vec![]);
-    for func in code.funcs() {
-        assert!(func.1.block_count() > 0);
-    }
     let text = print(module);
     let begin = text.find("\nfn ").map_or(text.len(), |at| at + 1);
     let end = text.find("\nstatement ").or_else(|| text.find("\nfile ")).unwrap_or(text.len());
@@ -87,7 +85,8 @@ fn outcome(outcome: Outcome) -> String {
     }
 }
 
-fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
+/// The engines for a module, and for what passes have made of it.
+fn engines(module: &Module, changed: Option<&Module>) -> Vec<(&'static str, Box<dyn Engine>)> {
     let mut best = module.clone();
     let speed = Optimization::ALL.run(&mut best).0;
     // With what is done in long programs only.
@@ -104,13 +103,19 @@ fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         let code = compile(module, &Target::host().unwrap(), options).unwrap();
         Box::new(NativeEngine::new(&code, &program(module)).unwrap())
     };
-    vec![
+    let mut engines: Vec<(&str, Box<dyn Engine>)> = vec![
         ("native none", native(module, CodegenOptions::NONE)),
         ("native speed", native(&best, speed)),
         ("native, as if long", native(&as_if_long, long)),
         ("interpreted", Box::new(Interpreter::new(module.clone()))),
         ("interpreted, optimised", Box::new(Interpreter::new(best))),
-    ]
+    ];
+    if let Some(changed) = changed {
+        engines.push(("native, after the passes", native(changed, CodegenOptions::ALL)));
+        engines
+            .push(("interpreted, after the passes", Box::new(Interpreter::new(changed.clone()))));
+    }
+    engines
 }
 
 /// A host with PMAC's pure functions; all others give 0.
@@ -122,22 +127,25 @@ impl Host for PureHost {
     }
 }
 
+/// The words after a directive, for each line that has it.
+fn directives<'a>(text: &'a str, word: &str) -> Vec<Vec<&'a str>> {
+    let rows = text.lines().filter_map(|line| line.strip_prefix("; ")?.strip_prefix(word));
+    let rows = rows.filter_map(|row| row.strip_prefix(' '));
+    rows.map(|row| row.split_whitespace().collect()).collect()
+}
+
 /// Runs a file's scans in every engine.
-fn run(path: &Path, text: &str, module: &Module) {
-    let directives = |word: &str| {
-        let prefix = format!("; {word} ");
-        let rows = text.lines().filter_map(move |line| line.strip_prefix(&prefix));
-        rows.map(|row| row.split_whitespace().collect::<Vec<_>>()).collect::<Vec<_>>()
-    };
-    for (name, mut engine) in engines(module) {
+fn run(path: &Path, text: &str, module: &Module, changed: Option<&Module>) {
+    assert!(!directives(text, "after").is_empty(), "{} has no scan", path.display());
+    for (name, mut engine) in engines(module, changed) {
         let mut image = vec![0; module.image_size as usize];
-        for words in directives("before") {
+        for words in directives(text, "before") {
             for (at, row) in bytes(module, &words) {
                 image[at..at + row.len()].copy_from_slice(&row);
             }
         }
         let mut from = None;
-        for words in directives("after") {
+        for words in directives(text, "after") {
             let mut host = PureHost;
             let mut scan = Scan::new(&mut image, &mut host);
             let found = engine.call(0, from, &mut scan);
@@ -158,20 +166,12 @@ fn each_ir_file_runs_and_is_optimised_as_it_says() {
         let (source, wanted) = text.split_once(BECOMES).unwrap_or((&text, ""));
         let module = parse(source).unwrap_or_else(|error| panic!("{}:{error}", path.display()));
         assert_eq!(verify(&module), [], "{}", path.display());
-        run(&path, source, &module);
-        let Some(names) = source.lines().find_map(|line| line.strip_prefix("; passes ")) else {
+        let changed = changed(&path, source, &module);
+        run(&path, source, &module, changed.as_ref());
+        let Some(changed) = changed else {
+            assert_eq!(wanted, "", "{} does not say which passes run", path.display());
             continue;
         };
-        let mut changed = module.clone();
-        match names {
-            "all" => {
-                passes::optimize(&mut changed, OptLevel::Speed);
-            }
-            names => {
-                let pass = |name| Pass::from_name(name).unwrap_or_else(|| panic!("{name}"));
-                passes::run(&mut changed, &names.split(' ').map(pass).collect::<Vec<_>>());
-            }
-        }
         let found = functions(&changed);
         if bless() {
             fs::write(&path, format!("{}{BECOMES}\n\n{found}", source)).unwrap();
@@ -179,6 +179,21 @@ fn each_ir_file_runs_and_is_optimised_as_it_says() {
             assert_eq!(found, wanted.trim_start(), "{}", path.display());
         }
     }
+}
+
+/// What the passes that a file names make of its module; `None` if it names none.
+fn changed(path: &Path, source: &str, module: &Module) -> Option<Module> {
+    let rows = directives(source, "passes");
+    assert!(rows.len() <= 1, "{} names passes twice", path.display());
+    let names = rows.first()?;
+    let mut changed = module.clone();
+    if names[..] == ["all"] {
+        passes::optimize(&mut changed, OptLevel::Speed);
+    } else {
+        let pass = |name: &&str| Pass::from_name(name).unwrap_or_else(|| panic!("{name}"));
+        passes::run(&mut changed, &names.iter().map(pass).collect::<Vec<_>>());
+    }
+    Some(changed)
 }
 
 /// The optimised IR of an NCT program.

@@ -30,10 +30,12 @@ fn printed_modules_read_back_unchanged() {
 fn mangled_text_is_read_or_refused() {
     let bits = ["v0", "block1", "L0", "}", "{", "(", ")", "\"", ";", "|", "@", "-1", "\n", "bits"];
     let mut rng = Rng::new(5);
+    let (mut read, mut refused) = (0, 0);
     for seed in 0..200 {
-        let mut text: Vec<char> = print(&generate(seed)).chars().collect();
-        text.truncate(4000);
+        // All of the text with a few mistakes: with many, or if its end is missing, it is always refused.
+        let whole: Vec<char> = print(&generate(seed)).chars().collect();
         for _ in 0..20 {
+            let mut text = whole.clone();
             for _ in 0..1 + rng.below(4) {
                 let at = rng.below(text.len());
                 match rng.below(4) {
@@ -47,10 +49,19 @@ fn mangled_text_is_read_or_refused() {
                 }
             }
             let mangled: String = text.iter().collect();
-            if let Ok(module) = parse(&mangled) {
-                verify(&module);
-                print(&module);
+            match parse(&mangled) {
+                Ok(module) => {
+                    verify(&module);
+                    print(&module);
+                    read += 1;
+                }
+                Err(error) => {
+                    let lines = mangled.lines().count() + 1;
+                    assert!((1..=lines).contains(&(error.line as usize)), "{error} of {lines}");
+                    refused += 1;
+                }
             }
         }
     }
+    assert!(read > 100 && refused > 1000, "{read} are read, {refused} refused");
 }
