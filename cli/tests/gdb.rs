@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -34,13 +36,13 @@ fn gdb(folder: &Path, commands: &[&str], program: &Path, args: &[&str]) -> Optio
         command.args(["-ex", line]);
     }
     command.arg("--args").arg(program).args(args).current_dir(folder).stdin(Stdio::null());
-    let Ok(output) = command.output() else {
-        eprintln!("skipped: there is no gdb");
+    if !tools::is_there("gdb") {
         return None;
-    };
+    }
+    let output = command.output().unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     if errors.contains("not permitted") {
-        eprintln!("skipped: gdb may not run programs here: {errors}");
+        tools::missing("gdb", &format!("may not run programs here: {errors}"));
         return None;
     }
     Some(format!("{}\n{errors}", String::from_utf8_lossy(&output.stdout)))

@@ -6,6 +6,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -196,9 +198,7 @@ fn session(folder: &Folder, ticks: &str) -> Option<String> {
     let mut session = Command::new(root().join("cli/tests/hal/session"));
     let session = session.arg(&inner).arg(ticks).stdin(Stdio::null()).output().unwrap();
     if session.status.code() == Some(77) {
-        eprintln!(
-            "skipped: no session of HAL can be started here (it takes root, for a name space)"
-        );
+        tools::missing("linuxcnc", "can't have a session here, which takes root, for a name space");
         return None;
     }
     let said = String::from_utf8_lossy(&session.stderr).into_owned();
@@ -211,7 +211,7 @@ static SESSION: Mutex<()> = Mutex::new(());
 
 fn is_the_same_in_hal(example: &Example) {
     if !Path::new("/usr/include/linuxcnc/hal.h").exists() {
-        eprintln!("skipped: LinuxCNC is missing (packages linuxcnc-uspace, linuxcnc-uspace-dev)");
+        tools::missing("linuxcnc", "is not installed");
         return;
     }
     let _one = SESSION.lock().unwrap_or_else(PoisonError::into_inner);
@@ -350,7 +350,7 @@ fn the_mill_runs_in_hal_as_in_plcc_run() {
 /// what they print, and what was said on standard error.
 fn in_a_session(commands: &str) -> Option<(String, String)> {
     if !Path::new("/usr/include/linuxcnc/hal.h").exists() {
-        eprintln!("skipped: LinuxCNC is missing (packages linuxcnc-uspace, linuxcnc-uspace-dev)");
+        tools::missing("linuxcnc", "is not installed");
         return None;
     }
     let _one = SESSION.lock().unwrap_or_else(PoisonError::into_inner);

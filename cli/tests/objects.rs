@@ -3,22 +3,16 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 use support::{Folder, SLICES, STOPS};
+use tools::is_there;
 
 const INCLUDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../codegen/include");
-
-/// Whether a program is there.
-fn is_there(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok();
-    if !found {
-        eprintln!("skipped: there is no {program}");
-    }
-    found
-}
 
 fn run(command: &mut Command, folder: &Path) -> Output {
     let output = command.current_dir(folder).output().unwrap();
@@ -137,7 +131,7 @@ fn gdb(name: &str, source: &str, task: u32, commands: &[&str]) -> Option<String>
     let output = run(command.arg("main"), folder.path());
     let errors = String::from_utf8_lossy(&output.stderr);
     if errors.contains("not permitted") {
-        eprintln!("skipped: gdb may not run programs here: {errors}");
+        tools::missing("gdb", &format!("may not run programs here: {errors}"));
         return None;
     }
     let text = String::from_utf8(output.stdout).unwrap();

@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -46,8 +48,7 @@ fn done(command: &mut Command) -> String {
 
 #[test]
 fn the_package_holds_programs_that_run() {
-    if Command::new("dpkg-deb").arg("--version").output().is_err() {
-        eprintln!("skipped: dpkg-deb is missing");
+    if !tools::is_there("dpkg-deb") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -127,7 +128,7 @@ fn verify_unit(unpacked: &Path) {
             let complaints = String::from_utf8_lossy(&stderr);
             assert!(!complaints.contains("plcrt@"), "{complaints}");
         }
-        Err(_) => eprintln!("the unit is not verified: systemd-analyze is missing"),
+        Err(_) => tools::missing("systemd-analyze", "is not installed"),
     }
 }
 

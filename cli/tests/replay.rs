@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::fs;
 use std::process::Command;
@@ -131,7 +133,7 @@ fn a_record_becomes_a_table_and_waveforms() {
                 let text = String::from_utf8_lossy(&output.stdout).into_owned();
                 assert!(output.status.success() && text.contains("$enddefinitions"), "{text}");
             }
-            Err(_) => eprintln!("skipped: fst2vcd is missing here"),
+            Err(_) => tools::missing("fst2vcd", "is not installed"),
         }
     }
 }

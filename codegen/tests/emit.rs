@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::process::Command;
 
@@ -214,11 +216,10 @@ fn an_object_runs_in_c() {
     assert!(text.contains("region vars 0 16\n"), "{text}");
     let line = code.lines.iter().find(|line| line.line == 3).unwrap();
     let function = code.function_at(line.offset).unwrap();
-    if let Ok(output) = Command::new("addr2line")
-        .args(["-f", "-e", "count.o", &format!("{:#x}", function.offset)])
-        .current_dir(&folder)
-        .output()
-    {
+    if tools::is_there("addr2line") {
+        let mut addr2line = Command::new("addr2line");
+        addr2line.args(["-f", "-e", "count.o", &format!("{:#x}", function.offset)]);
+        let output = addr2line.current_dir(&folder).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(text.contains(&function.name) && text.contains("count.pmi:3"), "{text}");
     }

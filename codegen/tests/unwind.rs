@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
+#[path = "../../tests/src/tools.rs"]
+mod tools;
 
 use std::fs;
 use std::path::Path;
@@ -15,6 +17,7 @@ use plcc_abi::unwind::ALIGNMENT;
 use plcc_abi::{HostFn, Program, Tables};
 use plcc_codegen::{CodegenOptions, Target, compile, emit};
 use plcc_ir::{Address, BinaryOp, ChunkBuilder, Module, Type};
+use tools::is_there;
 
 /// A program whose function calls the host and needs registers and a frame.
 fn caller() -> (Program, Module) {
@@ -71,15 +74,6 @@ fn every_function_is_described() {
             assert_eq!(found, functions, "{triple}");
         }
     }
-}
-
-/// Whether a program is there. A test that needs it and does not find it says so and is over.
-fn is_there(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok();
-    if !found {
-        eprintln!("skipped: there is no {program}");
-    }
-    found
 }
 
 /// The host function unwinds by the sections alone, as exceptions of C++ would, and counts how often
@@ -165,7 +159,7 @@ fn gdb_unwinds_through_a_scan() {
     let text = String::from_utf8_lossy(&gdb.stdout);
     let errors = String::from_utf8_lossy(&gdb.stderr);
     if errors.contains("not permitted") {
-        eprintln!("skipped: gdb may not run programs here: {errors}");
+        tools::missing("gdb", &format!("may not run programs here: {errors}"));
         return;
     }
     let mut traces: Vec<Vec<&str>> = vec![];

@@ -2,6 +2,9 @@
 //! where there is no C compiler or no Python.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "../../tests/src/tools.rs"]
+mod tools;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,6 +16,7 @@ use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcrt::Control;
+use tools::is_there;
 
 /// The artifact of a PMI program.
 fn compile(name: &str, source: &[u8]) -> Vec<u8> {
@@ -57,15 +61,6 @@ fn library() -> PathBuf {
     let folders = own.ancestors().skip(1).take(2);
     let found = folders.map(|folder| folder.join("libplcrt.so")).find(|file| file.is_file());
     found.unwrap_or_else(|| panic!("libplcrt.so is not beside {}", own.display()))
-}
-
-/// Whether a program is there.
-fn is_there(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok();
-    if !found {
-        eprintln!("skipped: there is no {program}");
-    }
-    found
 }
 
 fn run(command: &mut Command) -> String {

@@ -4,6 +4,9 @@
 #![cfg(target_env = "gnu")]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "../../tests/src/tools.rs"]
+mod tools;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -85,8 +88,7 @@ fn library() -> PathBuf {
 
 #[test]
 fn ticks_without_events_allocate_nothing() {
-    if Command::new("cc").arg("--version").output().is_err() {
-        eprintln!("skipped: there is no cc");
+    if !tools::is_there("cc") {
         return;
     }
     let mut sources = SourceMap::new();

@@ -2,7 +2,7 @@
 //! [`drive`] runs a control with a stimulus tick by tick, the modules `gen_…` and [`arithmetic`]
 //! make random programs, [`shrink`] reduces a failing program to the lines that matter, [`loader`]
 //! runs `plcrt` as a process, and
-//! [`promises`] checks what the compiler promises for any input. The tests are in `tests/tests/`;
+//! [`promises`] checks what the compiler promises for any input, and [`tools`] finds the tools of other makes. The tests are in `tests/tests/`;
 //! `tests/README.md` says what each folder there holds.
 //!
 //! ```
@@ -36,10 +36,29 @@ pub mod mutate;
 pub mod no_fault;
 pub mod promises;
 pub mod shrink;
+pub mod tools;
 
 /// What is done in long programs, also in short ones.
 pub fn as_if_long() -> Optimization {
     let mut as_if_long = Optimization::ALL;
     as_if_long.passes.by_length = false;
     as_if_long
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tools::is_required;
+
+    #[test]
+    fn required_tools_are_named_in_a_list() {
+        assert!(!is_required("gdb", ""));
+        assert!(is_required("gdb", "all") && is_required("gdb", "strace, gdb"));
+        assert!(!is_required("gdb", "strace mdbook"));
+    }
+
+    #[test]
+    #[should_panic(expected = "`gbd`, which is none of the tools")]
+    fn a_misspelt_tool_is_a_mistake() {
+        is_required("gdb", "strace gbd");
+    }
 }

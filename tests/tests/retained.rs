@@ -12,6 +12,7 @@ use std::time::Duration;
 use plcc_abi::Dialect;
 use plcc_random::Rng;
 use plcc_tests::loader::{Folder, Running, wait_until};
+use plcc_tests::tools;
 
 /// Counts slices of 20 ms in F500, which survives power-off.
 const COUNT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n";
@@ -91,7 +92,7 @@ fn a_limit_on_the_size_of_files_ends_no_saving() {
             .is_ok_and(|s| s.success())
     };
     if !limit(&std::process::id().to_string(), "unlimited") {
-        eprintln!("skipped: there is no prlimit here");
+        tools::missing("prlimit", "is not installed, or may not set limits here");
         return;
     }
     let folder = folder("limit");
@@ -311,7 +312,7 @@ fn system_calls_have_the_order_that_survives_a_power_failure() {
     strace.args(["count.plcx", "--ticks", "3", "--retain", "kept", "--dump", "dump"]);
     let done = strace.current_dir(folder.path("")).stdout(Stdio::null()).status();
     if !done.is_ok_and(|status| status.success()) {
-        eprintln!("skipped: strace is missing here, or may not trace");
+        tools::missing("strace", "is not installed, or may not trace here");
         return;
     }
     let place = fs::canonicalize(folder.path("")).unwrap().display().to_string();

@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use plcc_abi::Dialect;
 use plcc_tests::loader::{Folder, Running, wait_until};
+use plcc_tests::tools;
 
 /// A program of each language that changes something in every tick, what is retained among it.
 const PROGRAMS: [(&str, Dialect, &str); 3] = [
@@ -54,7 +55,7 @@ fn a_tick_makes_one_system_call() {
         strace.args(options(artifact)).args(["--ticks", &ticks.to_string()]);
         let strace = strace.current_dir(folder.path("")).stderr(Stdio::null());
         if !strace.status().is_ok_and(|status| status.success()) {
-            eprintln!("skipped: strace is missing here, or may not trace");
+            tools::missing("strace", "is not installed, or may not trace here");
             return;
         }
         let calls = folder.read("calls");
@@ -121,10 +122,13 @@ fn traced(folder: &Folder, options: &[&str], args: &[&str]) -> Option<Output> {
     let plcrt = folder.command(&[]).get_program().to_owned();
     let mut strace = Command::new("strace");
     strace.args(["-f", "-o", "calls", "-e", "signal=none"]).args(options).arg(plcrt).args(args);
-    let output = strace.current_dir(folder.path("")).stdin(Stdio::null()).output().ok()?;
+    if !tools::is_there("strace") {
+        return None;
+    }
+    let output = strace.current_dir(folder.path("")).stdin(Stdio::null()).output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
     if text.contains("strace: ") {
-        eprintln!("skipped: {text}");
+        tools::missing("strace", &format!("may not trace here: {text}"));
         return None;
     }
     Some(output)

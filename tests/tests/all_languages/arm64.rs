@@ -17,6 +17,7 @@ use plcc_random::seeds;
 use plcc_runtime::NativeEngine;
 use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
+use plcc_tests::tools::is_there;
 use plcc_tests::{gen_ir, gen_program};
 
 const REPLAY: &str = include_str!("arm64_replay.c");
@@ -192,15 +193,6 @@ fn programs() -> Vec<Recorded> {
     );
     all.push(record("lathe".into(), &lathe.unwrap()));
     all
-}
-
-/// Whether a program is there.
-fn is_there(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok();
-    if !found {
-        eprintln!("skipped: there is no {program}");
-    }
-    found
 }
 
 #[test]

@@ -20,6 +20,7 @@ use std::time::Duration;
 use plcc_abi::Dialect;
 use plcc_image::{ImageReader, Number};
 use plcc_tests::loader::{Folder, Running, plcio, wait_until};
+use plcc_tests::tools;
 
 /// The pump runs while the door is closed, and a number goes from a device to another place.
 const PMI: &str = "$INPUT\nDOOR = 0/0\nLEVEL = 1/0-3/B\n$OUTPUT\nPUMP = 2/0\nCOPY = 3/0-3/B\n$INTEGER\n\
@@ -289,7 +290,7 @@ fn python() -> Option<String> {
     if has.is_ok_and(|status| status.success()) {
         return Some(python);
     }
-    eprintln!("skipped: Python has no pymodbus; PLCC_PYTHON may name one that has");
+    tools::missing("pymodbus", "is not installed");
     None
 }
 
