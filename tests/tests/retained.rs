@@ -310,11 +310,16 @@ fn system_calls_have_the_order_that_survives_a_power_failure() {
     let calls = "trace=openat,write,fsync,rename,renameat,renameat2,unlink,unlinkat";
     strace.args(["-f", "-y", "-s", "8", "-o", "calls", "-e", calls]).arg(plcrt);
     strace.args(["count.plcx", "--ticks", "3", "--retain", "kept", "--dump", "dump"]);
-    let done = strace.current_dir(folder.path("")).stdout(Stdio::null()).status();
-    if !done.is_ok_and(|status| status.success()) {
-        tools::missing("strace", "is not installed, or may not trace here");
+    if !tools::is_there("strace") {
         return;
     }
+    let done = strace.current_dir(folder.path("")).output().unwrap();
+    let text = String::from_utf8_lossy(&done.stderr);
+    if text.contains("strace: ") {
+        tools::missing("strace", &format!("may not trace here: {text}"));
+        return;
+    }
+    assert!(done.status.success(), "{done:?}");
     let place = fs::canonicalize(folder.path("")).unwrap().display().to_string();
     let calls: Vec<String> = folder
         .read("calls")

@@ -46,18 +46,14 @@ fn options(artifact: &str) -> Vec<String> {
 #[test]
 fn a_tick_makes_one_system_call() {
     let folder = folder("calls");
-    let plcrt = folder.command(&[]).get_program().to_owned();
     for (artifact, dialect, _) in PROGRAMS {
         // About three seconds each, so that retained data is handed over meanwhile.
         let ticks = if dialect == Dialect::Pmac { 6000 } else { 150 };
-        let mut strace = Command::new("strace");
-        strace.args(["-f", "-o", "calls", "-e", "signal=none"]).arg(&plcrt);
-        strace.args(options(artifact)).args(["--ticks", &ticks.to_string()]);
-        let strace = strace.current_dir(folder.path("")).stderr(Stdio::null());
-        if !strace.status().is_ok_and(|status| status.success()) {
-            tools::missing("strace", "is not installed, or may not trace here");
-            return;
-        }
+        let mut args = options(artifact);
+        args.extend(["--ticks".to_owned(), ticks.to_string()]);
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let Some(output) = traced(&folder, &[], &args) else { return };
+        assert!(output.status.success(), "{artifact}: {output:?}");
         let calls = folder.read("calls");
         // The thread that waits most often runs the ticks.
         let mut threads: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
