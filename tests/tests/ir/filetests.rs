@@ -10,6 +10,8 @@
 //! - `; passes NAME…` runs these passes, or with `all` those of the optimiser in its order. The result
 //!   is compared with the text after the line `; becomes`, and executed like the rest.
 //!
+//! A call of a host function that is not pure inverts the lowest bit of each byte of the region `host`, if there is one.
+//!
 //! Every file has scans; a comment in front of the module that begins with a word in small letters is a
 //! directive, so that one which is misspelt fails.
 //!
@@ -19,10 +21,11 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::pmac::pure_functions;
-use plcc_abi::{Engine, Host, HostFn, Outcome, Program, Scan, Tables};
+use plcc_abi::{Engine, Host, HostFn, Outcome, Program, Region, Scan, Tables};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
@@ -118,12 +121,28 @@ fn engines(module: &Module, changed: Option<&Module>) -> Vec<(&'static str, Box<
     engines
 }
 
-/// A host with PMAC's pure functions; all others give 0.
-struct PureHost;
+/// A host with PMAC's pure functions. All others give 0, and change the lowest bit of some bytes.
+struct TestHost {
+    changes: Range<usize>,
+}
 
-impl Host for PureHost {
-    fn call(&mut self, _: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
-        pure_functions::call(function, args).unwrap_or(0)
+impl TestHost {
+    /// A host that changes the region `host` of a module, if there is one.
+    fn of(module: &Module) -> Self {
+        let region = module.regions.iter().find(|region| region.name == "host");
+        let bytes =
+            |region: &Region| region.offset as usize..(region.offset + region.size) as usize;
+        Self { changes: region.map_or(0..0, bytes) }
+    }
+}
+
+impl Host for TestHost {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        if let Some(result) = pure_functions::call(function, args) {
+            return result;
+        }
+        image[self.changes.clone()].iter_mut().for_each(|byte| *byte ^= 1);
+        0
     }
 }
 
@@ -146,7 +165,7 @@ fn run(path: &Path, text: &str, module: &Module, changed: Option<&Module>) {
         }
         let mut from = None;
         for words in directives(text, "after") {
-            let mut host = PureHost;
+            let mut host = TestHost::of(module);
             let mut scan = Scan::new(&mut image, &mut host);
             let found = engine.call(0, from, &mut scan);
             from = found.resume_point();
@@ -254,7 +273,7 @@ fn a_byte_stored_over_the_flags_replaces_them() {
     let Tables::Nct(tables) = &program.tables else { panic!("NCT's tables") };
     let fuel = program.region("context").unwrap().offset + plcc_abi::nct::context::FUEL;
     plcc_abi::image::write_i32(&mut image, fuel, 1000);
-    let mut host = PureHost;
+    let mut host = TestHost { changes: 0..0 };
     let mut scan = Scan::new(&mut image, &mut host);
     assert_eq!(engine.call(task, None, &mut scan), Outcome::End);
     let byte = |at: usize| tables.flags[at].read(&image);
