@@ -453,7 +453,8 @@ impl LaterCode for Slow {
         let Self(module, epoch, time) = *self;
         std::thread::sleep(time);
         epoch.store(time.as_nanos() as u64, Ordering::Relaxed);
-        let code = compile(&module, &Target::host().unwrap(), CodegenOptions::NONE).unwrap();
+        let code =
+            compile(&module, &Target::host().unwrap(), CodegenOptions::NONE.of_part()).unwrap();
         let memory = JitMemory::new(&code).unwrap();
         Ok((code, Box::new(memory)))
     }
