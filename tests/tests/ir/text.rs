@@ -31,7 +31,7 @@ fn mangled_text_is_read_or_refused() {
     let bits = ["v0", "block1", "L0", "}", "{", "(", ")", "\"", ";", "|", "@", "-1", "\n", "bits"];
     let mut rng = Rng::new(5);
     let (mut read, mut refused) = (0, 0);
-    for seed in 0..200 {
+    for seed in 0..60 {
         // All of the text with a few mistakes: with many, or if its end is missing, it is always refused.
         let whole: Vec<char> = print(&generate(seed)).chars().collect();
         for _ in 0..20 {
@@ -57,11 +57,11 @@ fn mangled_text_is_read_or_refused() {
                 }
                 Err(error) => {
                     let lines = mangled.lines().count() + 1;
-                    assert!((1..=lines).contains(&(error.line as usize)), "{error} of {lines}");
+                    assert!((1..=lines).contains(&error.line), "{error} of {lines}");
                     refused += 1;
                 }
             }
         }
     }
-    assert!(read > 100 && refused > 1000, "{read} are read, {refused} refused");
+    assert!(read > 20 && refused > 500, "{read} are read, {refused} refused");
 }
