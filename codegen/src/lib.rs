@@ -15,7 +15,7 @@
 //! one in a module:
 //!
 //! ```
-//! use plcc_codegen::{Target, compile};
+//! use plcc_codegen::{CodegenOptions, Target, compile};
 //! use plcc_ir::{Address, ChunkBuilder, Type};
 //!
 //! let region = plcc_abi::Region { name: "vars".into(), offset: 0, size: 8, bits: false };
@@ -26,7 +26,7 @@
 //! let seven = builder.func().iconst(Type::I32, 7);
 //! builder.func().store(Address::fixed(plcc_ir::RegionId(0), 4), seven);
 //! builder.ret();
-//! let code = compile(&builder.finish(), &Target::host()?)?;
+//! let code = compile(&builder.finish(), &Target::host()?, CodegenOptions::NONE)?;
 //! assert_eq!(code.functions.len(), 1);
 //! # Ok::<(), plcc_codegen::CodegenError>(())
 //! ```
