@@ -31,20 +31,12 @@ pub(crate) fn compiled<T>(
     how: Optimization,
     make: impl Fn(&Optimized) -> Result<T, CompileError>,
 ) -> Result<(Optimized, T), CompileError> {
-    let lowered = lower()?;
-    if !is_allowed() {
-        let optimized = Optimized::of(lowered, how).0;
-        let made = make(&optimized)?;
-        return Ok((optimized, made));
+    if is_allowed() {
+        return with_fallback(lower, how, make);
     }
-    let optimized = match catch_unwind(AssertUnwindSafe(|| Optimized::of(lowered, how).0)) {
-        Ok(optimized) => optimized,
-        Err(panic) => {
-            warn("the program is", panic_text(&*panic));
-            lower()?.into()
-        }
-    };
-    without_refused(optimized, || Ok(lower()?.module), make)
+    let optimized = Optimized::of(lower()?, how).0;
+    let made = make(&optimized)?;
+    Ok((optimized, made))
 }
 
 /// Whether a mistake of the compiler is no error while the program can be compiled without optimisation.
@@ -52,14 +44,23 @@ pub(crate) fn is_allowed() -> bool {
     std::env::var_os("PLCC_NO_FALLBACK").is_none()
 }
 
-/// Has `make` make what is wanted of an optimised program, and puts functions that it refuses back to what the front end
-/// wrote. `plain` gives the program as the front end wrote it.
-fn without_refused<T>(
-    mut optimized: Optimized,
-    plain: impl Fn() -> Result<Module, CompileError>,
+/// Does what [`compiled`] does where a mistake of the compiler is no error: puts functions that `make` refuses back to what
+/// the front end wrote.
+fn with_fallback<T>(
+    lower: impl Fn() -> Result<Lowered, CompileError>,
+    how: Optimization,
     make: impl Fn(&Optimized) -> Result<T, CompileError>,
 ) -> Result<(Optimized, T), CompileError> {
-    let mut is_plain = optimized.codegen == CodegenOptions::NONE;
+    let lowered = lower()?;
+    let mut is_plain = how == Optimization::NONE;
+    let mut optimized = match catch_unwind(AssertUnwindSafe(|| Optimized::of(lowered, how).0)) {
+        Ok(optimized) => optimized,
+        Err(panic) => {
+            warn("the program is", panic_text(&*panic));
+            is_plain = true;
+            lower()?.into()
+        }
+    };
     let mut refused: Vec<String> = vec![];
     loop {
         let error = match make(&optimized) {
@@ -70,7 +71,7 @@ fn without_refused<T>(
             return Err(error);
         };
         let Some(name) = &internal.function else { return Err(error) };
-        let plain = plain()?;
+        let plain = lower()?.module;
         let Some((_, own)) = plain.funcs().find(|(_, func)| func.name() == name) else {
             return Err(error);
         };
@@ -176,8 +177,7 @@ mod tests {
             *tried.borrow_mut() += 1;
             if *tried.borrow() == 1 { jit(&broken(optimized)) } else { jit(optimized) }
         };
-        let (made, _) =
-            without_refused(optimized(&checked), || Ok(plain.module.clone()), make).unwrap();
+        let (made, _) = with_fallback(|| checked.lower(), Optimization::ALL, make).unwrap();
         assert_eq!(*tried.borrow(), 2);
         let texts = functions(&made.module);
         let last = texts.len() - 1;
@@ -195,10 +195,24 @@ mod tests {
             *tried.borrow_mut() += 1;
             jit(&broken(optimized))
         };
-        let plain = || Ok(checked.lower()?.module);
-        let error = without_refused(optimized(&checked), plain, make).map(drop).unwrap_err();
+        let made = with_fallback(|| checked.lower(), Optimization::ALL, make);
+        let error = made.map(drop).unwrap_err();
         assert!(error.is_internal(), "{error}");
         assert_eq!(*tried.borrow(), 3);
+    }
+
+    /// A program is as the front end wrote it only if no pass has run, whatever code generation may do.
+    #[test]
+    fn passes_alone_are_left_out_of_a_function_that_is_refused() {
+        let checked = program();
+        let passes_alone = Optimization { codegen: CodegenOptions::NONE, ..Optimization::ALL };
+        let tried = RefCell::new(0);
+        let make = |optimized: &Optimized| {
+            *tried.borrow_mut() += 1;
+            if *tried.borrow() == 1 { jit(&broken(optimized)) } else { jit(optimized) }
+        };
+        assert!(with_fallback(|| checked.lower(), passes_alone, make).is_ok());
+        assert_eq!(*tried.borrow(), 2);
     }
 
     #[test]
