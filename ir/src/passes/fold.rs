@@ -84,7 +84,7 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
-    let uses = count_uses(func);
+    let uses = func.use_counts();
     let loc = StatementId::NONE;
     let mut fold = Fold { func, ranges, uses, out: vec![], loc, combine_bits };
     let mut passed = PassedBounds::new(&graph);
@@ -142,20 +142,6 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
             passed.note(fold.func, terminator, &fold.ranges);
         }
     }
-}
-
-/// How often each value is used.
-fn count_uses(func: &FuncData) -> SecondaryMap<Value, u32> {
-    let mut uses = SecondaryMap::from(vec![0; func.value_count()]);
-    for block in func.blocks.values() {
-        for &inst in &block.insts {
-            func.inst(inst).for_each_arg(|value| uses[value] += 1);
-        }
-        if let Some(terminator) = &block.terminator {
-            terminator.for_each_arg(|value| uses[value] += 1);
-        }
-    }
-    uses
 }
 
 impl Insert for Fold<'_> {

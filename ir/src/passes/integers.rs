@@ -50,10 +50,10 @@ enum Change {
     Inst(InstData),
 }
 
-/// Runs the pass. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
+/// Runs the pass; returns false if the function has no doubles. `finite_regions` are those of the module.
+pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     if !has_doubles(func) {
-        return;
+        return false;
     }
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
@@ -101,10 +101,11 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
             passed_bounds.note(this.func, terminator, &this.integers);
         }
     }
+    true
 }
 
 /// Whether a function computes with doubles at all.
-pub(super) fn has_doubles(func: &FuncData) -> bool {
+fn has_doubles(func: &FuncData) -> bool {
     func.values.values().any(|value| value.ty == Type::F64)
 }
 

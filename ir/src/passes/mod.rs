@@ -113,8 +113,8 @@ pub fn optimize(module: &mut Module, options: impl Into<PassOptions>) -> PassTim
         // Instructions on doubles that `integers` has replaced are dropped after each of its runs: otherwise
         // `fold` would take them for uses of their operands.
         let (mut has_checks, mut has_integers) = (false, false);
-        if integers::has_doubles(&stage.func) && stage.passes.contains(Pass::Integers) {
-            stage.all(&[Pass::Integers, Pass::Dce]);
+        if stage.pass(Pass::Integers) {
+            stage.pass(Pass::Dce);
             if stage.pass(Pass::SpeculateVariables) {
                 has_integers = true;
                 stage.all(&[Pass::Integers, Pass::Dce]);

@@ -85,10 +85,7 @@ impl Pass {
     ) -> bool {
         match self {
             Self::ByteBits => byte_bits::run(func, &module.word_regions, !variant.by_length),
-            Self::Integers => {
-                integers::run(func, &module.finite_regions);
-                true
-            }
+            Self::Integers => integers::run(func, &module.finite_regions),
             Self::SpeculateVariables => speculate_variables::run(func, &module.finite_regions),
             Self::Speculate => speculate::run(func, &module.finite_regions),
             Self::Branches => {
