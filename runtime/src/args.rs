@@ -7,37 +7,17 @@ use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args};
 use plcc_image::latch::Rule;
-use serde::{Deserialize, Serialize};
 
 use crate::artifact::signature::PublicKey;
+pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
+use crate::control_args::{decimal, seconds};
 use crate::files::why_not_read;
 use crate::socket::{AllowedGroup, AllowedUser, Permission};
 
-pub use crate::nct::NctArgs;
-pub use crate::pmac::PmacArgs;
-pub use crate::pmi::PmiArgs;
 use crate::record::{Keep, RecordedProgram};
 use crate::run::OverrunPolicy;
 use crate::safe_outputs::SafeOutput;
 use crate::watchdog::WatchdogLimit;
-
-/// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
-/// Each language has its own options.
-#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
-#[command(next_help_heading = "Control")]
-pub struct ControlArgs {
-    /// PMI's.
-    #[command(flatten)]
-    pub pmi: PmiArgs,
-
-    /// NCT's.
-    #[command(flatten)]
-    pub nct: NctArgs,
-
-    /// PMAC's.
-    #[command(flatten)]
-    pub pmac: PmacArgs,
-}
 
 /// What a run does. `--machine` is not among the options here, since `plcc run` uses the machine file
 /// when it compiles, too, and `plcrt` takes only a part of it.
@@ -237,17 +217,6 @@ impl RunArgs {
             None => Some(Path::new("-")),
         }
     }
-}
-
-/// A decimal number without a sign or an exponent, with or without a fraction.
-pub(crate) fn decimal(text: &str) -> Option<f64> {
-    let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
-    (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
-}
-
-/// `number` times `unit` seconds; `None` where that is negative or too long for a [`Duration`].
-pub(crate) fn seconds(number: f64, unit: f64) -> Option<Duration> {
-    Duration::try_from_secs_f64(number * unit).ok()
 }
 
 /// A number of ticks.

@@ -1,17 +1,14 @@
-//! What the runtime asks of each control, and the place where the control of a program is chosen.
+//! What the core asks of each control, and the place where the control of a program is chosen.
 //!
 //! A [`Control`] belongs to the tables of a program: they say which control the program is for. A
-//! further language implements the trait for its tables in its own folder; the two matches below do
-//! not compile until it is named in them.
+//! further language implements the trait for its tables in its own folder; the match below does
+//! not compile until it is named in it.
 
-#[cfg(feature = "args")]
-use plcc_abi::{Dialect, machine::Machine};
 use plcc_abi::{Program, Tables};
 
-#[cfg(feature = "args")]
-use crate::{Executive, args::ControlArgs};
+use crate::online_change::Comparison;
 
-/// What the runtime asks of the control that a program is for.
+/// What the core asks of the control that a program is for.
 pub(crate) trait Control {
     /// Checks that the tables fit the image and the tasks of `program`, whose tables they are,
     /// before anything runs.
@@ -20,34 +17,12 @@ pub(crate) trait Control {
     /// What does not fit.
     fn validate(&self, program: &Program) -> Result<(), String>;
 
-    /// Makes the executive of a program whose tables these are.
+    /// Compares the program `old`, whose tables these are, with one that is to take its place. `None` if that one is
+    /// for a control of another language.
     ///
     /// # Errors
-    /// When the tables do not fit together; the message is for people.
-    #[cfg(feature = "args")]
-    fn executive(
-        &self,
-        program: &Program,
-        choices: &Choices<'_>,
-    ) -> Result<Box<dyn Executive + Send>, String>;
-
-    /// Whether a machine file says something that is used when the program runs, rather than when
-    /// it is compiled.
-    #[cfg(feature = "args")]
-    fn takes_machine_file(&self) -> bool {
-        false
-    }
-}
-
-/// The settings that are chosen for one run.
-#[cfg(feature = "args")]
-pub(crate) struct Choices<'a> {
-    /// The options of the command line.
-    pub(crate) args: &'a ControlArgs,
-    /// Whether the clock paces the ticks.
-    pub(crate) realtime: bool,
-    /// A machine file whose settings replace those that the program was compiled with.
-    pub(crate) machine: Option<&'a Machine>,
+    /// When it is for another control of the same language, so that nothing could be taken over.
+    fn compare(&self, old: &Program, new: &Program) -> Option<Result<Comparison, String>>;
 }
 
 /// The control that a program's tables are for.
@@ -59,13 +34,14 @@ pub(crate) fn control(tables: &Tables) -> &dyn Control {
     }
 }
 
-/// The first option among `args` that only controls of language `dialect` have, as it is written on
-/// the command line.
-#[cfg(feature = "args")]
-pub(crate) fn option_of(dialect: Dialect, args: &ControlArgs) -> Option<&'static str> {
-    match dialect {
-        Dialect::Pmi => args.pmi.first_given(),
-        Dialect::Nct => args.nct.first_given(),
-        Dialect::Pmac => args.pmac.first_given(),
-    }
+/// Compares two programs for an online change.
+///
+/// # Errors
+/// When the new one is for another control, so that nothing could be taken over.
+pub fn compare(old: &Program, new: &Program) -> Result<Comparison, String> {
+    control(&old.tables).compare(old, new).unwrap_or_else(|| {
+        let name = |program: &Program| program.dialect().name().to_uppercase();
+        let (was, is) = (name(old), name(new));
+        Err(format!("it is a program in {is}, and the program that runs is in {was}"))
+    })
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
-use crate::pmac::display;
+use crate::display_field;
 
 /// Something that happened in a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -204,7 +204,7 @@ impl fmt::Display for DisplayedText {
         match self {
             Self::Text(text) => f.write_str(text),
             Self::Value { value, width, decimals } => {
-                f.write_str(&display::field(*value, *width, *decimals))
+                f.write_str(&display_field::field(*value, *width, *decimals))
             }
         }
     }

@@ -1,169 +1,21 @@
-//! The interface between a run and a control: [`Executive`], its variables, and why it stops.
+//! The interface between a run and a control: [`Executive`].
 
 use std::any::Any;
-use std::fmt;
 use std::ops::Range;
-
 use std::time::Duration;
 
-use plcc_abi::nct::NctName;
-use plcc_abi::pmac::PmacName;
-use plcc_abi::{Engine, SourceLine, TrapCode};
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
+use plcc_abi::Engine;
 
-use crate::pmi::PmiVariable;
-use crate::retain::Restored;
+use crate::checkpoint::CheckpointError;
+use crate::clock_decisions::ClockDecision;
+use crate::event::Event;
+use crate::online_change::Plan;
+use crate::retained::Restored;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::swap::Plan;
+use crate::stop::Stop;
+use crate::value::Value;
+use crate::variable::{NameError, Purpose, Setting, ValueError, Variable, VariableKey};
 use crate::watchdog::Watchdog;
-use crate::{CheckpointError, ClockDecision, Event, Value};
-
-/// A variable that an executive has found by its name. The number is the variable's place among those that
-/// this executive has looked up, from 0, and means nothing to another executive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Variable(pub u32);
-
-/// A single variable, or an element of an array, by what it is rather than by a number in one
-/// executive's list. It means the same to all executives of a program, so that one thread can look a
-/// name up in an executive of its own and another thread can use the key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct VariableKey(pub(crate) DialectVariable);
-
-/// What a [`VariableKey`] holds: the variable as its language names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(crate) enum DialectVariable {
-    Pmi(PmiVariable),
-    Nct(NctName),
-    Pmac(PmacName),
-}
-
-/// How many forces can be in effect at once.
-pub const MAX_FORCES: usize = 256;
-
-/// What a variable is looked up for, which decides what variables are allowed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// To be read: any variable, also a whole array.
-    Watch,
-    /// To be set by the stimulus: any single variable, also one that the program can only read.
-    Stimulus,
-}
-
-/// A value for [`Executive::set`], already checked to fit its variable.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Setting {
-    /// An integer.
-    Int(i64),
-    /// A double.
-    Float(f64),
-}
-
-impl Setting {
-    /// The value as an integer, cut off towards zero.
-    pub(crate) fn integer(self) -> i64 {
-        match self {
-            Self::Int(number) => number,
-            Self::Float(number) => number as i64,
-        }
-    }
-}
-
-/// Why a name can't be watched or set.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum NameError {
-    /// Nothing has this name.
-    #[error("the program has no variable named `{name}`{}", did_you_mean(.suggestion))]
-    Unknown {
-        /// The name as written.
-        name: String,
-        /// A variable that exists and has a similar name.
-        suggestion: Option<String>,
-    },
-    /// Something has this name, but can't be used for the purpose.
-    #[error("`{name}` {reason}")]
-    Unfit {
-        /// The name as written.
-        name: String,
-        /// Why not.
-        reason: String,
-    },
-}
-
-fn did_you_mean(suggestion: &Option<String>) -> String {
-    suggestion.as_ref().map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
-}
-
-/// Why a value does not fit a variable.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{value}` {reason}")]
-pub struct ValueError {
-    /// The value as written.
-    pub value: String,
-    /// Why not.
-    pub reason: String,
-}
-
-/// A line of a source, for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// The source's name as given when the program was compiled.
-    pub file: String,
-    /// The line, from 1.
-    pub line: u32,
-}
-
-impl Place {
-    /// The place of a statement of a program; `None` if the program has no such source.
-    pub(crate) fn new(files: &[String], statement: SourceLine) -> Option<Self> {
-        let SourceLine { file, line } = statement;
-        Some(Self { file: files.get(file as usize)?.clone(), line })
-    }
-
-    /// Says at the end of a sentence where the watchdog stopped a scan, if that is known.
-    pub(crate) fn where_stopped(place: Option<&Self>) -> String {
-        place.map_or_else(String::new, |place| format!("; it was stopped in {place}"))
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {} of {}", self.line, self.file)
-    }
-}
-
-/// Why a control stopped its program.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stop {
-    /// The control's own code: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`; or
-    /// `INTERNAL ERROR` for an error in plcc.
-    pub code: String,
-    /// What happened, for people; the same in every engine. It names the line.
-    pub message: String,
-    /// The statement that is to blame, if any is.
-    pub place: Option<Place>,
-}
-
-impl Stop {
-    /// The stop after a trap that no program of the control's language can cause, the same for
-    /// every control. The outputs are not written from the scan in which it happened.
-    pub(crate) fn internal_error(code: TrapCode) -> Self {
-        let what = match code {
-            TrapCode::HostPanic => {
-                "a function of the control failed while the program called it".to_owned()
-            }
-            _ => format!("a scan ended as none of this language can end (`{}`)", code.name()),
-        };
-        Self {
-            code: "INTERNAL ERROR".into(),
-            message: format!(
-                "{what} (an error in plcc; please report it with the program); the outputs were \
-                 not written from this scan, and the control does not scan again"
-            ),
-            place: None,
-        }
-    }
-}
 
 /// Whether a task runs when its turn comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -348,7 +200,7 @@ pub trait Executive {
     /// Forces an input or a physical output: until the force ends, the program sees this value of the
     /// input whatever is latched, or the output's lines have this value whatever the program assigns.
     /// A stop of the program gives outputs their safe values whether they are forced or not. `None` ends
-    /// the force. At most [`MAX_FORCES`] can be in effect. It neither allocates memory nor waits.
+    /// the force. At most [`MAX_FORCES`](crate::variable::MAX_FORCES) can be in effect. It neither allocates memory nor waits.
     ///
     /// # Errors
     /// When the variable can't be forced; the reason follows its name.

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::executive::MAX_FORCES;
+use crate::variable::MAX_FORCES;
 
 /// Why a bit is not forced to another value than 0 and 1; the end of a sentence that begins with its name.
 pub(crate) const ONE_BIT: &str = "is one bit, and can be forced to 0 or 1 only";

@@ -47,7 +47,10 @@ mod clock_decisions;
 #[cfg(feature = "args")]
 pub mod configuration;
 mod control;
+#[cfg(feature = "args")]
+pub mod control_args;
 pub mod cpu;
+mod display_field;
 pub mod event;
 pub mod executive;
 mod file_lock;
@@ -64,6 +67,7 @@ mod mapped_code;
 pub mod native;
 mod native_error;
 pub mod nct;
+pub mod online_change;
 pub mod panic_barrier;
 mod patient_writer;
 mod peer;
@@ -73,6 +77,7 @@ pub mod pmi;
 mod progress;
 pub mod record;
 pub mod retain;
+mod retained;
 pub mod run;
 pub mod safe_outputs;
 #[cfg(feature = "args")]
@@ -82,22 +87,25 @@ mod signal_listener;
 mod small_thread;
 #[cfg(feature = "args")]
 pub mod socket;
+mod stop;
 #[cfg(all(feature = "args", target_os = "linux"))]
 pub mod supervisor;
 pub mod swap;
+mod table_check;
 pub mod value;
+mod variable;
 pub mod watchdog;
 
 pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
+pub use control::compare;
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody};
-pub use executive::{
-    Executive, NameError, Place, Purpose, Setting, Stop, TaskStatus, ValueError, Variable,
-    VariableKey,
-};
+pub use executive::{Executive, TaskStatus};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
 pub use peer::Peer;
-pub use retain::Restored;
+pub use retained::Restored;
+pub use stop::{Place, Stop};
 pub use value::Value;
+pub use variable::{MAX_FORCES, NameError, Purpose, Setting, ValueError, Variable, VariableKey};

@@ -8,7 +8,7 @@ mod symbols;
 pub mod tables;
 
 pub use layout::PORTS;
-pub use name::{PmiName, PmiNameError};
+pub use name::{PmiName, PmiNameError, PmiVariable};
 pub(crate) use symbols::symbols;
 pub use tables::{
     Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,

@@ -10,6 +10,8 @@
 use alloc::{borrow::ToOwned, string::String};
 use core::{fmt, str::FromStr};
 
+use serde::{Deserialize, Serialize};
+
 use super::PORTS;
 
 /// A variable as users name it. Whether the program has it, its tables say.
@@ -22,6 +24,19 @@ pub enum PmiName {
     /// The counter of the timer that a variable controls.
     Counter(String),
     /// A port line: the port, below [`PORTS`], and the bit, 0 to 7.
+    Line(u16, u8),
+}
+
+/// What a name is in a program: a place in its tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum PmiVariable {
+    /// The symbol with this index, of an array all of it.
+    Symbol(u32),
+    /// An element of an array: the index of its symbol, and the element's.
+    Element(u32, u32),
+    /// The counter of the timer with this index.
+    Counter(u32),
+    /// A physical line: port and bit.
     Line(u16, u8),
 }
 

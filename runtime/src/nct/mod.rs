@@ -12,8 +12,6 @@ mod latch;
 mod memory;
 mod modules;
 mod operand;
-#[cfg(feature = "args")]
-mod options;
 mod outputs;
 mod search;
 mod state;
@@ -26,32 +24,20 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "args")]
-use crate::control::Choices;
-use crate::control::Control;
+use plcc_abi::{Program, Tables};
 
-#[cfg(feature = "args")]
-pub use options::NctArgs;
+use crate::control::Control;
+use crate::online_change::Comparison;
+
 pub use tick::{NctExecutive, NctLoadError, NctOptions};
-pub use transfer::NctTransfer;
-pub(crate) use transfer::compare;
 
 impl Control for plcc_abi::nct::NctTables {
-    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+    fn validate(&self, program: &Program) -> Result<(), String> {
         validate::tables(self, program)
     }
 
-    #[cfg(feature = "args")]
-    fn executive(
-        &self,
-        program: &plcc_abi::Program,
-        choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive + Send>, String> {
-        options::executive(self, program, choices)
-    }
-
-    #[cfg(feature = "args")]
-    fn takes_machine_file(&self) -> bool {
-        true
+    fn compare(&self, old: &Program, new: &Program) -> Option<Result<Comparison, String>> {
+        let Tables::Nct(is) = &new.tables else { return None };
+        Some(Ok(transfer::compare(old, self, new, is)))
     }
 }

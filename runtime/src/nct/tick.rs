@@ -11,10 +11,10 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::DialectVariable;
 use crate::force_list::ONE_BIT;
+use crate::online_change::Plan;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::swap::Plan;
+use crate::variable::DialectVariable;
 use crate::watchdog::Watchdog;
 use crate::{
     ClockDecision, Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value,
@@ -379,7 +379,7 @@ impl Executive for NctExecutive {
 
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
-        let (Some(old), Plan::Nct(plan)) = (old, plan) else { return false };
+        let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }

@@ -14,11 +14,11 @@ use plcc_abi::{Program, ResumePoint, natural_cmp};
 
 use super::NctExecutive;
 use super::state::State;
-use crate::swap::{Comparison, Plan, Row};
+use crate::online_change::{Comparison, Plan, Row};
 
 /// How the state of one program becomes that of another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NctTransfer {
+pub(super) struct NctTransfer {
     /// For each module how its places are found in the new program; `None` where its code is not the same.
     modules: [Option<SameCode>; MODULES],
 }
@@ -62,7 +62,7 @@ impl SameCode {
 }
 
 /// Compares two NCT programs.
-pub(crate) fn compare(old: &Program, was: &NctTables, new: &Program, is: &NctTables) -> Comparison {
+pub(super) fn compare(old: &Program, was: &NctTables, new: &Program, is: &NctTables) -> Comparison {
     let mut rows = vec![];
     let mut row = |name: &str, old: Option<String>, new: Option<String>, needs_accept: bool| {
         rows.extend(
@@ -93,7 +93,7 @@ pub(crate) fn compare(old: &Program, was: &NctTables, new: &Program, is: &NctTab
     rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
     let same = |module: usize| SameCode::of(was.reachable.get(module)?, is.reachable.get(module)?);
     let modules = std::array::from_fn(same);
-    Comparison { kept, rows, plan: Plan::Nct(NctTransfer { modules }) }
+    Comparison { kept, rows, plan: Plan::new(NctTransfer { modules }) }
 }
 
 /// Copies bytes of flags, each from its place in one image to its place in the other.

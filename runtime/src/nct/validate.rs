@@ -3,7 +3,7 @@
 use plcc_abi::Program;
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, NctTables};
 
-use crate::artifact::validate::{Check, Image, ensure};
+use crate::table_check::{Check, Image, ensure};
 
 /// Checks that every byte of flags is inside the image, that the modules that always run are
 /// there, and that every name exists.

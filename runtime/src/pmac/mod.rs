@@ -6,11 +6,8 @@
 //! program code may ask for meanwhile, `variables` what users call things.
 
 mod carry_over;
-pub(crate) mod display;
 mod forces;
 mod host;
-#[cfg(feature = "args")]
-mod options;
 mod outputs;
 mod recompile;
 mod save;
@@ -38,22 +35,18 @@ use plcc_abi::{
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::DialectVariable;
+use crate::online_change::Plan;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::swap::Plan;
+use crate::variable::DialectVariable;
 use crate::watchdog::Watchdog;
 use crate::{
     ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, TaskStatus,
     Value, ValueError, Variable, VariableKey,
 };
 use host::PmacHost;
-#[cfg(feature = "args")]
-pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
 use state::{State, Status};
 use tick::Clocks;
-pub use transfer::PmacTransfer;
-pub(crate) use transfer::compare;
 use watchdog::WatchdogTimer;
 
 /// What can be chosen for a run.
@@ -342,7 +335,7 @@ impl Executive for PmacExecutive {
 
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
-        let (Some(old), Plan::Pmac(plan)) = (old, plan) else { return false };
+        let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }

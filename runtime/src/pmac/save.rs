@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::PmacExecutive;
 use super::carry_over::{self, Variables};
 use crate::Restored;
-use crate::retain::append_postcard;
+use crate::retained::append_postcard;
 use plcc_abi::Fnv;
 
 /// The first bytes of what is saved. What earlier versions saved begins with a fingerprint, and none

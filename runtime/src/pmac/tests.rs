@@ -595,7 +595,7 @@ fn a_checkpoint_knows_which_download_has_saved() {
         download.start_with_program()
     };
     let (mut new, _, new_program) = make();
-    let comparison = crate::swap::compare(&old_program, &new_program).unwrap();
+    let comparison = crate::compare(&old_program, &new_program).unwrap();
     assert!(new.take_over(&mut old, &comparison.plan));
     let retained = new.retained().unwrap();
     assert!(make().0.restore(&retained).unwrap().other_program);

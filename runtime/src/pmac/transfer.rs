@@ -9,17 +9,17 @@
 use std::sync::Arc;
 
 use plcc_abi::image::{read_f64, read_u64, write_f64};
+use plcc_abi::natural_cmp;
 use plcc_abi::pmac::{Definition, Definitions, Field, Layout, PmacName, PmacTables, Run};
-use plcc_abi::{Program, natural_cmp};
 
 use super::PmacExecutive;
 use super::host::next_revision;
 use super::state::{Plcs, Status};
-use crate::swap::{Comparison, Plan, Row};
+use crate::online_change::{Comparison, Plan, Row};
 
 /// How the state of one download becomes that of another one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PmacTransfer {
+pub(super) struct PmacTransfer {
     /// The codes of definitions that the new download makes differently.
     definitions: Vec<(u32, u64)>,
     /// The values of I-variables that it sets differently: offset and value.
@@ -54,12 +54,7 @@ fn text(definition: Definition) -> String {
 ///
 /// # Errors
 /// When they are for different controllers.
-pub(crate) fn compare(
-    _old: &Program,
-    was: &PmacTables,
-    _new: &Program,
-    is: &PmacTables,
-) -> Result<Comparison, String> {
+pub(super) fn compare(was: &PmacTables, is: &PmacTables) -> Result<Comparison, String> {
     if was.controller != is.controller {
         return Err("it is for another controller (PMAC or Turbo PMAC)".into());
     }
@@ -121,7 +116,7 @@ pub(crate) fn compare(
     Ok(Comparison {
         kept,
         rows,
-        plan: Plan::Pmac(PmacTransfer { definitions, settings, same_plcs, same_plccs }),
+        plan: Plan::new(PmacTransfer { definitions, settings, same_plcs, same_plccs }),
     })
 }
 

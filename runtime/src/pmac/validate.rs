@@ -1,24 +1,20 @@
 //! Whether the tables of a PMAC program fit its image.
 
 use plcc_abi::pmac::{Definition, Field, Kind, Layout, Output, PmacTables, Run, Statement, Text};
+use plcc_abi::{Program, Tables};
 
-use crate::artifact::validate::{Check, Image, ensure};
-#[cfg(feature = "args")]
-use crate::control::Choices;
 use crate::control::Control;
+use crate::online_change::Comparison;
+use crate::table_check::{Check, Image, ensure};
 
 impl Control for PmacTables {
-    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+    fn validate(&self, program: &Program) -> Result<(), String> {
         tables(self, Image::new(program.image_size))
     }
 
-    #[cfg(feature = "args")]
-    fn executive(
-        &self,
-        program: &plcc_abi::Program,
-        choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive + Send>, String> {
-        super::options::executive(program, choices)
+    fn compare(&self, _old: &Program, new: &Program) -> Option<Result<Comparison, String>> {
+        let Tables::Pmac(is) = &new.tables else { return None };
+        Some(super::transfer::compare(self, is))
     }
 }
 

@@ -4,8 +4,6 @@
 mod events;
 mod forces;
 mod macros;
-#[cfg(feature = "args")]
-mod options;
 mod outputs;
 mod port_lines;
 mod retained;
@@ -19,28 +17,20 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "args")]
-use crate::control::Choices;
-use crate::control::Control;
+use plcc_abi::{Program, Tables};
 
-#[cfg(feature = "args")]
-pub use options::PmiArgs;
+use crate::control::Control;
+use crate::online_change::Comparison;
+
 pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
-pub use transfer::PmiTransfer;
-pub(crate) use transfer::compare;
-pub(crate) use variables::PmiVariable;
 
 impl Control for plcc_abi::pmi::PmiTables {
-    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+    fn validate(&self, program: &Program) -> Result<(), String> {
         validate::tables(self, program)
     }
 
-    #[cfg(feature = "args")]
-    fn executive(
-        &self,
-        program: &plcc_abi::Program,
-        choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive + Send>, String> {
-        options::executive(program, choices)
+    fn compare(&self, _old: &Program, new: &Program) -> Option<Result<Comparison, String>> {
+        let Tables::Pmi(is) = &new.tables else { return None };
+        Some(Ok(transfer::compare(self, is)))
     }
 }

@@ -2,14 +2,13 @@
 //! outputs, and what they become at a stop (PMI 2.2.7; rulings, PMI).
 
 use plcc_abi::image::write_u8;
-use plcc_abi::pmi::{Lines, PORTS};
+use plcc_abi::pmi::{Lines, PORTS, PmiVariable};
 
 use crate::safe_outputs::{SafeLines, SafeOutput, SafeOutputs, SafeValue, does_not_fit};
 use crate::{Executive, NameError, Purpose, Setting, Variable};
 
 use super::port_lines;
 use super::tick::PmiExecutive;
-use super::variables::PmiVariable;
 
 /// Without an option all lines of every port with an output are off, also those lines that no output
 /// declares.

@@ -53,7 +53,7 @@ impl Serialize for Values<'_> {
 impl PmiExecutive {
     /// Appends the values of all retained variables, and says whether that was possible.
     pub(super) fn append_retained(&self, out: &mut Vec<u8>) -> bool {
-        crate::retain::append_postcard(out, &RetainedVariables(self))
+        crate::retained::append_postcard(out, &RetainedVariables(self))
     }
 
     /// Takes back the values of the retained variables that this program has too.

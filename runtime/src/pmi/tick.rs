@@ -5,15 +5,15 @@ use std::ops::Range;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
-use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
+use plcc_abi::pmi::{FlipFlop, Lines, PORTS, PmiVariable, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TimeLimit, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::DialectVariable;
+use crate::online_change::Plan;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::swap::Plan;
+use crate::variable::DialectVariable;
 use crate::watchdog::Watchdog;
 use crate::{
     ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
@@ -22,7 +22,7 @@ use crate::{
 
 use super::events::{Announcements, value};
 use super::state::State;
-use super::variables::{Names, PmiVariable};
+use super::variables::Names;
 use super::{macros, outputs, port_lines, validate};
 
 /// The unit of timers in nanoseconds.
@@ -392,7 +392,7 @@ impl Executive for PmiExecutive {
 
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
-        let (Some(old), Plan::Pmi(plan)) = (old, plan) else { return false };
+        let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }

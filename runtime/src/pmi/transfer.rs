@@ -6,7 +6,7 @@ use plcc_abi::natural_cmp;
 use plcc_abi::pmi::{Announcement, FlipFlop, Format, Lines, PmiTables, Role, Symbol, Timer, Type};
 
 use super::{PmiExecutive, port_lines};
-use crate::swap::{Change, Comparison, Plan, Row};
+use crate::online_change::{Change, Comparison, Plan, Row};
 
 /// Bytes that are copied from the old image to the new one: their offsets in each, and how many they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ struct Copied {
 
 /// How the state of one program becomes that of another one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PmiTransfer {
+pub(super) struct PmiTransfer {
     copies: Vec<Copied>,
     /// Lines that outputs of the old program drive and none of the new one does: offset of the port
     /// in the new image, and their bits. They go off.
@@ -76,7 +76,7 @@ fn driven(tables: &PmiTables) -> impl Iterator<Item = (u16, u8)> + '_ {
 }
 
 /// Compares two PMI programs.
-pub(crate) fn compare(old: &PmiTables, new: &PmiTables) -> Comparison {
+pub(super) fn compare(old: &PmiTables, new: &PmiTables) -> Comparison {
     let mut plan = PmiTransfer::default();
     let mut rows = vec![];
     let mut kept = 0;
@@ -144,7 +144,7 @@ pub(crate) fn compare(old: &PmiTables, new: &PmiTables) -> Comparison {
     plan.announced.extend(pairs(&old.messages, &new.messages, behind_faults));
     rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
     debug_assert!(rows.iter().all(|row| row.needs_accept <= (row.change == Change::Changed)));
-    Comparison { kept, rows, plan: Plan::Pmi(plan) }
+    Comparison { kept, rows, plan: Plan::new(plan) }
 }
 
 impl PmiExecutive {

@@ -5,7 +5,7 @@ use plcc_abi::pmi::{
     Announcement, FlipFlop, Lines, PORTS, PmiTables, Role, Special, Symbol, TextItem, Timer, Type,
 };
 
-use crate::artifact::validate::{Check, Image, ensure};
+use crate::table_check::{Check, Image, ensure};
 
 /// Checks that every place in the tables is inside the image, and every index inside its table.
 pub(super) fn tables(tables: &PmiTables, program: &Program) -> Check {

@@ -3,23 +3,9 @@
 use std::collections::HashMap;
 
 use plcc_abi::closest;
-use plcc_abi::pmi::{PmiName, PmiNameError, PmiTables, Role, Symbol, Timer};
-use serde::{Deserialize, Serialize};
+use plcc_abi::pmi::{PmiName, PmiNameError, PmiTables, PmiVariable, Role, Symbol, Timer};
 
 use crate::{NameError, Purpose, Variable};
-
-/// What a name stands for in a program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(crate) enum PmiVariable {
-    /// The symbol with this index, of an array all of it.
-    Symbol(u32),
-    /// An element of an array: the index of its symbol, and the element's.
-    Element(u32, u32),
-    /// The counter of the timer with this index.
-    Counter(u32),
-    /// A physical line: port and bit.
-    Line(u16, u8),
-}
 
 /// All names of a program, and those that were looked up, into which a [`Variable`] is an index.
 #[derive(Clone, Debug)]

@@ -359,8 +359,9 @@ fn large_program() -> Program {
 #[cfg(feature = "args")]
 #[test]
 fn a_program_with_larger_checkpoints_gets_a_larger_queue() {
+    use crate::compare;
     use crate::journal::Journal;
-    use crate::swap::{Replacement, compare};
+    use crate::swap::Replacement;
     let path = std::env::temp_dir().join(format!("plcc-larger-{}.plcrec", std::process::id()));
     let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
     let program = RecordedProgram::Unknown;

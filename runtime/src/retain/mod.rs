@@ -29,7 +29,6 @@
 
 mod format;
 mod lock;
-mod restored;
 mod storage;
 
 #[cfg(test)]
@@ -41,14 +40,12 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::file_lock::LockError;
 use crate::files::{resolve_links, why_not_read, why_not_written};
 pub use format::{SavedState, decode, encode};
 use lock::{Lock, process_named_in};
-pub use restored::Restored;
 use storage::{Disk, Storage};
 
 /// How often an operation is tried that a signal interrupts.
@@ -318,15 +315,6 @@ impl<S: Storage> Copies<S> {
         }
         uninterrupted(|| storage.sync_folder_of(path))
     }
-}
-
-/// Appends a value to a buffer, by postcard, and says whether that was possible; the buffer is empty
-/// otherwise.
-pub(crate) fn append_postcard(out: &mut Vec<u8>, value: &impl Serialize) -> bool {
-    let written = postcard::to_extend(value, std::mem::take(out));
-    let possible = written.is_ok();
-    *out = written.unwrap_or_default();
-    possible
 }
 
 /// Writes all bytes, however many are taken at a time.

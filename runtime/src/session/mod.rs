@@ -2,7 +2,6 @@
 //! executive, reads the stimulus and the retained file, runs the ticks until their end or Ctrl-C,
 //! shows progress, writes the outputs, and gives the exit status.
 
-mod executive;
 mod output;
 mod outside;
 mod predecessor;
@@ -26,6 +25,7 @@ use plcc_abi::{Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
+use crate::control_args::ControlError;
 use crate::files::{MAX_STIMULUS, read_regular, why_not_read};
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
@@ -39,7 +39,7 @@ use crate::swap::ReplaceableExecutive;
 use crate::watchdog::{self, Watchdog, WatchdogLimit};
 use crate::{Executive, PanicBarrier};
 
-pub use executive::{executive, takes_machine_file};
+pub use crate::control_args::{executive, takes_machine_file};
 #[cfg(target_os = "linux")]
 pub(crate) use output::open as open_output_file;
 pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
@@ -67,6 +67,12 @@ pub const INTERRUPTED: u8 = 130;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct SessionError(pub String);
+
+impl From<ControlError> for SessionError {
+    fn from(error: ControlError) -> Self {
+        Self(error.to_string())
+    }
+}
 
 /// Runs a program as the options say, with messages on standard error, and gives the exit status.
 ///

@@ -21,9 +21,9 @@ use crate::socket::{
 use crate::{Artifact, Executive, NativeEngine};
 
 use super::SessionError;
-use super::executive::executive;
 use super::predecessor::Predecessor;
 use super::retained_data::RetainedData;
+use crate::control_args::executive;
 
 /// The image file and the socket of a run, as far as it has them.
 pub(super) struct Outside {

@@ -6,9 +6,9 @@ use plcc_abi::nct::NctSettings;
 use serde::{Deserialize, Serialize};
 
 use super::SessionError;
-use super::executive::executive;
 use crate::Executive;
 use crate::args::{ControlArgs, RunArgs};
+use crate::control_args::executive;
 use crate::record::RunHeader;
 use crate::safe_outputs::SafeOutput;
 use crate::swap::ReplaceableExecutive;

@@ -8,10 +8,10 @@ use plcc_image::monotonic_ns;
 
 use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::Executive;
-use crate::executive::MAX_FORCES;
 use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
 use crate::swap::ReplaceableExecutive;
+use crate::variable::MAX_FORCES;
 
 /// How many commands are carried out before a tick at most.
 const COMMANDS_PER_TICK: usize = 16;

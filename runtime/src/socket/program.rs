@@ -8,8 +8,8 @@ use serde_json::{Value as Json, json};
 
 use super::commands::Item;
 use super::protocol::{Assignment, Failure, MAX_NAMES};
-use crate::executive::MAX_FORCES;
-use crate::swap::{Change, Comparison};
+use crate::online_change::{Change, Comparison};
+use crate::variable::MAX_FORCES;
 use crate::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
 
 /// A force in effect.

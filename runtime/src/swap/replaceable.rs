@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use plcc_abi::Engine;
 
-use super::Plan;
+use crate::online_change::Plan;
 #[cfg(feature = "args")]
 use crate::record::RecorderProgram;
 use crate::record::{Action, Recorder};

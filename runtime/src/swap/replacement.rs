@@ -2,9 +2,10 @@
 
 use plcc_abi::Engine;
 
-use super::{Plan, ReplaceableExecutive};
+use super::ReplaceableExecutive;
 use crate::Executive;
 use crate::image_file::Publisher;
+use crate::online_change::Plan;
 use crate::record::RecorderProgram;
 
 /// A program that is to take the place of the one that runs. When that is done, this holds the former program,

@@ -8,12 +8,14 @@ use plcc_abi::Engine;
 use serde_json::{Value as Json, json};
 
 use super::{Handled, Loaded, OnAnswer, Requests, refused};
+use crate::compare;
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::EntryKind;
+use crate::online_change::Comparison;
 use crate::socket::commands::Command;
 use crate::socket::program::Served;
 use crate::socket::protocol::Failure;
-use crate::swap::{Comparison, Replacement, compare};
+use crate::swap::Replacement;
 use crate::{Executive, Peer, Purpose, Variable};
 
 /// An online change that is under way, as the socket's thread remembers it. The other thread has the

@@ -4,9 +4,9 @@ use clap::Args;
 use plcc_abi::Program;
 use serde::{Deserialize, Serialize};
 
-use super::{PmacExecutive, PmacOptions};
+use super::Choices;
 use crate::Executive;
-use crate::control::Choices;
+use crate::pmac::{PmacExecutive, PmacOptions};
 
 /// The options of a PMAC.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
@@ -18,7 +18,7 @@ pub struct PmacArgs {
 
 impl PmacArgs {
     /// The first option that is given.
-    pub(crate) fn first_given(&self) -> Option<&'static str> {
+    pub(super) fn first_given(&self) -> Option<&'static str> {
         self.background_steps.is_some().then_some("--background-steps")
     }
 }

@@ -1,8 +1,40 @@
-//! What an online change keeps, brings, drops and changes.
+//! Online change: another version of a program takes the place of the one that runs, between two ticks, and takes its
+//! state over. Here is what such a change keeps, brings, drops and changes.
+//!
+//! Variables of the same name belong together; a value is kept where type and number of elements are the same. What
+//! changes the meaning of a variable, or the tasks (another type, an input on another line, a task that goes), is
+//! refused unless the user accepts it by its name. What is copied where is decided beforehand, as a [`Plan`]; the
+//! executive of the new program then only carries it out, without allocating or freeing memory. What is particular
+//! to a control is in its folder, in `transfer.rs`.
+
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::Plan;
+/// How the state of one executive becomes that of another one of the same control. Only executives of that control know
+/// what is in it.
+#[derive(Clone)]
+pub struct Plan(Arc<dyn Any + Send + Sync>);
+
+impl Plan {
+    /// A plan, as a control writes it.
+    pub(crate) fn new(plan: impl Any + Send + Sync) -> Self {
+        Self(Arc::new(plan))
+    }
+
+    /// The plan as its control wrote it; `None` if another control did.
+    pub(crate) fn of_control<T: Any>(&self) -> Option<&T> {
+        self.0.downcast_ref()
+    }
+}
+
+impl fmt::Debug for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Plan")
+    }
+}
 
 /// What becomes of a variable or a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -49,7 +81,7 @@ impl Row {
 }
 
 /// Two programs compared.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Comparison {
     /// How many variables keep their values.
     pub kept: usize,

@@ -6,10 +6,10 @@ use clap::Args;
 use plcc_abi::Program;
 use serde::{Deserialize, Serialize};
 
-use super::{PmiExecutive, PmiOptions};
+use super::Choices;
+use super::{decimal, seconds};
 use crate::Executive;
-use crate::args::{decimal, seconds};
-use crate::control::Choices;
+use crate::pmi::{PmiExecutive, PmiOptions};
 
 /// The options of a PMI control.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub struct PmiArgs {
 
 impl PmiArgs {
     /// The first option that is given.
-    pub(crate) fn first_given(&self) -> Option<&'static str> {
+    pub(super) fn first_given(&self) -> Option<&'static str> {
         self.period.is_some().then_some("--period")
     }
 }

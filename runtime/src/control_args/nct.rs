@@ -5,9 +5,9 @@ use plcc_abi::Program;
 use plcc_abi::nct::{NctControl, NctTables};
 use serde::{Deserialize, Serialize};
 
-use super::{NctExecutive, NctOptions};
+use super::Choices;
 use crate::Executive;
-use crate::control::Choices;
+use crate::nct::{NctExecutive, NctOptions};
 
 /// The options of an NCT control.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub struct NctArgs {
 
 impl NctArgs {
     /// The first option that is given.
-    pub(crate) fn first_given(&self) -> Option<&'static str> {
+    pub(super) fn first_given(&self) -> Option<&'static str> {
         let Self { param, constants, macros, control, level0_safepoints } = self;
         let given = [
             ("--param", !param.is_empty()),

@@ -1,6 +1,8 @@
-//! What became of retained data that a control has taken back.
+//! Data that survives power-off, as a control gives it, and what became of it when a control took it back.
 
 use std::fmt::Write;
+
+use serde::Serialize;
 
 /// How many names a message lists at most.
 const MAX_NAMES: usize = 20;
@@ -45,6 +47,15 @@ impl Restored {
         }
         text
     }
+}
+
+/// Appends a value to a buffer, by postcard, and says whether that was possible; the buffer is empty
+/// otherwise.
+pub(crate) fn append_postcard(out: &mut Vec<u8>, value: &impl Serialize) -> bool {
+    let written = postcard::to_extend(value, std::mem::take(out));
+    let possible = written.is_ok();
+    *out = written.unwrap_or_default();
+    possible
 }
 
 #[cfg(test)]
