@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use plcc_files::read_regular;
 use plcc_frontend::common::FileLoader;
-use plcc_runtime::files::read_regular;
 
 /// The longest source that is read, in bytes. No control ever held a program of this size.
 pub(crate) const MAX_SOURCE: u64 = 256 << 20;

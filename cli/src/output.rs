@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use plcc_diag::{FileId, SourceMap};
-use plcc_runtime::files::why_not_written;
+use plcc_files::why_not_written;
 use plcc_runtime::session::write_whole;
 
 use crate::disk::existing_path;

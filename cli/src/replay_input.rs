@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plcc_runtime::files::FileIdentity;
+use plcc_files::FileIdentity;
 use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayed, Replayer};
 use plcc_runtime::session::replay::recorded_executive;
 use plcc_runtime::{Artifact, Executive};

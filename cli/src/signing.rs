@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use ed25519_dalek::pkcs8::spki::der::pem::LineEnding;
 use ed25519_dalek::pkcs8::{DecodePrivateKey, EncodePrivateKey, EncodePublicKey};
 use ed25519_dalek::{Signer, SigningKey};
+use plcc_files::{read_regular, why_not_read};
 use plcc_runtime::artifact::signature::Signature;
-use plcc_runtime::files::{read_regular, why_not_read};
 
 use crate::failure::Failure;
 

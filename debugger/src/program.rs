@@ -7,7 +7,6 @@ use plcc_abi::{Program, Tables};
 use plcc_diag::{FileId, SourceMap};
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{Accessed, Expression};
-use plcc_runtime::files;
 
 use crate::DebugError;
 use crate::names::{PmiPlaces, Target};
@@ -195,7 +194,7 @@ impl DebuggedProgram {
 
 /// Whether a file on the disk has a text, decoded as the compiler does it.
 fn has_text(path: &Path, text: &str) -> bool {
-    let Ok(bytes) = files::read_regular(path, MAX_SOURCE) else { return false };
+    let Ok(bytes) = plcc_files::read_regular(path, MAX_SOURCE) else { return false };
     let mut read = SourceMap::new();
     let id = read.add(String::new(), &bytes);
     read.text(id) == text

@@ -11,8 +11,8 @@ use plcc_image::latch::Rule;
 use crate::artifact::signature::PublicKey;
 pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
 use crate::control_args::{decimal, seconds};
-use crate::files::why_not_read;
 use crate::socket::{AllowedGroup, AllowedUser, Permission};
+use plcc_files::why_not_read;
 
 use crate::record::{Keep, RecordedProgram};
 use crate::run::OverrunPolicy;

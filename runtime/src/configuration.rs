@@ -22,11 +22,11 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::Executive;
-use crate::files::{MAX_SETTINGS, read_regular, why_not_read};
 use crate::image_file::SymbolTable;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use plcc_abi::{Dialect, Program, closest, printable};
+use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_image::configuration::{self as wiring, Checked, Entry};
 use plcc_image::latch::Rule;
 use plcc_image::{Direction, Symbol};

@@ -53,8 +53,6 @@ pub mod cpu;
 mod display_field;
 pub mod event;
 pub mod executive;
-mod file_lock;
-pub mod files;
 mod force_list;
 mod frame_search;
 #[cfg(feature = "args")]

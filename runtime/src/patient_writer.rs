@@ -110,7 +110,7 @@ impl<W: Write> PatientWriter<W> {
         let pause = self.retry.map_or(FIRST_RETRY, |(_, former)| (former * 2).min(LONGEST_RETRY));
         self.retry = Some((now + pause, pause));
         if first {
-            WriteOutcome::Failed(error.kind(), crate::files::why_not_written(error))
+            WriteOutcome::Failed(error.kind(), plcc_files::why_not_written(error))
         } else {
             WriteOutcome::Waiting
         }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, natural_cmp};
 use plcc_diag::{FileId, Severity};
+use plcc_files::why_not_read;
 use plcc_frontend::detect::{self, Ending, ending};
 use plcc_frontend::language;
-use plcc_runtime::files::why_not_read;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::commands::bound;

@@ -5,9 +5,9 @@ use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
 use plcc_debugger::dap::LaunchArguments;
+use plcc_files::why_not_read;
 use plcc_monitor::view::TargetKind;
 use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};
-use plcc_runtime::files::why_not_read;
 use plcc_runtime::record::{RecordError, Recording};
 use serde_json::json;
 

@@ -100,7 +100,7 @@ impl Outputs {
 }
 
 fn not_written(path: &Path, error: &io::Error) -> Failure {
-    let why = plcc_runtime::files::why_not_written(error);
+    let why = plcc_files::why_not_written(error);
     Failure::file(path, format!("it can't be written: {why}"))
 }
 

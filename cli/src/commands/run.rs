@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::emit::ObjectOptions;
+use plcc_files::open_regular;
 use plcc_runtime::args::RunArgs;
-use plcc_runtime::files::open_regular;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::record::RecordedProgram;
 use plcc_runtime::{Artifact, NativeEngine, session};

@@ -191,7 +191,7 @@ pub(super) fn checked_name(text: &str) -> Result<&str, Refusal> {
 }
 
 fn read(file: &Path) -> Option<Kept> {
-    let bytes = plcc_runtime::files::read_regular(file, MAX_FILE).ok()?;
+    let bytes = plcc_files::read_regular(file, MAX_FILE).ok()?;
     serde_json::from_slice(&bytes).ok()
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::ABI_VERSION;
 use thiserror::Error;
 
-use crate::files::why_not_read;
+use plcc_files::why_not_read;
 
 /// Why an artifact is refused. Nothing of a refused one is executed.
 #[derive(Debug, Error)]

@@ -44,11 +44,11 @@ use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
 
 #[cfg(feature = "args")]
 use crate::NativeEngine;
-use crate::files::open_regular;
 pub use error::ArtifactError;
 use error::inconsistent;
 use header::{ArtifactDigest, Header};
 use payload::Decoded;
+use plcc_files::open_regular;
 use signature::PublicKey;
 
 /// The longest artifact that is read, in bytes.

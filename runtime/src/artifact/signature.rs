@@ -21,7 +21,7 @@ use ed25519_dalek::pkcs8::DecodePublicKey;
 use ed25519_dalek::{PUBLIC_KEY_LENGTH, SIGNATURE_LENGTH, VerifyingKey};
 
 use super::error::ArtifactError;
-use crate::files::read_regular;
+use plcc_files::read_regular;
 
 /// The bytes with which a signature begins.
 pub const MAGIC: [u8; 8] = *b"\x8FPLCSIG1";

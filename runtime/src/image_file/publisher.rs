@@ -16,9 +16,9 @@ use plcc_image::{Access, Number, SharedMemory, monotonic_ns};
 
 use super::content::Content;
 use super::pages::{PAGE, Pages};
-use crate::files::{open_regular, why_not_written};
 use crate::journal::{EntryKind, ScanJournal};
 use crate::{Executive, Setting, VariableKey};
+use plcc_files::{open_regular, why_not_written};
 
 /// Why an image file can't be made.
 #[derive(Debug, Error)]

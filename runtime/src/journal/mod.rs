@@ -143,7 +143,7 @@ impl Direct {
             && let Err(error) = log.write_all(line(entry).as_bytes())
         {
             self.log = None;
-            self.failure = Some(crate::files::why_not_written(&error));
+            self.failure = Some(plcc_files::why_not_written(&error));
         }
     }
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 use super::block::{self, Kind};
 use super::run_header::{RecordedProgram, RunHeader};
 use super::{Keep, recording::older_part};
-use crate::file_lock::{LockError, has_name, open_locked};
+use plcc_files::{LockError, has_name, open_locked};
 
 /// A block of ticks is written when it has so many bytes.
 const FULL_BLOCK: usize = 1 << 18;

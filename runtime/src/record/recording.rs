@@ -11,8 +11,8 @@ use super::MAX_TICKS;
 use super::block::{self, Block, Kind};
 use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
 use super::run_header::{RecordedProgram, RunHeader, VERSION};
-use crate::file_lock::has_name;
-use crate::files::{open_regular, resolve_links, why_not_read};
+use plcc_files::has_name;
+use plcc_files::{open_regular, resolve_links, why_not_read};
 
 /// Why a record can't be read.
 #[derive(Debug, Error)]

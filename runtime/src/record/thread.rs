@@ -19,9 +19,9 @@ use super::file::{FrameKind, Programs, RecordFile};
 use super::recorder::Recorder;
 use super::run_header::RecordedProgram;
 use crate::Executive;
-use crate::files::why_not_written;
 use crate::journal::{EntryKind, Journal};
 use crate::small_thread::small_thread;
+use plcc_files::why_not_written;
 
 /// How often the thread looks at the queue. It is not woken, since waking it is a system call.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);

@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::file_lock::{LockError, has_name, open_locked};
+use plcc_files::{LockError, has_name, open_locked};
 
 /// A lock that this process has.
 #[derive(Debug)]

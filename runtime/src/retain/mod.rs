@@ -42,10 +42,10 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Dialect;
 use thiserror::Error;
 
-use crate::file_lock::LockError;
-use crate::files::{resolve_links, why_not_read, why_not_written};
 pub use format::{SavedState, decode, encode};
 use lock::{Lock, process_named_in};
+use plcc_files::LockError;
+use plcc_files::{resolve_links, why_not_read, why_not_written};
 use storage::{Disk, Storage};
 
 /// How often an operation is tried that a signal interrupts.
@@ -351,6 +351,6 @@ pub(crate) fn can_be_written(path: &Path) -> io::Result<()> {
         Ok(about) if !about.is_file() => {
             Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"))
         }
-        _ => crate::files::can_replace(path),
+        _ => plcc_files::can_replace(path),
     }
 }

@@ -5,8 +5,6 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::files;
-
 /// The largest retained file that is read, in bytes. The largest that any control writes has less
 /// than a hundredth of that.
 const MAX_RETAINED: u64 = 64 << 20;
@@ -47,11 +45,11 @@ impl Storage for Disk {
     type File = File;
 
     fn read(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        files::read_regular(path, MAX_RETAINED)
+        plcc_files::read_regular(path, MAX_RETAINED)
     }
 
     fn create(&mut self, path: &Path, replaced: &Path) -> io::Result<File> {
-        let permissions = files::permissions(replaced)?;
+        let permissions = plcc_files::permissions(replaced)?;
         let file = File::create_new(path)?;
         if let Some(permissions) = permissions {
             file.set_permissions(permissions)?;
@@ -72,7 +70,7 @@ impl Storage for Disk {
     }
 
     fn sync_folder_of(&mut self, path: &Path) -> io::Result<()> {
-        files::sync_folder_of(path)
+        plcc_files::sync_folder_of(path)
     }
 
     fn remove(&mut self, path: &Path) -> io::Result<()> {

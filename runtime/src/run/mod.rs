@@ -26,9 +26,9 @@ use std::time::Duration;
 use plcc_abi::Engine;
 use thiserror::Error;
 
-use crate::files::why_not_written;
 use crate::journal::{EntryKind, ScanJournal};
 use crate::{Event, EventBody, Executive, Stop};
+use plcc_files::why_not_written;
 
 pub use dump::dump;
 #[cfg(target_os = "linux")]

@@ -26,7 +26,6 @@ use thiserror::Error;
 
 use crate::args::RunArgs;
 use crate::control_args::ControlError;
-use crate::files::{MAX_STIMULUS, read_regular, why_not_read};
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
 use crate::run::{
@@ -38,6 +37,7 @@ use crate::supervisor::Link;
 use crate::swap::ReplaceableExecutive;
 use crate::watchdog::{self, Watchdog, WatchdogLimit};
 use crate::{Executive, PanicBarrier};
+use plcc_files::{MAX_STIMULUS, read_regular, why_not_read};
 
 pub use crate::control_args::{executive, takes_machine_file};
 #[cfg(target_os = "linux")]

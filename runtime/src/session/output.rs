@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{
+use crate::retain;
+use plcc_files::{
     FileIdentity, can_replace, open_output, replace, resolve_links, temporary_of, why_not_written,
 };
-use crate::retain;
 
 use super::SessionError;
 

@@ -11,7 +11,6 @@ use super::predecessor::Predecessor;
 use super::replay::RunSettings;
 use crate::Executive;
 use crate::args::RunArgs;
-use crate::files::why_not_written;
 use crate::journal::Journal;
 use crate::record::{
     Appending, RecordFile, RecordThread, RecordedProgram, RecordedPrograms, Recorder, RunHeader,
@@ -19,6 +18,7 @@ use crate::record::{
 use crate::run::End;
 use crate::swap::ReplaceableExecutive;
 use crate::watchdog::WatchdogLimit;
+use plcc_files::why_not_written;
 
 /// The record of a run, if it has one.
 #[derive(Default)]

@@ -24,8 +24,8 @@ use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
 use super::requests::{Handled, Requests};
 use super::token_bucket::TokenBucket;
 use crate::Peer;
-use crate::files::why_not_written;
 use crate::journal::EntryKind;
+use plcc_files::why_not_written;
 
 /// How many clients are connected at most.
 const MAX_CLIENTS: usize = 16;

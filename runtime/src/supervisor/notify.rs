@@ -9,7 +9,7 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::files::why_not_written;
+use plcc_files::why_not_written;
 
 /// Time between two writes to the hardware watchdog.
 const FEED_INTERVAL: Duration = Duration::from_secs(1);

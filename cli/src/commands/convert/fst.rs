@@ -8,7 +8,7 @@ use fst_writer::{
     FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
     FstVarDirection, FstVarType, FstWriteError,
 };
-use plcc_runtime::files::open_output;
+use plcc_files::open_output;
 use plcc_runtime::run::{TraceText, Watch};
 use plcc_runtime::{Executive, Value, Variable};
 

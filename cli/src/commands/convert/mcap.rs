@@ -22,7 +22,7 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use plcc_debugger::variables::Titles;
-use plcc_runtime::files::open_output;
+use plcc_files::open_output;
 use plcc_runtime::record::RecordedRun;
 use plcc_runtime::run::TraceText;
 use plcc_runtime::{Event, EventBody, Executive, Value, Variable};

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use plcc_runtime::files::{open_output, why_not_written};
+use plcc_files::{open_output, why_not_written};
 use plcc_runtime::record::{RecordedRun, Recording};
 use plcc_runtime::run::{TraceFormat, TraceText, Watch};
 use plcc_runtime::session::replay::recorded_executive;

@@ -13,7 +13,7 @@ const MAX_ATTEMPTS: u32 = 100;
 
 /// Why a file can't be opened and locked.
 #[derive(Debug, Error)]
-pub(crate) enum LockError {
+pub enum LockError {
     /// Another process has locked it. The file is open for reading.
     #[error("another process uses it")]
     Held(File),
@@ -27,7 +27,7 @@ pub(crate) enum LockError {
 /// # Errors
 /// When another process has locked it, or it can't be opened for writing. On a file system without
 /// locks the file is opened without one.
-pub(crate) fn open_locked(path: &Path) -> Result<File, LockError> {
+pub fn open_locked(path: &Path) -> Result<File, LockError> {
     for _ in 0..MAX_ATTEMPTS {
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false).open(path)?;
@@ -49,7 +49,7 @@ pub(crate) fn open_locked(path: &Path) -> Result<File, LockError> {
 
 /// Whether an open file is the one that has this name now.
 #[cfg(unix)]
-pub(crate) fn has_name(file: &File, path: &Path) -> bool {
+pub fn has_name(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     match (file.metadata(), fs::symlink_metadata(path)) {
         (Ok(open), Ok(named)) => (open.dev(), open.ino()) == (named.dev(), named.ino()),
@@ -59,7 +59,7 @@ pub(crate) fn has_name(file: &File, path: &Path) -> bool {
 
 /// Other systems do not let a file be removed that is open.
 #[cfg(not(unix))]
-pub(crate) fn has_name(_: &File, path: &Path) -> bool {
+pub fn has_name(_: &File, path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 

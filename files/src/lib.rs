@@ -5,11 +5,13 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use plcc_runtime::files::{read_regular, why_not_read};
+//! use plcc_files::{read_regular, why_not_read};
 //!
 //! let error = read_regular(Path::new("/dev/zero"), 1 << 20).unwrap_err();
 //! assert!(why_not_read(&error).starts_with("it is a device"));
 //! ```
+
+mod file_lock;
 
 use std::fs::{self, File, FileType, Metadata, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -17,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-use crate::file_lock::{LockError, open_locked};
+pub use file_lock::{LockError, has_name, open_locked};
 
 /// The longest table of values over time that is read (`--stimulus`), in bytes.
 pub const MAX_STIMULUS: u64 = 256 << 20;
@@ -179,7 +181,7 @@ fn make_blocking(_: &File) -> io::Result<()> {
 
 /// The file that a path means in the end: links are followed, also to a file that does not exist
 /// yet, and the path does not depend on the current folder.
-pub(crate) fn resolve_links(path: &Path) -> PathBuf {
+pub fn resolve_links(path: &Path) -> PathBuf {
     let mut path = path.to_owned();
     // As many links as Linux follows.
     for _ in 0..40 {
@@ -238,8 +240,7 @@ const REPLACE_ATTEMPTS: u32 = 200;
 const REPLACE_PAUSE: Duration = Duration::from_millis(5);
 
 /// The temporary file that [`replace`] and [`can_replace`] write for this path.
-#[cfg(feature = "args")]
-pub(crate) fn temporary_of(path: &Path) -> PathBuf {
+pub fn temporary_of(path: &Path) -> PathBuf {
     target_and_temporary(path).1
 }
 
@@ -311,7 +312,7 @@ pub fn can_replace(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// When the file is write-protected.
-pub(crate) fn permissions(path: &Path) -> io::Result<Option<Permissions>> {
+pub fn permissions(path: &Path) -> io::Result<Option<Permissions>> {
     match fs::metadata(path).map(|about| about.permissions()) {
         Ok(permissions) if permissions.readonly() => Err(ErrorKind::PermissionDenied.into()),
         Ok(permissions) => Ok(Some(permissions)),
@@ -324,7 +325,7 @@ pub(crate) fn permissions(path: &Path) -> io::Result<Option<Permissions>> {
 ///
 /// # Errors
 /// When the names could not be written.
-pub(crate) fn sync_folder_of(path: &Path) -> io::Result<()> {
+pub fn sync_folder_of(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let synced = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
     match synced {
