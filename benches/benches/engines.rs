@@ -16,9 +16,9 @@ use plcc_benches::kernels::{Language, families};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Machine, Options};
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session;
+use plcc_host::args::ControlArgs;
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session;
 
 /// A program to measure with.
 struct Subject {

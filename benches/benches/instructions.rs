@@ -25,9 +25,11 @@ use plcc_benches::compiled;
 use plcc_benches::kernels::families;
 use plcc_benches::kernels::subject::Subject;
 use plcc_codegen::{Optimization, Target};
-use plcc_runtime::args::ControlArgs;
+use plcc_host::args::ControlArgs;
+use plcc_host::session;
+use plcc_load::Artifact;
+use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
-use plcc_runtime::{Artifact, NativeEngine, session};
 
 /// The kernels are generated from this seed.
 const SEED: u64 = 1;

@@ -17,12 +17,11 @@ use plcc_benches::kernels::{Language, families};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::journal::Journal;
-use plcc_runtime::record::{Appending, Keep, RecordFile, RecordThread, RecordedProgram, RunHeader};
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session;
-use plcc_runtime::swap::ReplaceableExecutive;
+use plcc_host::args::ControlArgs;
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session;
+use plcc_record::ReplaceableExecutive;
+use plcc_record::{Appending, Keep, RecordFile, RecordThread, RecordedProgram, RunHeader};
 use plcc_runtime::{Event, Executive};
 
 /// Rounds of each control, and ticks of a round.
@@ -139,7 +138,7 @@ fn measure(subject: &Subject) -> Result<(), String> {
     let keep = Keep::Size(10_000_000_000);
     let file = RecordFile::create(&path, keep, Appending::No, header, RecordedProgram::Unknown)
         .map_err(|error| error.to_string())?;
-    let started = RecordThread::start(file, &recorded.executive, Journal::discarding());
+    let started = RecordThread::start(file, &recorded.executive, |_| ());
     let (recorder, thread) = started.map_err(|error| error.to_string())?;
     recorded.executive.record(recorder);
     for _ in 0..ROUNDS {

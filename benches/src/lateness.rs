@@ -11,9 +11,9 @@ use plcc_abi::Dialect;
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::Clock;
-use plcc_runtime::session;
+use plcc_host::args::RunArgs;
+use plcc_host::run::Clock;
+use plcc_host::session;
 
 #[derive(Parser)]
 struct Args {

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{OptLevel, Target};
+use plcc_host::session::write_whole;
+use plcc_load::Artifact;
 use plcc_monitor::{Rebuilder, Rebuilt, RunningProgram};
-use plcc_runtime::Artifact;
-use plcc_runtime::record::{RecordedProgram, RecordedSources, Recording};
-use plcc_runtime::session::write_whole;
+use plcc_record::{RecordedProgram, RecordedSources, Recording};
 
 use crate::compile::{self, CompileError};
 use crate::recorded::{check_recorded, first_error};

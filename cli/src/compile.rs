@@ -10,8 +10,8 @@ use plcc_frontend::common::{
 use plcc_frontend::{CheckedProgram, Recompilable, language};
 use plcc_ir::passes::PassTimes;
 use plcc_ir::{Module, Statement};
+use plcc_load::{self, Artifact, ArtifactError, Attached};
 use plcc_runtime::NativeEngine;
-use plcc_runtime::artifact::{self, Artifact, ArtifactError, Attached};
 use plcc_runtime::native::NativeError;
 use thiserror::Error;
 
@@ -260,7 +260,7 @@ pub fn jit_for_gdb(
 /// # Errors
 /// When the code can't be made or the loader would not take it.
 pub fn artifact(program: &Program, code: &Code) -> Result<Vec<u8>, CompileError> {
-    Ok(artifact::encode(program, code)?)
+    Ok(plcc_load::encode(program, code)?)
 }
 
 /// The same with the debug part, by which `--gdb` shows the code to gdb. `target` is that of the code.
@@ -277,7 +277,7 @@ pub fn artifact_with_debug(
 }
 
 /// An artifact with a debug part, where a target and options of it are given, and with sources, as
-/// [`RecordedSources::to_bytes`](plcc_runtime::record::RecordedSources::to_bytes) writes them, unless these are empty.
+/// [`RecordedSources::to_bytes`](plcc_record::RecordedSources::to_bytes) writes them, unless these are empty.
 ///
 /// # Errors
 /// As [`artifact_with_debug`].
@@ -289,7 +289,7 @@ pub fn artifact_with(
 ) -> Result<Vec<u8>, CompileError> {
     let debug = debug.map(|(target, options)| debug_object(program, code, target, options));
     let debug = debug.transpose()?.unwrap_or_default();
-    Ok(artifact::encode_with(program, code, Attached { debug: &debug, sources })?)
+    Ok(plcc_load::encode_with(program, code, Attached { debug: &debug, sources })?)
 }
 
 /// Compiles ahead of time for machines like this one and loads the result, in memory; with the

@@ -6,10 +6,10 @@ use std::rc::Rc;
 use clap::Parser;
 use plcc_debugger::dap::LaunchArguments;
 use plcc_debugger::{DebugError, DebuggedProgram, Launched, Recorded, Session};
-use plcc_runtime::record::{RecordedRun, Recording};
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session;
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session;
+use plcc_host::session::replay::recorded_executive;
+use plcc_record::{RecordedRun, Recording};
 
 use crate::args::{Cli, Command, RunCommand, SourceArgs};
 use crate::failure::Failure;

@@ -9,7 +9,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_at_most, read_regular, why_not_read};
 use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options};
 use plcc_frontend::{LANGUAGES, detect, language};
-use plcc_runtime::Artifact;
+use plcc_load::Artifact;
 
 use crate::args::{Denied, SourceArgs};
 use crate::compile::{self, Checked};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plcc_diag::{FileId, SourceMap};
 use plcc_files::why_not_written;
-use plcc_runtime::session::write_whole;
+use plcc_host::session::write_whole;
 
 use crate::disk::existing_path;
 use crate::failure::Failure;

@@ -10,8 +10,9 @@ use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 use plcc_frontend::common::{Controller, FileLoader, Limits, Machine, Options};
-use plcc_runtime::record::{RecordedFile, RecordedProgram, RecordedSources};
-use plcc_runtime::{Artifact, NativeEngine};
+use plcc_load::Artifact;
+use plcc_record::{RecordedFile, RecordedProgram, RecordedSources};
+use plcc_runtime::NativeEngine;
 use serde::{Deserialize, Serialize};
 
 use crate::compile::{self, Checked, CompileError};

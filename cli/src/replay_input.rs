@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use plcc_files::FileIdentity;
-use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayed, Replayer};
-use plcc_runtime::session::replay::recorded_executive;
-use plcc_runtime::{Artifact, Executive};
+use plcc_host::session::replay::recorded_executive;
+use plcc_load::Artifact;
+use plcc_record::{RecordedProgram, RecordedRun, Recording, Replayed, Replayer};
+use plcc_runtime::Executive;
 
 use crate::args::{EngineArg, SourceArgs};
 use crate::failure::Failure;

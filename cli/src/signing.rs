@@ -1,4 +1,4 @@
-//! Private keys and the signatures that they make; [`plcc_runtime::artifact::signature`] has the rest.
+//! Private keys and the signatures that they make; [`plcc_load::signature`] has the rest.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -8,7 +8,7 @@ use ed25519_dalek::pkcs8::spki::der::pem::LineEnding;
 use ed25519_dalek::pkcs8::{DecodePrivateKey, EncodePrivateKey, EncodePublicKey};
 use ed25519_dalek::{Signer, SigningKey};
 use plcc_files::{read_regular, why_not_read};
-use plcc_runtime::artifact::signature::Signature;
+use plcc_load::signature::Signature;
 
 use crate::failure::Failure;
 

@@ -6,7 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Engine;
-use plcc_runtime::record::{Recording, ReplayError, ReplayState, Replayed, RunTicks};
+use plcc_record::{Recording, ReplayError, ReplayState, Replayed, RunTicks};
 use plcc_runtime::{Event, Executive};
 
 use crate::DebugError;
@@ -229,7 +229,7 @@ impl History for Recorded {
     }
 
     fn look_for_more(&mut self) -> Result<(), DebugError> {
-        let read = |error: plcc_runtime::record::RecordError| DebugError(error.to_string());
+        let read = |error: plcc_record::RecordError| DebugError(error.to_string());
         let file = file_at(&self.path);
         if file == self.file {
             self.recording.refresh().map_err(read)?;

@@ -5,12 +5,13 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::Parser;
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::image_file::{Number, Place, SymbolTable};
-use plcc_runtime::run::{End, Watch, dump};
+use plcc_host::args::ControlArgs;
+use plcc_host::image_file::{Number, Place, SymbolTable};
+use plcc_host::run::{End, Watch, dump};
+use plcc_host::session;
+use plcc_load::Artifact;
 use plcc_runtime::{
-    Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable,
-    VariableKey, session,
+    Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable, VariableKey,
 };
 
 /// How many events are kept at most until they are taken. When a further one comes, the oldest is lost.

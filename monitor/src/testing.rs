@@ -5,9 +5,9 @@ use plcc_debugger::{DebuggedProgram, Launched};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::language;
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session;
+use plcc_host::args::ControlArgs;
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session;
 
 use crate::view::{Body, Screen, StatementLine, StatementsView, TargetKind};
 use crate::{Session, Target};

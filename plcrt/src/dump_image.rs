@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use plcc_host::args::RunArgs;
+use plcc_host::image_file::ImageReader;
+use plcc_host::run::{Watch, dump_image, dump_image_alone};
+use plcc_host::session;
+use plcc_load::Inspection;
 use plcc_runtime::Executive;
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::artifact::Inspection;
-use plcc_runtime::image_file::ImageReader;
-use plcc_runtime::run::{Watch, dump_image, dump_image_alone};
-use plcc_runtime::session;
 
 /// The dump of the image file `path`. With the artifact of its program the dump has what a dump of a run
 /// has; without it, what the image file's own table names.

@@ -1,7 +1,7 @@
 //! `plcrt --info`: what an artifact holds.
 
 use plcc_abi::{ABI_VERSION, printable};
-use plcc_runtime::artifact::Inspection;
+use plcc_load::Inspection;
 
 /// A line `key: value` for each thing that is known of an artifact. `verified` says that its signature
 /// was checked.

@@ -17,15 +17,17 @@ use clap::{CommandFactory, Parser};
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
+use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_host::configuration::{self, Mistake, Mistakes};
+use plcc_host::session;
+use plcc_host::session::PathConflict;
+use plcc_host::supervisor::{self, Supervision};
 use plcc_image::configuration::{Checked, Entry, Warning};
-use plcc_runtime::args::{ControlArgs, RunArgs};
-use plcc_runtime::artifact::Inspection;
-use plcc_runtime::artifact::signature::PublicKey;
-use plcc_runtime::configuration::{self, Mistake, Mistakes};
-use plcc_runtime::record::RecordedProgram;
-use plcc_runtime::session::PathConflict;
-use plcc_runtime::supervisor::{self, Supervision};
-use plcc_runtime::{Artifact, NativeEngine, session};
+use plcc_load::Artifact;
+use plcc_load::Inspection;
+use plcc_load::signature::PublicKey;
+use plcc_record::RecordedProgram;
+use plcc_runtime::NativeEngine;
 
 /// Runs a compiled PLC program.
 ///

@@ -28,7 +28,7 @@ use plcc_abi::Fnv;
 
 const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.
-pub(crate) const VERSION: u32 = 3;
+pub const VERSION: u32 = 3;
 
 /// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -51,17 +51,25 @@ pub enum CheckpointError {
 
 /// Serialises bytes as one piece, in the form that postcard gives a list of them, but without handling
 /// each alone. For use with `#[serde(with = "…")]`.
-pub(crate) mod bytes {
+pub mod bytes {
     use std::fmt;
 
     use serde::de::{Error, Visitor};
     use serde::{Deserializer, Serializer};
 
-    pub(crate) fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
+    /// Writes bytes as bytes.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    pub fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
         to.serialize_bytes(bytes)
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<u8>, D::Error> {
+    /// Reads them again.
+    ///
+    /// # Errors
+    /// Those of the deserializer.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<u8>, D::Error> {
         struct Bytes;
 
         impl Visitor<'_> for Bytes {
@@ -92,7 +100,7 @@ pub(crate) fn write_state<S: Serialize>(state: &S, out: &mut Vec<u8>) {
 
 /// A checkpoint of a program with this fingerprint, of its image and of what
 /// [`state_into`](crate::Executive::state_into) gave.
-pub(crate) fn seal(fingerprint: u64, image: &[u8], state: &[u8]) -> Vec<u8> {
+pub fn seal(fingerprint: u64, image: &[u8], state: &[u8]) -> Vec<u8> {
     let mut sealed = fingerprint.to_le_bytes().to_vec();
     // Writing to memory does not fail; a checkpoint without a payload is refused as damaged.
     sealed.extend(postcard::to_allocvec(&Run::pack(image)).unwrap_or_default());

@@ -2,7 +2,7 @@
 //! used up, whether a real-time interrupt of PMAC took too long, where a watchdog stops a scan.
 //!
 //! Everything else in a tick follows from the state before it and from what acts on it from outside.
-//! So an executive notes these decisions, the flight recorder ([`crate::record`]) keeps them, and an
+//! So an executive notes these decisions, the flight recorder keeps them, and an
 //! executive that replays the tick follows them instead of its clock.
 
 use serde::{Deserialize, Serialize};

@@ -26,12 +26,20 @@ pub(crate) trait Control {
 }
 
 /// The control that a program's tables are for.
-pub(crate) fn control(tables: &Tables) -> &dyn Control {
+fn control(tables: &Tables) -> &dyn Control {
     match tables {
         Tables::Pmi(tables) => tables,
         Tables::Nct(tables) => tables,
         Tables::Pmac(tables) => tables,
     }
+}
+
+/// Checks that the tables of a program fit its image and its tasks, before anything runs.
+///
+/// # Errors
+/// What does not fit.
+pub fn validate(program: &Program) -> Result<(), String> {
+    control(&program.tables).validate(program)
 }
 
 /// Compares two programs for an online change.

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use plcc_abi::{Code, CodeLine, CodeMemory, SourceLine};
 
-#[cfg(feature = "args")]
 use crate::mapped_code::NoMemory;
 use crate::native_error::NativeError;
 
@@ -66,7 +65,6 @@ impl LoadedCode {
     }
 
     /// Keeps the code in memory until the process ends.
-    #[cfg(feature = "args")]
     pub(crate) fn keep_memory(&mut self) {
         std::mem::forget(std::mem::replace(&mut self.memory, Box::new(NoMemory)));
     }

@@ -44,11 +44,10 @@ unsafe impl CodeMemory for MappedCode {
 }
 
 /// Memory of no length, in the place of memory that is kept until the process ends.
-#[cfg(feature = "args")]
 pub(crate) struct NoMemory;
 
 // SAFETY: there is nothing that could move, be written or executed.
-#[cfg(feature = "args")]
+
 unsafe impl CodeMemory for NoMemory {
     fn bytes(&self) -> &[u8] {
         &[]

@@ -18,7 +18,7 @@ use plcc_abi::{
 };
 
 use crate::frame_search::return_address;
-#[cfg(feature = "args")]
+
 use crate::gdb::ShownCode;
 pub use crate::loaded_code::LaterCode;
 use crate::loaded_code::LoadedCode;
@@ -29,7 +29,6 @@ use crate::perf;
 /// Compiled code in executable memory.
 pub struct NativeEngine {
     /// What gdb knows of the code, if it was told.
-    #[cfg(feature = "args")]
     shown: Option<ShownCode>,
     /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
     /// scan can be in it: a scan borrows the engine.
@@ -64,7 +63,6 @@ struct Start {
 
 /// Keeps code that gdb knows of in memory until the process ends: gdb does not forget the breakpoints in
 /// it, and reports an error and goes no further when it can't write there.
-#[cfg(feature = "args")]
 impl Drop for NativeEngine {
     fn drop(&mut self) {
         if self.shown.is_some() {
@@ -130,7 +128,6 @@ impl NativeEngine {
             perf::write_map(code, files, loaded.extent().0);
         }
         Ok(Self {
-            #[cfg(feature = "args")]
             shown: None,
             code: loaded,
             later_code: None,
@@ -191,12 +188,11 @@ impl NativeEngine {
     }
 
     /// Tells gdb of the code, so that it stops at lines of the source and prints variables. `debug` is what
-    /// the compiler makes for that, [`Artifact::debug`](crate::Artifact::debug). From then on the code stays in
+    /// the compiler makes for that, [`Artifact::debug`](plcc_load::Artifact::debug). From then on the code stays in
     /// memory until the process ends.
     ///
     /// # Errors
     /// What is wrong with `debug`.
-    #[cfg(feature = "args")]
     pub fn show_to_gdb(&mut self, debug: &[u8]) -> Result<(), &'static str> {
         self.shown = Some(ShownCode::new(debug, self.code.extent().0)?);
         Ok(())
@@ -373,11 +369,11 @@ impl Engine for NativeEngine {
             epoch: scan.limit.epoch,
             limit: AtomicU64::new(scan.limit.limit),
         };
-        #[cfg(feature = "args")]
+
         let shown = self.shown.as_ref().map(ShownCode::context);
         let mut call = Call { context, scan, engine: self, early_end: ManuallyDrop::new(None) };
         let call = &raw mut call;
-        #[cfg(feature = "args")]
+
         if let Some(shown) = shown {
             shown.store(call.cast(), Ordering::Relaxed);
         }

@@ -11,6 +11,6 @@ const STACK: usize = 256 << 10;
 
 /// A thread of this name with a small stack, to be started. What it calls must neither recurse deeply nor
 /// compile.
-pub(crate) fn small_thread(name: &str) -> Builder {
+pub fn small_thread(name: &str) -> Builder {
     Builder::new().name(name.into()).stack_size(STACK)
 }

@@ -5,33 +5,33 @@
 
 /// Nothing, or what does not fit: the end of a sentence that begins with "the artifact is inconsistent:" or
 /// "the program is damaged:".
-pub(crate) type Check = Result<(), String>;
+pub type Check = Result<(), String>;
 
 /// An error that says `what` does not fit, unless a condition holds.
-pub(crate) fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
+pub fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
     if holds { Ok(()) } else { Err(what()) }
 }
 
 /// The process image as far as tables are checked against it: its size.
 #[derive(Clone, Copy)]
-pub(crate) struct Image {
+pub struct Image {
     /// Its length in bytes.
-    pub(crate) size: u64,
+    pub size: u64,
 }
 
 impl Image {
     /// An image of `size` bytes.
-    pub(crate) fn new(size: u32) -> Self {
+    pub fn new(size: u32) -> Self {
         Self { size: size.into() }
     }
 
     /// Whether `length` bytes from `offset` are inside.
-    pub(crate) fn holds(self, offset: u32, length: u32) -> bool {
+    pub fn holds(self, offset: u32, length: u32) -> bool {
         u64::from(offset) + u64::from(length) <= self.size
     }
 
     /// Refuses `what` unless its `length` bytes from `offset` are inside.
-    pub(crate) fn check(self, offset: u32, length: u32, what: &str) -> Check {
+    pub fn check(self, offset: u32, length: u32, what: &str) -> Check {
         ensure(self.holds(offset, length), || format!("{what} is outside the image"))
     }
 }

@@ -12,7 +12,7 @@ unit() {
   case $1 in
     # Examples in documentation are left out: rustdoc does not link them with the sanitizer.
     codegen) words="-p plcc-codegen --lib --tests" ;;
-    runtime) words="-p plcc-runtime --features args --lib" ;;
+    runtime) words="-p plcc-runtime -p plcc-load -p plcc-record -p plcc-host --lib" ;;
     image) words="-p plcc-image --lib" ;;
     # The tests that build the loader would build its procedural macros with the flags.
     languages) words="-p plcc-tests --test all_languages -- --skip loader::" ;;

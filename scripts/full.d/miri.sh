@@ -12,10 +12,10 @@ unit() {
   case $1 in
     code) in_miri -p plcc-abi --lib -- code:: unwind:: deadline:: image:: ;;
     # Other tests of artifacts read one thousands of times, which takes Miri hours, or open files as it can't.
-    artifact) in_miri -p plcc-runtime --features args --lib -- artifact::tests::an_artifact ;;
-    gdb) in_miri -p plcc-runtime --features args --lib -- gdb:: ;;
-    retained) in_miri -p plcc-runtime --features args --lib -- retain::format retain::restored ;;
-    state) in_miri -p plcc-runtime --features args --lib -- checkpoint:: safe_outputs:: ;;
+    artifact) in_miri -p plcc-load --lib -- tests::an_artifact ;;
+    gdb) in_miri -p plcc-runtime --lib -- gdb:: ;;
+    retained) in_miri -p plcc-host --lib -- retain::format && in_miri -p plcc-runtime --lib -- retained:: ;;
+    state) in_miri -p plcc-runtime --lib -- checkpoint:: safe_outputs:: ;;
   esac || result="**fails, see logs/$1**"
   tests_ran "$1" || return 1
   printf '%s\t%s\t%s\n' "$1" "$result" $((SECONDS - start))

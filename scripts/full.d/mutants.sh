@@ -19,7 +19,7 @@ quick_tests() {
 -p plcc-tests --test pmi
 -p plcc-tests --test nct
 -p plcc-tests --test pmac
--p plcc-frontend -p plcc-runtime --lib
+-p plcc-frontend -p plcc-runtime -p plcc-load -p plcc-record -p plcc-host --lib
 -p plcc-abi -p plcc-ir -p plcc-codegen -p plcc-frontend --tests
 -p plcc-tests --test all_languages --test allocations
 -p plcrt -p plcc

@@ -5,7 +5,7 @@
 # thousands, such as 100k. The unit `killed` ends 500 processes by SIGKILL while they save.
 head=$'crash states from\tresult\tseconds'
 
-# A case of runtime/src/retain/crash_states.rs looks at so many states.
+# A case of host/src/retain/crash_states.rs looks at so many states.
 states_per_case=20
 
 units() {
@@ -21,7 +21,7 @@ unit() {
       a_process_that_is_killed >&2 || result="**lost, see logs/$1**"
   else
     PLCC_CRASH_CASES=$cases PLCC_FIRST=$((10#${1%k} * 1000 / states_per_case)) \
-      cargo test --release --locked -p plcc-runtime --lib after_a_power_failure >&2 \
+      cargo test --release --locked -p plcc-host --lib after_a_power_failure >&2 \
       || result="**lost, see logs/$1**"
   fi
   tests_ran "$1" || return 1

@@ -11,8 +11,9 @@ use plcc_codegen::{OptLevel, Optimization, Target};
 use plcc_diag::{FileId, SourceMap, render};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
 use plcc_ir::{Module, interp, verify};
+use plcc_load::Artifact;
 use plcc_random::Rng;
-use plcc_runtime::{Artifact, NativeEngine};
+use plcc_runtime::NativeEngine;
 
 /// An engine, and whether the code that it runs is optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,10 +7,11 @@ use std::path::Path;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::record::{RecordFile, Recorder};
-use plcc_runtime::swap::ReplaceableExecutive;
-use plcc_runtime::{Event, Executive, Purpose, Variable, session};
+use plcc_host::args::ControlArgs;
+use plcc_host::session;
+use plcc_record::ReplaceableExecutive;
+use plcc_record::{RecordFile, Recorder};
+use plcc_runtime::{Event, Executive, Purpose, Variable};
 
 use crate::compile::{Compiled, compile, compile_sources};
 use crate::gen_pmi::Case;

@@ -14,12 +14,13 @@ use plcc_abi::{Dialect, Program};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
 use plcc_diag::{Diagnostic, FileId, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
+use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_host::socket::Dialogue;
+use plcc_host::{configuration, retain, session};
 use plcc_ir::{Module, text, verify};
-use plcc_runtime::args::{ControlArgs, RunArgs};
-use plcc_runtime::artifact::header;
-use plcc_runtime::artifact::signature::{self, PublicKey};
-use plcc_runtime::socket::Dialogue;
-use plcc_runtime::{Artifact, artifact, configuration, retain, session};
+use plcc_load::Artifact;
+use plcc_load::header;
+use plcc_load::signature::{self, PublicKey};
 
 use crate::no_fault::faults;
 
@@ -143,10 +144,10 @@ pub fn artifact(bytes: &[u8]) {
     header::reseal(&mut repaired);
     for bytes in [bytes, &repaired] {
         let Ok(read) = Artifact::parse(bytes, None) else { continue };
-        let again = artifact::encode_with(
+        let again = plcc_load::encode_with(
             &read.program,
             &read.code,
-            artifact::Attached { debug: &read.debug, sources: &read.sources },
+            plcc_load::Attached { debug: &read.debug, sources: &read.sources },
         );
         let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
         assert!(Artifact::parse(&again, None).is_ok_and(|copy| copy == read));
@@ -178,7 +179,7 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
         let lowered = checked?.optimized(OptLevel::Speed).ok()?;
         let target = Target::host_baseline().ok()?;
         let code = code(&lowered, &target).ok()?;
-        Some((name, artifact::encode(&lowered.program, &code).ok()?))
+        Some((name, plcc_load::encode(&lowered.program, &code).ok()?))
     };
     sources.into_iter().filter_map(make).collect()
 }

@@ -10,12 +10,12 @@ use allocation_counter::measure;
 use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
+use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_host::image_file::{Content, Publisher, State, SymbolTable};
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session::{self, executive};
 use plcc_image::{InputWriter, Number};
-use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::compare;
-use plcc_runtime::image_file::{Content, Publisher, State, SymbolTable};
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session::{self, executive};
 use plcc_runtime::{Executive, Purpose};
 use plcc_tests::compile::{EngineKind, compile};
 /// What the thread that runs the ticks does for the image file and the socket: it writes the image,

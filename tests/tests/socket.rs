@@ -19,9 +19,9 @@ use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
-use plcc_runtime::image_file::{ImageReader, State};
-use plcc_runtime::record::{Recording, Replayer};
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_host::image_file::{ImageReader, State};
+use plcc_host::session::replay::recorded_executive;
+use plcc_record::{Recording, Replayer};
 use serde_json::{Value as Json, json};
 
 /// After this time something that was to happen is taken not to come. Where all is well nothing waits for it.

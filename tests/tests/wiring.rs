@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use plcc::recorded::{Found, ReplayEngine};
 use plcc_abi::Dialect;
+use plcc_host::session::replay::recorded_executive;
 use plcc_image::{ImageReader, InputWriter, Number};
-use plcc_runtime::record::{Recording, Replayer};
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_record::{Recording, Replayer};
 use plcc_tests::loader::{Folder, wait_until};
 
 /// Counts the scans in which the door is open; the pump runs while the door is closed.

@@ -11,7 +11,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use plcc_abi::Dialect;
 use plcc_diag::lints::Lint;
-use plcc_runtime::args::{ControlArgs, RunArgs};
+use plcc_host::args::{ControlArgs, RunArgs};
 
 use crate::object_args::ObjectArgs;
 pub(crate) use machine::{HalArgs, IoArgs};

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
 use plcc_frontend::common::Options;
+use plcc_host::run::{Player, Stimulus};
+use plcc_host::session;
 use plcc_runtime::pmac::Settings;
-use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::{Event, Executive, session};
+use plcc_runtime::{Event, Executive};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 

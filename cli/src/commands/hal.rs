@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use plcc_codegen::{OptLevel, Target};
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::session;
+use plcc_host::args::ControlArgs;
+use plcc_host::session;
 
 use crate::args::HalArgs;
 use crate::compile::{self, Checked, CompileError, Optimized};

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use plcc_abi::{Dialect, printable};
 use plcc_diag::{FileId, SourceMap};
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::image_file::SymbolTable;
-use plcc_runtime::session;
+use plcc_host::args::ControlArgs;
+use plcc_host::image_file::SymbolTable;
+use plcc_host::session;
 
 use crate::args::{FormatArg, IoArgs};
 use crate::failure::{DONE, ERRORS, Failure};

@@ -8,7 +8,7 @@ use plcc_debugger::dap::LaunchArguments;
 use plcc_files::why_not_read;
 use plcc_monitor::view::TargetKind;
 use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};
-use plcc_runtime::record::{RecordError, Recording};
+use plcc_record::{RecordError, Recording};
 use serde_json::json;
 
 use crate::args::{MonitorArgs, RunCommand};

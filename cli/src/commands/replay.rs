@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use plcc_runtime::record::{
+use plcc_host::run::{End, Trace, TraceFormat, Watch, dump};
+use plcc_record::{
     Difference, RecordedRun, Recording, ReplayError, Replayed, Replayer, differing_variables,
 };
-use plcc_runtime::run::{End, Trace, TraceFormat, Watch, dump};
 use plcc_runtime::{Event, EventBody};
 
 use crate::args::ReplayArgs;
@@ -205,7 +205,7 @@ impl Replay<'_> {
             // Writing to memory does not fail.
             let dialect = self.found.program.dialect();
             let _ = dump(&mut text, dialect, replayer.executive(), &watch, &end);
-            plcc_runtime::session::write_whole(path, &text).map_err(|e| not_written(path, &e))?;
+            plcc_host::session::write_whole(path, &text).map_err(|e| not_written(path, &e))?;
         }
         let shown = (from, end.ticks.saturating_sub(1));
         self.report.message(&format!(

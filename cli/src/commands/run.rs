@@ -7,10 +7,12 @@ use std::sync::Arc;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::emit::ObjectOptions;
 use plcc_files::open_regular;
-use plcc_runtime::args::RunArgs;
+use plcc_host::args::RunArgs;
+use plcc_host::session;
+use plcc_load::Artifact;
+use plcc_record::RecordedProgram;
+use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::Settings;
-use plcc_runtime::record::RecordedProgram;
-use plcc_runtime::{Artifact, NativeEngine, session};
 
 use crate::args::{EngineArg, FormatArg, RecompileAfter, RunCommand};
 use crate::compile::{self, Checked, CompileError};

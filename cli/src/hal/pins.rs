@@ -14,8 +14,8 @@ use plcc_abi::nct::NctName;
 use plcc_abi::pmi::Role;
 use plcc_abi::{Program, Tables, natural_cmp};
 use plcc_frontend::common::{CrossReference, CrossReferenceRow};
+use plcc_host::image_file::SymbolTable;
 use plcc_image::hal_pin_name;
-use plcc_runtime::image_file::SymbolTable;
 use plcc_runtime::{Executive, Purpose, Value};
 
 /// The type of a pin.

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::{Controller, Limits, Machine, Options};
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::{Player, Run, Stimulus, Watch, dump};
-use plcc_runtime::session::executive;
+use plcc_host::args::RunArgs;
+use plcc_host::run::{Player, Run, Stimulus, Watch, dump};
+use plcc_host::session::executive;
 use plcc_tests::compile::{Compiled, EngineKind, compile};
 
 /// What may stand in `args`.

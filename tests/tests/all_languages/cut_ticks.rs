@@ -11,10 +11,10 @@ use plcc_abi::Dialect;
 use plcc_debugger::{DebuggedProgram, Debugger, Recorded, Session};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::record::Recording;
-use plcc_runtime::session;
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_host::args::RunArgs;
+use plcc_host::session;
+use plcc_host::session::replay::recorded_executive;
+use plcc_record::Recording;
 
 use crate::watchdog::LateAt;
 

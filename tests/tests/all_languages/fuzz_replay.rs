@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use plcc_abi::ABI_VERSION;
-use plcc_runtime::{Artifact, retain};
+use plcc_host::retain;
+use plcc_load::Artifact;
 use plcc_tests::mutate::mutate;
 use plcc_tests::promises::{PROMISES, Promise, artifacts};
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
 use plcc_random::{Rng, seeds};
-use plcc_runtime::record::{
+use plcc_record::{
     Appending, Difference, Keep, RecordError, RecordFile, RecordedProgram, Recording, Replayer,
     RunHeader, differing_variables,
 };

@@ -8,8 +8,8 @@ use clap::Parser;
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan, TrapCode};
 use plcc_frontend::common::Options;
 use plcc_frontend::detect::{Ending, ending};
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::session;
+use plcc_host::args::RunArgs;
+use plcc_host::session;
 use plcc_tests::compile::{EngineKind, compile};
 
 #[derive(Parser)]

@@ -1,4 +1,4 @@
-//! Runs with the options of `plcc run` and `plcrt`, which both hand to `plcc_runtime::session`: the
+//! Runs with the options of `plcc run` and `plcrt`, which both hand to `plcc_host::session`: the
 //! files that they write, their exit status, their time, and the data that survives power-off.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -11,9 +11,9 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 use plcc_frontend::common::Options;
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::{Clock, SystemClock};
-use plcc_runtime::session;
+use plcc_host::args::RunArgs;
+use plcc_host::run::{Clock, SystemClock};
+use plcc_host::session;
 use plcc_tests::compile::{EngineKind, compile};
 
 #[derive(Parser)]

@@ -8,8 +8,9 @@ use std::path::PathBuf;
 use plcc_abi::Dialect;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::{Stop, session};
+use plcc_host::args::ControlArgs;
+use plcc_host::session;
+use plcc_runtime::Stop;
 use plcc_tests::compile::{Compiled, EngineKind, compile, compile_sources};
 
 /// The stop of a program, which must be the same in every engine. It happens within two ticks.

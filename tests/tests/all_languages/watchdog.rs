@@ -9,8 +9,8 @@ use clap::Parser;
 use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
 use plcc_frontend::common::{Limits, Options};
 use plcc_frontend::detect::{Ending, ending};
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::session;
+use plcc_host::args::RunArgs;
+use plcc_host::session;
 use plcc_tests::compile::{EngineKind, compile};
 use plcc_tests::loader::Folder;
 

@@ -10,9 +10,9 @@ use plcc::recorded::{Found, ReplayEngine};
 use plcc_abi::Dialect;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
+use plcc_host::session::replay::recorded_executive;
 use plcc_random::{Rng, seeds};
-use plcc_runtime::record::{RecordedRun, Recording, Replayer};
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_record::{RecordedRun, Recording, Replayer};
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::gen_program;
 

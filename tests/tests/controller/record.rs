@@ -10,9 +10,9 @@ use plcc::recorded::{Found, ReplayEngine};
 use plcc_abi::Dialect;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
+use plcc_host::session::replay::recorded_executive;
+use plcc_record::{RecordedProgram, RecordedRun, Recording, Replayer};
 use plcc_runtime::Stop;
-use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayer};
-use plcc_runtime::session::replay::recorded_executive;
 
 use crate::shop::{Shop, loader, wait};
 

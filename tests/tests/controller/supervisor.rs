@@ -7,10 +7,11 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use plcc_abi::Dialect;
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::image_file::{ImageReader, State};
+use plcc_host::args::ControlArgs;
+use plcc_host::image_file::{ImageReader, State};
+use plcc_host::session;
+use plcc_load::Artifact;
 use plcc_runtime::safe_outputs::SafeByte;
-use plcc_runtime::{Artifact, session};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::shop::{Shop, loader, wait};

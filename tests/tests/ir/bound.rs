@@ -9,12 +9,12 @@ use plcc_abi::{Dialect, Engine, Outcome, Program, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Lowered, Options};
+use plcc_host::args::ControlArgs;
+use plcc_host::session;
 use plcc_ir::Module;
 use plcc_ir::bound::{Bound, ReturnStack, bounds};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::optimize;
-use plcc_runtime::args::ControlArgs;
-use plcc_runtime::session;
 use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
 
 /// The IR interpreter, which checks each scan against its task's bound.

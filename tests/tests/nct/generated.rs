@@ -10,10 +10,11 @@ use plcc_frontend::common::{Lowered, MemoryLoader, Options};
 use plcc_frontend::nct;
 use plcc_ir::Module;
 use plcc_ir::interp::Interpreter;
+use plcc_load::Artifact;
 use plcc_random::seeds;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::nct::{NctExecutive, NctOptions};
-use plcc_runtime::{Artifact, Executive, Purpose, artifact};
+use plcc_runtime::{Executive, Purpose};
 use plcc_tests::gen_nct::generate;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::idioms::Failure;
@@ -101,7 +102,7 @@ fn engines(lowered: &Lowered) -> Result<Vec<Named>, Failure> {
         let code = compile(module, &Target::host_baseline().unwrap(), options)
             .map_err(Failure::refused)?;
         let read =
-            Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap(), None).unwrap();
+            Artifact::parse(&plcc_load::encode(&lowered.program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, lowered.program);
         Ok(Box::new(NativeEngine::new(&read.code, &read.program).map_err(Failure::refused)?))
     };

@@ -11,12 +11,11 @@ use plcc_frontend::{
     common::{Controller, MemoryLoader, Options},
     pmac,
 };
+use plcc_load::Artifact;
 use plcc_random::seeds;
-use plcc_runtime::{
-    Artifact, Event, Executive, Purpose, artifact,
-    native::NativeEngine,
-    pmac::{PmacExecutive, PmacOptions, Recompiling, Settings},
-};
+use plcc_runtime::native::NativeEngine;
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiling, Settings};
+use plcc_runtime::{Event, Executive, Purpose};
 use plcc_tests::as_if_long;
 use plcc_tests::gen_pmac::{generate, generate_for};
 use plcc_tests::idioms::Failure;
@@ -60,7 +59,7 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
         // As in a long program: code that seldom runs has its registers allocated in a single pass.
         let target = Target::host_baseline().unwrap().with_quick_code_from(0);
         let code = compile(&module, &target, options).map_err(Failure::refused)?;
-        let read = Artifact::parse(&artifact::encode(&program, &code).unwrap(), None).unwrap();
+        let read = Artifact::parse(&plcc_load::encode(&program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, program);
         Ok(Box::new(NativeEngine::new(&read.code, &read.program).map_err(Failure::refused)?))
     };

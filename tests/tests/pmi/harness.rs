@@ -9,11 +9,10 @@ use plcc_frontend::{
     pmi,
 };
 use plcc_ir::Module;
-use plcc_runtime::{
-    Artifact, Event, Executive, Purpose, Setting, Stop, Variable, artifact,
-    native::NativeEngine,
-    pmi::{PmiExecutive, PmiOptions},
-};
+use plcc_load::Artifact;
+use plcc_runtime::native::NativeEngine;
+use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
+use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, Variable};
 
 /// The result of a tick and its events.
 pub(crate) type Ticked = (Result<(), Stop>, Vec<Event>);
@@ -70,7 +69,7 @@ fn native(module: &Module, options: CodegenOptions, program: &Program) -> Box<dy
 fn ahead(module: &Module, options: CodegenOptions, program: &Program) -> Box<dyn Engine> {
     let target = Target::host_baseline().expect("this architecture is a target");
     let code = compile(module, &target, options).expect("native code");
-    let bytes = artifact::encode(program, &code).expect("an artifact");
+    let bytes = plcc_load::encode(program, &code).expect("an artifact");
     let read = Artifact::parse(&bytes, None).expect("it is read back");
     assert_eq!(read.program, *program, "the tables come back");
     Box::new(NativeEngine::new(&read.code, &read.program).expect("an engine"))

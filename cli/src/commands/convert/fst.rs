@@ -9,7 +9,7 @@ use fst_writer::{
     FstVarDirection, FstVarType, FstWriteError,
 };
 use plcc_files::open_output;
-use plcc_runtime::run::{TraceText, Watch};
+use plcc_host::run::{TraceText, Watch};
 use plcc_runtime::{Executive, Value, Variable};
 
 use super::Watches;

@@ -23,8 +23,8 @@ use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use plcc_debugger::variables::Titles;
 use plcc_files::open_output;
-use plcc_runtime::record::RecordedRun;
-use plcc_runtime::run::TraceText;
+use plcc_host::run::TraceText;
+use plcc_record::RecordedRun;
 use plcc_runtime::{Event, EventBody, Executive, Value, Variable};
 use serde_json::{Map, Value as Json, json};
 

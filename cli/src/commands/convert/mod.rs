@@ -10,9 +10,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use plcc_files::{open_output, why_not_written};
-use plcc_runtime::record::{RecordedRun, Recording};
-use plcc_runtime::run::{TraceFormat, TraceText, Watch};
-use plcc_runtime::session::replay::recorded_executive;
+use plcc_host::run::{TraceFormat, TraceText, Watch};
+use plcc_host::session::replay::recorded_executive;
+use plcc_record::{RecordedRun, Recording};
 use plcc_runtime::{Event, Executive, NameError, Purpose, Variable};
 
 use crate::args::{ConvertArgs, ConvertFormat};

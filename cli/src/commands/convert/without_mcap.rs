@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use plcc_runtime::record::RecordedRun;
-use plcc_runtime::run::TraceText;
+use plcc_host::run::TraceText;
+use plcc_record::RecordedRun;
 use plcc_runtime::{Event, Executive, Variable};
 
 use super::{RanProgram, Watches};

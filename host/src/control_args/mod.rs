@@ -1,0 +1,128 @@
+//! The options of each control, a file for each language, and the executive of a program, set as they say.
+
+mod nct;
+mod pmac;
+mod pmi;
+
+use std::time::Duration;
+
+use clap::Args;
+use plcc_abi::machine::Machine;
+use plcc_abi::{Dialect, Program, Tables};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use plcc_runtime::Executive;
+
+pub use nct::NctArgs;
+pub use pmac::PmacArgs;
+pub use pmi::PmiArgs;
+
+/// The settings of the control; part of [`RunArgs`](crate::args::RunArgs), and of other commands that execute programs.
+/// Each language has its own options.
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+#[command(next_help_heading = "Control")]
+pub struct ControlArgs {
+    /// PMI's.
+    #[command(flatten)]
+    pub pmi: PmiArgs,
+
+    /// NCT's.
+    #[command(flatten)]
+    pub nct: NctArgs,
+
+    /// PMAC's.
+    #[command(flatten)]
+    pub pmac: PmacArgs,
+}
+
+/// The settings that are chosen for one run.
+struct Choices<'a> {
+    /// The options of the command line.
+    args: &'a ControlArgs,
+    /// Whether the clock paces the ticks.
+    realtime: bool,
+    /// A machine file whose settings replace those that the program was compiled with.
+    machine: Option<&'a Machine>,
+}
+
+/// Why there is no executive for a program with these options.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ControlError {
+    /// An option is for programs in another language.
+    #[error("{option} is for {of} programs; this one is {is}")]
+    OtherLanguage {
+        /// The option, as it is written on the command line.
+        option: &'static str,
+        /// The language that has it.
+        of: &'static str,
+        /// The language of the program.
+        is: &'static str,
+    },
+    /// The program's tables do not fit together.
+    #[error("the program can't be run: {0}")]
+    Damaged(String),
+}
+
+/// Makes the executive of a program, set as `args` say; `realtime` says whether the clock will pace its
+/// ticks. `machine` is the machine file of the run; without one, the settings hold with which the program
+/// was compiled.
+///
+/// # Errors
+/// When an option is for another language, or the program's tables do not fit together.
+pub fn executive(
+    program: &Program,
+    args: &ControlArgs,
+    realtime: bool,
+    machine: Option<&Machine>,
+) -> Result<Box<dyn Executive + Send>, ControlError> {
+    check(args, program.dialect())?;
+    let choices = Choices { args, realtime, machine };
+    let executive = match &program.tables {
+        Tables::Pmi(_) => pmi::executive(program, &choices),
+        Tables::Nct(tables) => nct::executive(tables, program, &choices),
+        Tables::Pmac(_) => pmac::executive(program, &choices),
+    };
+    executive.map_err(ControlError::Damaged)
+}
+
+/// Whether a machine file says something that is used when a program runs, rather than when it is
+/// compiled.
+pub fn takes_machine_file(program: &Program) -> bool {
+    match &program.tables {
+        Tables::Pmi(_) | Tables::Pmac(_) => false,
+        Tables::Nct(_) => true,
+    }
+}
+
+/// Refuses options that are for controls of another language than `dialect`.
+fn check(args: &ControlArgs, dialect: Dialect) -> Result<(), ControlError> {
+    for &other in Dialect::ALL.iter().filter(|&&other| other != dialect) {
+        if let Some(option) = option_of(other, args) {
+            let (of, is) = (other.name(), dialect.name());
+            return Err(ControlError::OtherLanguage { option, of, is });
+        }
+    }
+    Ok(())
+}
+
+/// The first option among `args` that only controls of language `dialect` have, as it is written on
+/// the command line.
+fn option_of(dialect: Dialect, args: &ControlArgs) -> Option<&'static str> {
+    match dialect {
+        Dialect::Pmi => args.pmi.first_given(),
+        Dialect::Nct => args.nct.first_given(),
+        Dialect::Pmac => args.pmac.first_given(),
+    }
+}
+
+/// A decimal number without a sign or an exponent, with or without a fraction.
+pub(crate) fn decimal(text: &str) -> Option<f64> {
+    let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+    (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
+}
+
+/// `number` times `unit` seconds; `None` where that is negative or too long for a [`Duration`].
+pub(crate) fn seconds(number: f64, unit: f64) -> Option<Duration> {
+    Duration::try_from_secs_f64(number * unit).ok()
+}

@@ -1,0 +1,39 @@
+//! The options that only a PMAC has, and its executive made from them.
+
+use clap::Args;
+use plcc_abi::Program;
+use serde::{Deserialize, Serialize};
+
+use super::Choices;
+use plcc_runtime::Executive;
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
+
+/// The options of a PMAC.
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+pub struct PmacArgs {
+    /// PMAC: background steps in each servo cycle [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub background_steps: Option<u32>,
+}
+
+impl PmacArgs {
+    /// The first option that is given.
+    pub(super) fn first_given(&self) -> Option<&'static str> {
+        self.background_steps.is_some().then_some("--background-steps")
+    }
+}
+
+/// A PMAC at power-up.
+pub(super) fn executive(
+    program: &Program,
+    choices: &Choices<'_>,
+) -> Result<Box<dyn Executive + Send>, String> {
+    let standard = PmacOptions::default();
+    let background_steps = choices.args.pmac.background_steps;
+    let options = PmacOptions {
+        background_steps: background_steps.unwrap_or(standard.background_steps),
+        realtime: choices.realtime,
+    };
+    let executive = PmacExecutive::new(program, options);
+    Ok(Box::new(executive.ok_or("it is for no PMAC")?))
+}

@@ -1,0 +1,60 @@
+//! The options that only a PMI control has, and its executive made from them.
+
+use std::time::Duration;
+
+use clap::Args;
+use plcc_abi::Program;
+use serde::{Deserialize, Serialize};
+
+use super::Choices;
+use super::{decimal, seconds};
+use plcc_runtime::Executive;
+use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
+
+/// The options of a PMI control.
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+pub struct PmiArgs {
+    /// PMI: time between two scans in milliseconds [default: 20]
+    #[arg(long, value_name = "MS", value_parser = period)]
+    pub period: Option<Duration>,
+}
+
+impl PmiArgs {
+    /// The first option that is given.
+    pub(super) fn first_given(&self) -> Option<&'static str> {
+        self.period.is_some().then_some("--period")
+    }
+}
+
+/// The executive of a PMI control at power-up, as the options say.
+pub(super) fn executive(
+    program: &Program,
+    choices: &Choices<'_>,
+) -> Result<Box<dyn Executive + Send>, String> {
+    let standard = PmiOptions::default();
+    let period = choices.args.pmi.period.map(|period| period.as_nanos() as u64);
+    let options = PmiOptions { period_ns: period.unwrap_or(standard.period_ns) };
+    let executive = PmiExecutive::new(program, options);
+    Ok(Box::new(executive.map_err(|error| error.to_string())?))
+}
+
+fn period(text: &str) -> Result<Duration, String> {
+    let number = decimal(text).ok_or("a number of milliseconds is expected, as in 20 or 2.5")?;
+    let period = seconds(number, 0.001).filter(|period| period.as_secs() < 3600);
+    period
+        .filter(|period| !period.is_zero())
+        .ok_or_else(|| "it is more than 0 and less than an hour".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_are_milliseconds() {
+        assert_eq!(period("2.5"), Ok(Duration::from_micros(2500)));
+        for text in ["0", "-1", "", ".", "20ms", "3600000", "inf"] {
+            assert!(period(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! A prepared online change, as the thread that runs the ticks carries it out.
+
+use plcc_abi::Engine;
+
+use crate::image_file::Publisher;
+use plcc_record::RecorderProgram;
+use plcc_record::ReplaceableExecutive;
+use plcc_runtime::Executive;
+use plcc_runtime::online_change::Plan;
+
+/// A program that is to take the place of the one that runs. When that is done, this holds the former program,
+/// for a rollback.
+pub(crate) struct Replacement {
+    pub(crate) executive: Box<dyn Executive + Send>,
+    /// The engine of its program; `None` for the engine with which the run began.
+    pub(crate) engine: Option<Box<dyn Engine + Send>>,
+    pub(crate) plan: Plan,
+    /// What a recorder keeps for its program.
+    pub(crate) recorder_program: RecorderProgram,
+    /// Its image file.
+    pub(crate) publisher: Option<Publisher>,
+    /// Why the replacement could not be carried out, if so; nothing has changed then.
+    pub(crate) failure: Option<&'static str>,
+}
+
+impl std::fmt::Debug for Replacement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Replacement").field("plan", &self.plan).finish_non_exhaustive()
+    }
+}
+
+impl Replacement {
+    /// Exchanges this program with the one that `running` runs, whose state and image file it takes over.
+    pub(crate) fn carry_out(
+        &mut self,
+        running: &mut ReplaceableExecutive,
+        publisher: &mut Option<Publisher>,
+    ) {
+        let Self { executive, engine, recorder_program, .. } = self;
+        if !running.change_program(executive, engine, recorder_program, &self.plan) {
+            return self.fail("the programs are for different controls");
+        }
+        std::mem::swap(publisher, &mut self.publisher);
+    }
+
+    /// Notes why it could not be carried out.
+    pub(crate) fn fail(&mut self, why: &'static str) {
+        self.failure = Some(why);
+    }
+}

@@ -1,0 +1,238 @@
+//! The stimulus (`--stimulus`): a table `tick,name,value` of what the machine and the operator do. It
+//! is read and checked as a whole before the first tick, and then played tick by tick.
+
+use std::collections::HashMap;
+
+use plcc_runtime::{Executive, Purpose, Setting, Variable};
+
+/// At most this many mistakes of a stimulus are reported, the rest is counted.
+const MAX_ERRORS: usize = 20;
+
+/// The longest name, in bytes. Longer ones are refused before they are looked up.
+const MAX_NAME: usize = 60;
+
+/// How many characters of a line or a value a message shows at most.
+const MAX_SHOWN: usize = 60;
+
+/// A row whose name was found and whose value was checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Row {
+    tick: u64,
+    variable: Variable,
+    value: Setting,
+}
+
+/// A stimulus for one executive, whose variables it holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stimulus {
+    /// By rising tick; rows of one tick in the order in which they were written.
+    rows: Vec<Row>,
+}
+
+/// What is wrong with a line of a stimulus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LineError {
+    /// The line, from 1.
+    pub line: u64,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// What is wrong with a stimulus: the first lines, and how many more there are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StimulusError {
+    /// The first lines with a mistake.
+    pub lines: Vec<LineError>,
+    /// How many there are beyond those.
+    pub more: usize,
+}
+
+impl Stimulus {
+    /// Reads a stimulus: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
+    /// CR, empty lines anywhere, fields plain or in double quotes. A Ctrl-Z at the end, which DOS
+    /// programs write, is ignored.
+    ///
+    /// # Errors
+    /// A missing header, a row that has no three fields, a tick that is no number, a name that
+    /// the executive does not know or cannot set, a value that does not fit.
+    pub fn parse(bytes: &[u8], executive: &mut dyn Executive) -> Result<Self, StimulusError> {
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
+        let text = text.trim_end().strip_suffix('\u{1A}').unwrap_or(text);
+        let mut reader = Reader { executive, names: HashMap::new() };
+        let mut rows: Vec<Row> = vec![];
+        let mut errors = StimulusError { lines: vec![], more: 0 };
+        let mut has_header = false;
+        for (line, number) in lines(text).zip(1u64..) {
+            if line.trim().is_empty() {
+                continue;
+            }
+            let row =
+                if has_header { reader.row(line).map(Some) } else { header(line).map(|()| None) };
+            has_header = true;
+            match row {
+                Ok(row) => rows.extend(row),
+                Err(message) if errors.lines.len() < MAX_ERRORS => {
+                    errors.lines.push(LineError { line: number, message });
+                }
+                Err(_) => errors.more += 1,
+            }
+        }
+        if !has_header {
+            let message = "the header `tick,name,value` is missing".to_owned();
+            errors.lines.push(LineError { line: 1, message });
+        }
+        if !errors.lines.is_empty() {
+            return Err(errors);
+        }
+        if !rows.is_sorted_by_key(|row| row.tick) {
+            rows.sort_by_key(|row| row.tick);
+        }
+        Ok(Self { rows })
+    }
+
+    /// The number of ticks after which the table begins again with `--repeat`: the last tick in it,
+    /// plus one. 0 where there are no rows.
+    pub fn period(&self) -> u64 {
+        self.rows.last().map_or(0, |row| row.tick.saturating_add(1))
+    }
+}
+
+/// Plays a stimulus tick by tick.
+#[derive(Clone, Debug)]
+pub struct Player {
+    stimulus: Stimulus,
+    /// The index of the row that is applied next.
+    next: usize,
+    /// The tick at which the table was last begun.
+    start: u64,
+    /// After how many ticks it begins again, if it does.
+    period: Option<u64>,
+}
+
+impl Player {
+    /// Plays a stimulus from tick 0 on, once or, where `repeat` says so, again and again.
+    pub fn new(stimulus: Stimulus, repeat: bool) -> Self {
+        let period = Some(stimulus.period()).filter(|&period| repeat && period > 0);
+        Self { stimulus, next: 0, start: 0, period }
+    }
+
+    /// Applies the rows of a tick. It is called for ticks in rising order, from 0. Only ticks before the one
+    /// that [`next_after`](Self::next_after) gives may be left out, since they have no rows.
+    #[inline]
+    pub fn apply(&mut self, tick: u64, executive: &mut dyn Executive) {
+        if let Some(period) = self.period
+            && tick - self.start >= period
+        {
+            self.start = tick;
+            self.next = 0;
+        }
+        while let Some(row) = self.stimulus.rows.get(self.next)
+            && row.tick <= tick - self.start
+        {
+            executive.set(row.variable, row.value);
+            self.next += 1;
+        }
+    }
+
+    /// Goes on from `tick`, as if everything before it had been applied.
+    pub fn seek(&mut self, tick: u64) {
+        self.start = self.period.map_or(0, |period| tick / period * period);
+        let start = self.start;
+        self.next = self.stimulus.rows.partition_point(|row| row.tick < tick - start);
+    }
+
+    /// The next tick after `tick` at which something has to be applied, when everything up to `tick` was:
+    /// the next row's, or the one at which the table begins again. `u64::MAX` where nothing follows.
+    pub fn next_after(&self, tick: u64) -> u64 {
+        let next = self.stimulus.rows.get(self.next).map(|row| row.tick);
+        let next = next.or(self.period).map_or(u64::MAX, |next| self.start.saturating_add(next));
+        next.max(tick.saturating_add(1))
+    }
+}
+
+/// Lines without their ends.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        let Some(end) = text.find(['\n', '\r']) else {
+            rest = None;
+            return Some(text);
+        };
+        let (line, tail) = text.split_at(end);
+        rest = tail.strip_prefix("\r\n").or_else(|| tail.get(1..));
+        Some(line)
+    })
+}
+
+/// The three fields of a line, without blanks and quotes around them; `None` where there are not three.
+fn fields(line: &str) -> Option<[&str; 3]> {
+    let mut parts = line.split(',').map(|part| {
+        let part = part.trim();
+        part.strip_prefix('"').and_then(|part| part.strip_suffix('"')).unwrap_or(part).trim()
+    });
+    let fields = [parts.next()?, parts.next()?, parts.next()?];
+    parts.next().is_none().then_some(fields)
+}
+
+/// Checks that a line is the header.
+fn header(line: &str) -> Result<(), String> {
+    match fields(line) {
+        Some([tick, name, value])
+            if [tick, name, value]
+                .iter()
+                .zip(["tick", "name", "value"])
+                .all(|(field, word)| field.eq_ignore_ascii_case(word)) =>
+        {
+            Ok(())
+        }
+        _ => Err(format!("the header `tick,name,value` is expected, not `{}`", shown(line))),
+    }
+}
+
+/// A line, cut where it is long.
+fn shown(line: &str) -> String {
+    match line.trim().char_indices().nth(MAX_SHOWN) {
+        Some((end, _)) => format!("{}…", line.trim().get(..end).unwrap_or_default()),
+        None => line.trim().to_owned(),
+    }
+}
+
+/// Reads rows for an executive.
+struct Reader<'a, 't> {
+    executive: &'a mut dyn Executive,
+    /// The names that were looked up already.
+    names: HashMap<&'t str, Variable>,
+}
+
+impl<'t> Reader<'_, 't> {
+    fn row(&mut self, line: &'t str) -> Result<Row, String> {
+        let Some([tick, name, value]) = fields(line) else {
+            return Err(format!("`{}` is no row of three fields tick,name,value", shown(line)));
+        };
+        if tick.is_empty() || !tick.bytes().all(|byte| byte.is_ascii_digit()) {
+            let tick = shown(tick);
+            return Err(format!("`{tick}` is no tick: ticks are whole numbers from 0"));
+        }
+        let tick = tick.parse().map_err(|_| format!("tick {} is too large", shown(tick)))?;
+        if name.len() > MAX_NAME {
+            return Err(format!("`{}` is too long for a name", shown(name)));
+        }
+        let variable = match self.names.get(name) {
+            Some(variable) => *variable,
+            None => {
+                let found = self.executive.find(name, Purpose::Stimulus);
+                let variable = found.map_err(|error| error.to_string())?;
+                self.names.insert(name, variable);
+                variable
+            }
+        };
+        let value = self.executive.parse(variable, value);
+        let value = value.map_err(|mut error| {
+            error.value = shown(&error.value);
+            format!("{name}: {error}")
+        })?;
+        Ok(Row { tick, variable, value })
+    }
+}

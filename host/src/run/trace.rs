@@ -1,0 +1,340 @@
+//! The trace: how watched variables change, as a table or as a VCD (value change dump, IEEE 1364)
+//! for waveform viewers.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use vcd::{IdCode, TimescaleUnit, VarType};
+
+use plcc_runtime::{Executive, Value, Variable};
+
+use super::Watch;
+
+/// How a trace is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TraceFormat {
+    /// A table `tick,name,value`, with `time` a table `tick,ms,name,value`.
+    Csv {
+        /// Whether each row has the time at which its tick began, in milliseconds.
+        time: bool,
+    },
+    /// A value change dump with a timescale of 1 us. A tick's values stand at the time at which it
+    /// began.
+    Vcd,
+}
+
+impl Default for TraceFormat {
+    fn default() -> Self {
+        Self::Csv { time: false }
+    }
+}
+
+impl TraceFormat {
+    /// The format of a trace, from the name of its file: VCD if it ends in `.vcd`, in any case of
+    /// letters, else a table; `time` says whether the table has a column with times.
+    pub fn of(path: &Path, time: bool) -> Self {
+        match path.extension() {
+            Some(ending) if ending.eq_ignore_ascii_case("vcd") => Self::Vcd,
+            _ => Self::Csv { time },
+        }
+    }
+}
+
+/// The text of a trace. It knows the names of the watched variables and the values that were written
+/// last, and needs no executive, so that a thread of its own can write it.
+#[derive(Clone, Debug)]
+pub struct TraceText {
+    format: TraceFormat,
+    variables: Vec<Watched>,
+    /// For a VCD: the time that was last written, in microseconds.
+    written: Option<u64>,
+}
+
+/// What a trace's text needs to know of a watched variable.
+#[derive(Clone, Debug)]
+struct Watched {
+    name: String,
+    logical: bool,
+    /// How many elements an array has.
+    elements: Option<usize>,
+    /// Whether a VCD shows it as floating point.
+    float: bool,
+    last: Option<Value>,
+    /// For a VCD: its signals, one for each element of an array.
+    signals: Vec<IdCode>,
+}
+
+impl Watched {
+    fn new(name: &str, variable: Variable, executive: &dyn Executive) -> Self {
+        let value = executive.get(variable);
+        Self {
+            name: name.into(),
+            logical: executive.is_logical(variable),
+            elements: match &value {
+                Value::Array(values) => Some(values.len()),
+                Value::Int(_) | Value::Float(_) => None,
+            },
+            float: matches!(value, Value::Float(_)),
+            last: None,
+            signals: vec![],
+        }
+    }
+}
+
+impl TraceText {
+    /// A trace without rows.
+    pub fn new(watch: &Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
+        let names = watch.names().iter();
+        let variables = names.map(|(name, variable)| Watched::new(name, *variable, executive));
+        Self { format, variables: variables.collect(), written: None }
+    }
+
+    /// Adds watched variables after the others, before the header is written: those of another version of the
+    /// program, which runs after an online change. A name that is there already is not added again.
+    pub fn add(&mut self, watch: &Watch, executive: &dyn Executive) {
+        for (name, variable) in watch.names() {
+            if self.names().all(|known| known != name) {
+                self.variables.push(Watched::new(name, *variable, executive));
+            }
+        }
+    }
+
+    /// The names of the variables, in the order of their indexes.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.variables.iter().map(|variable| variable.name.as_str())
+    }
+
+    /// Whether a variable of another version of the program is shown as the one with an index is: of the same kind,
+    /// with as many elements.
+    pub fn takes(&self, index: usize, variable: Variable, executive: &dyn Executive) -> bool {
+        let other = Watched::new("", variable, executive);
+        self.variables.get(index).is_some_and(|own| {
+            (own.logical, own.elements, own.float) == (other.logical, other.elements, other.float)
+        })
+    }
+
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn header(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        match self.format {
+            TraceFormat::Csv { time: false } => out.write_all(b"tick,name,value\n"),
+            TraceFormat::Csv { time: true } => out.write_all(b"tick,ms,name,value\n"),
+            TraceFormat::Vcd => self.declare(out),
+        }
+    }
+
+    /// Declares a signal for each variable, and for each element of an array.
+    fn declare(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let mut vcd = vcd::Writer::new(out);
+        vcd.version(concat!("plcc ", env!("CARGO_PKG_VERSION")))?;
+        vcd.timescale(1, TimescaleUnit::US)?;
+        vcd.add_module("plc")?;
+        for variable in &mut self.variables {
+            let Watched { name, logical, elements, float, signals, .. } = variable;
+            let mut add = |name: &str| match (*logical, *float) {
+                (true, _) => vcd.add_var(VarType::Wire, 1, name, None),
+                (false, true) => vcd.add_var(VarType::Real, 64, name, None),
+                (false, false) => vcd.add_var(VarType::Integer, 64, name, None),
+            };
+            *signals = match *elements {
+                Some(count) => {
+                    let names = (0..count).map(|index| format!("{name}[{index}]"));
+                    names.map(|name| add(&name)).collect::<io::Result<_>>()?
+                }
+                None => vec![add(name)?],
+            };
+        }
+        vcd.upscope()?;
+        vcd.enddefinitions()
+    }
+
+    /// Writes the value that the watched variable `index` has at the end of a tick, unless it is the one
+    /// that was written last; gives whether it was written. The tick began `time_ns` nanoseconds after
+    /// the first one.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn row(
+        &mut self,
+        (tick, time_ns): (u64, u64),
+        index: usize,
+        value: Value,
+        out: &mut dyn Write,
+    ) -> io::Result<bool> {
+        let Some(variable) = self.variables.get_mut(index) else { return Ok(false) };
+        if variable.last.as_ref() == Some(&value) {
+            return Ok(false);
+        }
+        match self.format {
+            TraceFormat::Csv { time } => {
+                row(out, tick, time.then_some(time_ns), &variable.name, &value)?;
+            }
+            TraceFormat::Vcd => {
+                let mut vcd = vcd::Writer::new(&mut *out);
+                let time = time_ns / 1000;
+                if self.written != Some(time) {
+                    vcd.timestamp(time)?;
+                    self.written = Some(time);
+                }
+                let Watched { signals, logical, last, .. } = variable;
+                change(&mut vcd, signals, *logical, last.as_ref(), &value)?;
+            }
+        }
+        variable.last = Some(value);
+        Ok(true)
+    }
+
+    /// Writes the time at which the trace ends, `time_ns` nanoseconds after the first tick began. Only
+    /// a VCD has it, so that viewers also show the time after the last change.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn end(&self, time_ns: u64, out: &mut dyn Write) -> io::Result<()> {
+        match self.format {
+            TraceFormat::Vcd => vcd::Writer::new(out).timestamp(time_ns / 1000),
+            TraceFormat::Csv { .. } => Ok(()),
+        }
+    }
+}
+
+/// Writes the values of the watched variables that have changed since they were last written.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    watch: Watch,
+    text: TraceText,
+}
+
+impl Trace {
+    /// A trace without rows.
+    pub fn new(watch: Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
+        let text = TraceText::new(&watch, format, executive);
+        Self { watch, text }
+    }
+
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn header(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        self.text.header(out)
+    }
+
+    /// Writes the values that differ, at the end of a tick, from the last ones written; gives whether
+    /// there were any. The tick began `time_ns` nanoseconds after the first one.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn rows(
+        &mut self,
+        tick: u64,
+        time_ns: u64,
+        executive: &dyn Executive,
+        out: &mut dyn Write,
+    ) -> io::Result<bool> {
+        let mut any = false;
+        for (index, (_, variable)) in self.watch.names().iter().enumerate() {
+            any |= self.text.row((tick, time_ns), index, executive.get(*variable), out)?;
+        }
+        Ok(any)
+    }
+
+    /// Writes the time at which the trace ends; see [`TraceText::end`].
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn end(&self, time_ns: u64, out: &mut dyn Write) -> io::Result<()> {
+        self.text.end(time_ns, out)
+    }
+}
+
+/// Writes a row of a table. Arrays are in quotes, since they hold commas.
+fn row(
+    out: &mut dyn Write,
+    tick: u64,
+    time_ns: Option<u64>,
+    name: &str,
+    value: &Value,
+) -> io::Result<()> {
+    write!(out, "{tick},")?;
+    if let Some(ns) = time_ns {
+        write!(out, "{},", milliseconds(ns))?;
+    }
+    match value {
+        Value::Array(_) => writeln!(out, "{name},\"{value}\""),
+        Value::Int(_) | Value::Float(_) => writeln!(out, "{name},{value}"),
+    }
+}
+
+/// Nanoseconds as milliseconds, exactly: `20`, `0.442`.
+fn milliseconds(ns: u64) -> String {
+    let text = format!("{}.{:06}", ns / 1_000_000, ns % 1_000_000);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Writes the new value of a variable to a VCD; of an array only the elements that have changed.
+fn change<W: Write>(
+    vcd: &mut vcd::Writer<W>,
+    signals: &[IdCode],
+    logical: bool,
+    last: Option<&Value>,
+    value: &Value,
+) -> io::Result<()> {
+    if let Value::Array(values) = value {
+        let before: &[Value] = match last {
+            Some(Value::Array(before)) => before,
+            _ => &[],
+        };
+        for (index, (signal, value)) in signals.iter().zip(values).enumerate() {
+            if before.get(index) != Some(value) {
+                change_one(vcd, *signal, logical, value)?;
+            }
+        }
+        return Ok(());
+    }
+    match signals {
+        [signal, ..] => change_one(vcd, *signal, logical, value),
+        [] => Ok(()),
+    }
+}
+
+/// Writes the new value of one signal.
+fn change_one<W: Write>(
+    vcd: &mut vcd::Writer<W>,
+    signal: IdCode,
+    logical: bool,
+    value: &Value,
+) -> io::Result<()> {
+    match value {
+        Value::Int(value) if logical => vcd.change_scalar(signal, *value != 0),
+        Value::Int(value) => {
+            // The highest bit comes first. Leading zeros are left out, since viewers fill them in.
+            let bits = 64 - value.leading_zeros().min(63);
+            let bit = |at: u32| vcd::Value::from(value >> at & 1 != 0);
+            vcd.change_vector(signal, (0..bits).rev().map(bit))
+        }
+        Value::Float(value) => vcd.change_real(signal, *value),
+        Value::Array(_) => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn milliseconds_are_exact() {
+        for (ns, text) in [(0, "0"), (20_000_000, "20"), (442_128, "0.442128"), (1_500_000, "1.5")]
+        {
+            assert_eq!(milliseconds(ns), text);
+        }
+    }
+
+    #[test]
+    fn the_file_name_extension_chooses_the_format() {
+        assert_eq!(TraceFormat::of(Path::new("a.VCD"), false), TraceFormat::Vcd);
+        assert_eq!(TraceFormat::of(Path::new("-"), true), TraceFormat::Csv { time: true });
+        assert_eq!(TraceFormat::of(Path::new("a.csv"), false), TraceFormat::default());
+    }
+}

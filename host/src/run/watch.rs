@@ -1,0 +1,101 @@
+//! The watched variables (`--watch`): finds the variables of a list of names and patterns.
+
+use wildmatch::WildMatch;
+
+use plcc_runtime::{Executive, NameError, Purpose, Variable};
+
+/// Watched variables, each with the name under which the trace shows it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Watch {
+    names: Vec<(String, Variable)>,
+}
+
+impl Watch {
+    /// Finds the variables of lists `NAME,NAME…`. A name with `*` (any characters) or `?` (one
+    /// character) is a pattern: it stands for the variables of a dump whose names it matches, in
+    /// natural sort order and whatever the case of letters, without those that stand in the list before it.
+    ///
+    /// # Errors
+    /// Every name that nothing has, and every pattern that matches nothing.
+    pub fn parse(
+        lists: &[impl AsRef<str>],
+        executive: &mut dyn Executive,
+    ) -> Result<Self, Vec<NameError>> {
+        let mut names: Vec<(String, Variable)> = vec![];
+        let mut errors = vec![];
+        for name in lists.iter().flat_map(|list| split(list.as_ref())) {
+            if name.is_empty() {
+                let reason = "stands where a name is missing between commas".into();
+                errors.push(NameError::Unfit { name: String::new(), reason });
+                continue;
+            }
+            if name.contains(['*', '?']) {
+                let pattern = WildMatch::new_case_insensitive(name);
+                let mut matching = executive.declared();
+                matching.retain(|(name, _)| pattern.matches(name));
+                if matching.is_empty() {
+                    let reason = "matches no variable that the program declares or names".into();
+                    errors.push(NameError::Unfit { name: name.into(), reason });
+                }
+                matching.retain(|(_, found)| names.iter().all(|(_, known)| known != found));
+                names.extend(matching);
+                continue;
+            }
+            match executive.find(name, Purpose::Watch) {
+                Ok(variable) => names.push((name.to_owned(), variable)),
+                Err(error) => errors.push(error),
+            }
+        }
+        if errors.is_empty() { Ok(Self { names }) } else { Err(errors) }
+    }
+
+    /// Adds the variables of another list behind these, but for those that are there already.
+    pub fn append(&mut self, other: Self) {
+        let names = &mut self.names;
+        for (name, variable) in other.names {
+            if names.iter().all(|(_, known)| *known != variable) {
+                names.push((name, variable));
+            }
+        }
+    }
+
+    /// The variables, in their order.
+    pub fn variables(&self) -> impl Iterator<Item = Variable> + '_ {
+        self.names.iter().map(|&(_, variable)| variable)
+    }
+
+    /// The names with their variables, in their order.
+    pub fn names(&self) -> &[(String, Variable)] {
+        &self.names
+    }
+
+    /// Whether nothing is watched.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+}
+
+/// The names of a list. Commas inside brackets separate nothing.
+fn split(list: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0u32;
+    list.split(move |c: char| {
+        match c {
+            '[' => depth += 1,
+            ']' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        c == ',' && depth == 0
+    })
+    .map(str::trim)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split;
+
+    #[test]
+    fn names_are_split_at_commas() {
+        let names: Vec<&str> = split("A[3], X:$0700,&2Q5 ,B[1,2],").collect();
+        assert_eq!(names, ["A[3]", "X:$0700", "&2Q5", "B[1,2]", ""]);
+    }
+}

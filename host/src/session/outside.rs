@@ -1,0 +1,215 @@
+//! What acts on a run from outside and shows it to the outside: the image file (`--image`) and the
+//! socket (`--socket`).
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use plcc_abi::machine::Machine;
+use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
+use serde_json::json;
+
+use crate::args::RunArgs;
+use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
+use crate::journal::Journal;
+use crate::run::Timing;
+use crate::socket::{
+    Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, is_in_use, queues,
+};
+use plcc_load::Artifact;
+use plcc_load::signature::PublicKey;
+use plcc_record::{RecordedProgram, RecordedPrograms, RecorderProgram};
+use plcc_runtime::{Executive, NativeEngine};
+
+use super::SessionError;
+use super::predecessor::Predecessor;
+use super::retained_data::RetainedData;
+use crate::control_args::executive;
+
+/// The image file and the socket of a run, as far as it has them.
+pub(super) struct Outside {
+    /// What the thread that runs the ticks does for them.
+    pub(super) hook: OutsideHook,
+    /// Ends the socket's thread when it is dropped.
+    _server: Option<Server>,
+}
+
+/// Makes the executive of a program as all options of a run say.
+fn configured(
+    program: &Program,
+    args: &RunArgs,
+    machine: Option<&Machine>,
+) -> Result<Box<dyn Executive + Send>, String> {
+    let made = executive(program, &args.control, args.realtime, machine);
+    let mut executive = made.map_err(|error| error.to_string())?;
+    executive.set_safe_outputs(&args.safe).map_err(|errors| {
+        let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
+        errors.join("; ")
+    })?;
+    Ok(executive)
+}
+
+/// The engine of a program that takes another one's place. The times of its scans are recorded for the
+/// tasks of the same names in the first program; those of further tasks are not recorded.
+struct TimedByName {
+    engine: NativeEngine,
+    timing: Arc<Timing>,
+    /// For each task its number among those that are recorded.
+    numbers: Vec<Option<usize>>,
+}
+
+impl TimedByName {
+    fn new(engine: NativeEngine, program: &Program, timing: &Arc<Timing>) -> Self {
+        let number = |name: &str| timing.tasks.iter().position(|(recorded, _)| recorded == name);
+        let numbers = program.tasks.iter().map(|task| number(&task.name)).collect();
+        Self { engine, timing: Arc::clone(timing), numbers }
+    }
+}
+
+impl Engine for TimedByName {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        let start = Instant::now();
+        let outcome = self.engine.call(task, from, scan);
+        let number = self.numbers.get(task).copied().flatten();
+        if let Some((_, times)) = number.and_then(|number| self.timing.tasks.get(number)) {
+            times.record(start.elapsed());
+        }
+        outcome
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
+}
+
+/// Reads an artifact for an online change. With a key it must be signed, as the artifact that the run
+/// began with. With `gdb` its code is shown to gdb.
+fn load(
+    path: &Path,
+    key: Option<&PublicKey>,
+    gdb: bool,
+    timing: &Arc<Timing>,
+    record: Option<&RecordedPrograms>,
+) -> Result<Loaded, String> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let opened = Artifact::open_with_bytes(path, key);
+    let (artifact, bytes) = opened.map_err(|error| error.with_path(path))?;
+    let engine = NativeEngine::new(&artifact.code, &artifact.program);
+    let mut engine = engine.map_err(|error| named(&error))?;
+    if gdb {
+        artifact.show_to_gdb(&mut engine).map_err(|error| named(&error))?;
+    }
+    let engine = Box::new(TimedByName::new(engine, &artifact.program, timing));
+    let record = record.cloned();
+    let put_into_record =
+        Box::new(move || record.map_or(0, |record| record.add(RecordedProgram::Artifact(bytes))));
+    Ok(Loaded { program: artifact.program, engine, put_into_record })
+}
+
+/// What the socket shows of a run besides the control and its variables.
+pub(super) struct StatusSources<'a> {
+    /// Where the retained data is kept, and whether that works.
+    pub(super) retained: &'a RetainedData,
+    /// How long ticks take.
+    pub(super) timing: &'a Arc<Timing>,
+    /// Where the record of the run is told the programs of online changes.
+    pub(super) recorded: Option<RecordedPrograms>,
+}
+
+impl Outside {
+    /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
+    /// will run, with all variables looked up that trace and stimulus use; `has_variables` says
+    /// whether these use any, whose numbers must then be the same after an online change.
+    pub(super) fn start(
+        program: &Program,
+        args: &RunArgs,
+        machine: Option<&Machine>,
+        executive: &dyn Executive,
+        has_variables: bool,
+        sources: StatusSources<'_>,
+        (predecessor, journal): (&Predecessor<'_>, &Journal),
+    ) -> Result<Option<Self>, SessionError> {
+        if args.image.is_none() && args.socket.is_none() {
+            return Ok(None);
+        }
+        let error = |error: &dyn std::fmt::Display| SessionError(error.to_string());
+        let publisher = match &args.image {
+            None => None,
+            Some(path) => {
+                // Names are looked up in an executive of their own, so that those of the run keep their
+                // numbers.
+                let mut own = configured(program, args, machine).map_err(SessionError)?;
+                let content = Content {
+                    program,
+                    fingerprint: executive.fingerprint(),
+                    image: executive.image(),
+                    used: &executive.used_ranges(),
+                    tick_ns: executive.tick_ns(),
+                    generation: 0,
+                    safe_outputs: executive.safe_lines().bytes(),
+                    symbols: &SymbolTable::new(program, own.as_mut()),
+                    rules: &args.input_rules,
+                };
+                let what = format!("the image file {}", path.display());
+                let create = || Publisher::create(path, &content);
+                let is_held = |error: &ImageFileError| matches!(error, ImageFileError::InUse(..));
+                let publisher = predecessor.wait(&what, create, is_held).map_err(|e| error(&e))?;
+                if args.realtime && !publisher.is_in_memory() {
+                    let path = path.display();
+                    journal.note(format!(
+                        "the image file {path} is on a disk, for which a tick may have to wait; put \
+                         it below /dev/shm or /run"
+                    ));
+                }
+                Some(publisher)
+            }
+        };
+        let reached = Arc::new(Reached::default());
+        let (mut scan_end, mut server) = (None, None);
+        if let Some(path) = &args.socket {
+            let own = configured(program, args, machine).map_err(SessionError)?;
+            let (for_scan, for_socket) = queues();
+            let (options, machine) = (args.clone(), machine.cloned());
+            let (timing, timing_of_swapped) =
+                (Arc::clone(sources.timing), Arc::clone(sources.timing));
+            let key = args.public_key().map_err(SessionError)?;
+            let recorded = sources.recorded;
+            let (queues_of_record, buffer_size) =
+                (recorded.clone(), sources.retained.buffer_size());
+            let gdb = args.gdb;
+            let surroundings = Surroundings {
+                program: Arc::new(program.clone()),
+                allow: args.allow.clone(),
+                image: args.image.clone(),
+                input_rules: args.input_rules.clone(),
+                found: if has_variables { executive.found() } else { vec![] },
+                load: Box::new(move |path| {
+                    load(path, key.as_ref(), gdb, &timing_of_swapped, recorded.as_ref())
+                }),
+                make_executive: Box::new(move |program| {
+                    configured(program, &options, machine.as_ref())
+                }),
+                timing: Box::new(move || json!(timing.summary())),
+                recorder_program: Box::new(move |number, executive| {
+                    if let Some(size) = &buffer_size {
+                        size.make_room(executive);
+                    }
+                    let queue = queues_of_record.as_ref().and_then(|r| r.larger_queue(executive));
+                    RecorderProgram::new(number, executive, queue)
+                }),
+                retained: sources.retained.status(args),
+                journal: journal.clone(),
+            };
+            let what = format!("the socket {}", path.display());
+            let is_free = || if is_in_use(path) { Err(()) } else { Ok(()) };
+            // If it is in use even then, the server says so.
+            let _ = predecessor.wait(&what, is_free, |()| true);
+            let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
+            let admitted = Admitted::new(&args.allow_user, &args.allow_group);
+            server = Some(Server::start(path, admitted, requests).map_err(|e| error(&e))?);
+            scan_end = Some(for_scan);
+        }
+        let hook = OutsideHook::new(scan_end, publisher, reached, args.stimulus.is_some());
+        Ok(Some(Self { hook, _server: server }))
+    }
+}

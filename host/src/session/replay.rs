@@ -1,0 +1,67 @@
+//! The options of a run as a record holds them, and the executive that is made of them, for replaying.
+
+use plcc_abi::Program;
+use plcc_abi::machine::Machine;
+use plcc_abi::nct::NctSettings;
+use serde::{Deserialize, Serialize};
+
+use super::SessionError;
+use crate::args::{ControlArgs, RunArgs};
+use crate::control_args::executive;
+use plcc_record::ReplaceableExecutive;
+use plcc_record::RunHeader;
+use plcc_runtime::Executive;
+use plcc_runtime::safe_outputs::SafeOutput;
+
+/// The options on which depends what a tick does.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunSettings {
+    control: ControlArgs,
+    realtime: bool,
+    safe: Vec<SafeOutput>,
+    /// What a machine file of the run said, where one was given.
+    machine: Option<NctSettings>,
+}
+
+impl RunSettings {
+    /// The settings of a run.
+    pub(super) fn of(args: &RunArgs, machine: Option<&Machine>) -> Self {
+        Self {
+            control: args.control.clone(),
+            realtime: args.realtime,
+            safe: args.safe.clone(),
+            machine: machine.map(|machine| machine.nct.clone()),
+        }
+    }
+
+    /// As bytes for a record.
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        // Writing to memory does not fail.
+        postcard::to_allocvec(self).unwrap_or_default()
+    }
+}
+
+/// Makes the executive of a recorded program with the options of a recorded run, for a
+/// [`Replayer`](plcc_record::Replayer).
+///
+/// # Errors
+/// When the record was made by another version of plcc, or the program does not take the options.
+pub fn recorded_executive(
+    header: &RunHeader,
+    program: &Program,
+) -> Result<Box<dyn Executive + Send>, SessionError> {
+    let settings: RunSettings = postcard::from_bytes(&header.settings).map_err(|_| {
+        let text = "the options of the recorded run can't be read: another version of plcc has \
+                    recorded it";
+        SessionError(text.into())
+    })?;
+    let RunSettings { control, realtime, safe, machine } = settings;
+    let machine = machine.map(|nct| Machine { nct, ..Machine::default() });
+    let made = executive(program, &control, realtime, machine.as_ref())?;
+    let mut executive = ReplaceableExecutive::new(made);
+    executive.set_safe_outputs(&safe).map_err(|errors| {
+        let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        SessionError(errors.join("; "))
+    })?;
+    Ok(Box::new(executive))
+}

@@ -1,0 +1,333 @@
+//! What each request does: checks it, hands it to the thread that runs the ticks where that is needed,
+//! and makes the reply of the answer.
+
+mod online_change;
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use plcc_abi::{Engine, Program};
+use plcc_image::latch::Rule;
+use serde_json::{Value as Json, json};
+
+use self::online_change::{Exchange, Previous};
+use super::commands::{Answer, Batch, Command, Reached, SocketEnd};
+use super::program::{Force, ForceChange, Named, Served};
+use super::protocol::{Failure, MAX_NAMES, Permission, Request};
+use crate::Peer;
+use crate::journal::{EntryKind, Journal};
+use plcc_record::RecorderProgram;
+use plcc_runtime::{Executive, Value};
+
+/// An artifact that was read, checked and made ready to run.
+pub struct Loaded {
+    /// Its program.
+    pub program: Program,
+    /// Its engine.
+    pub engine: Box<dyn Engine + Send>,
+    /// Puts it into the record of the run, when it is really to run, and gives its number there.
+    pub put_into_record: Box<dyn FnOnce() -> u16 + Send>,
+}
+
+/// Reads artifacts for online changes.
+pub type Load = Box<dyn Fn(&Path) -> Result<Loaded, String> + Send>;
+/// Makes the executive of a program as the options of the run say.
+pub type MakeExecutive = Box<dyn Fn(&Program) -> Result<Box<dyn Executive + Send>, String> + Send>;
+/// Gives the timing of the ticks so far.
+pub type Timing = Box<dyn Fn() -> Json + Send>;
+
+/// Says which file holds the retained data, and why it can't be written, if it can't: JSON null where
+/// there is no such file, else an object.
+pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
+
+/// Prepares what follows the control for a program, whose number in the record this is, and its executive: gives
+/// what a recorder must know of it.
+pub(crate) type MakeRecorderProgram = Box<dyn Fn(u16, &dyn Executive) -> RecorderProgram + Send>;
+
+/// What the socket's thread needs of the run around it.
+pub struct Surroundings {
+    /// The program that runs at the beginning.
+    pub program: Arc<Program>,
+    /// What clients may do besides reading.
+    pub allow: Vec<Permission>,
+    /// The image file, which an online change makes anew.
+    pub image: Option<PathBuf>,
+    /// What the configuration says of inputs that other processes give.
+    pub input_rules: Vec<(String, Rule)>,
+    /// The names of the variables that the trace and the stimulus use: the first is that of the variable
+    /// with the number 0, and so on. Another program must give them the same numbers.
+    pub found: Vec<String>,
+    /// Reads artifacts.
+    pub load: Load,
+    /// Makes executives.
+    pub make_executive: MakeExecutive,
+    /// Gives the timing.
+    pub timing: Timing,
+    /// Prepares what follows the control for the executive of another program.
+    pub(crate) recorder_program: MakeRecorderProgram,
+    /// Says how the retained file is.
+    pub retained: RetainedStatus,
+    /// Where entries are written that say who did what.
+    pub journal: Journal,
+}
+
+/// What becomes of a request.
+pub(super) enum Handled {
+    /// It is done or refused.
+    Done(Result<Json, Failure>),
+    /// The thread that runs the ticks carries it out; the reply waits for its answer.
+    Waits,
+}
+
+/// What is done when the thread that runs the ticks has answered a command.
+enum OnAnswer {
+    /// The values are put into the reply, under these names.
+    Show(Vec<Named>),
+    /// These entries, which say who did what, are written into the journal.
+    Tell(Vec<EntryKind>),
+    /// The same for variables that were set: an entry for each item of the batch.
+    Set(Vec<EntryKind>),
+    /// If nothing was refused, these are the forces in effect, and these entries are written.
+    Force { forces: Vec<Force>, entries: Vec<EntryKind> },
+    /// The online change is finished.
+    Exchange(Box<Exchange>),
+}
+
+/// Carries out requests.
+pub(crate) struct Requests {
+    served: Served,
+    previous: Option<Previous>,
+    queues: SocketEnd,
+    reached: Arc<Reached>,
+    /// What is done with the next answers, in the order in which they come.
+    on_answers: VecDeque<OnAnswer>,
+    /// Whether an online change or a force is under way.
+    is_exclusive: bool,
+    /// How many online changes there have been, rollbacks among them.
+    generation: u64,
+    surroundings: Surroundings,
+    pub(super) journal: Journal,
+}
+
+fn busy() -> Failure {
+    Failure::new("busy", "too many requests wait for the next tick")
+}
+
+fn refused(message: impl Into<String>) -> Failure {
+    Failure::new("refused", message)
+}
+
+impl Requests {
+    /// Requests to a run. `executive` is another executive of its program, which never runs: it looks up
+    /// names, and checks values and forces.
+    pub(crate) fn new(
+        executive: Box<dyn Executive + Send>,
+        queues: SocketEnd,
+        reached: Arc<Reached>,
+        surroundings: Surroundings,
+    ) -> Self {
+        let served = Served::new(Arc::clone(&surroundings.program), executive);
+        let journal = surroundings.journal.clone();
+        Self {
+            served,
+            previous: None,
+            queues,
+            reached,
+            on_answers: VecDeque::new(),
+            is_exclusive: false,
+            generation: 0,
+            surroundings,
+            journal,
+        }
+    }
+
+    /// Whether an online change or a force is under way. Until it has ended no request is taken, so that each
+    /// one knows which program runs and what is forced.
+    pub(super) fn is_exclusive(&self) -> bool {
+        self.is_exclusive
+    }
+
+    /// Carries out a request, or has it carried out.
+    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> Handled {
+        if let Some(needed) = request.needs()
+            && !self.surroundings.allow.contains(&needed)
+        {
+            let what = needed.name();
+            let kind =
+                EntryKind::Refused { what: format!("a request that needs {what}"), by: by.clone() };
+            self.journal.write(kind);
+            let text = format!("the control was started without --allow {what}");
+            return Handled::Done(Err(Failure::new("denied", text)));
+        }
+        self.carry_out(request, by).unwrap_or_else(|failure| Handled::Done(Err(failure)))
+    }
+
+    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Handled, Failure> {
+        match request {
+            Request::Status {} => Ok(Handled::Done(Ok(self.status()))),
+            Request::Stat {} => Ok(Handled::Done(Ok(self.stat()))),
+            Request::List { pattern, after } => {
+                let (pattern, after) = (pattern.as_deref(), after.as_deref());
+                let (variables, more) = self.served.list(pattern, after, MAX_NAMES);
+                Ok(Handled::Done(Ok(json!({"variables": variables, "more": more}))))
+            }
+            Request::Get { names } => {
+                let (named, items) = self.served.items_to_read(&names)?;
+                self.ask(Command::Read(Box::new(Batch::new(items))), OnAnswer::Show(named))
+            }
+            Request::Set { values } => {
+                let items = self.served.items_to_write(&values)?;
+                let entries = values.into_iter().map(|assignment| {
+                    let value = assignment.text();
+                    EntryKind::Write { name: assignment.name, value, by: by.clone() }
+                });
+                let on_answer = OnAnswer::Set(entries.collect());
+                self.ask(Command::Write(Box::new(Batch::new(items))), on_answer)
+            }
+            Request::Force { values } => {
+                let change = self.served.force(&values)?;
+                let entries = values.into_iter().map(|assignment| {
+                    let value = Some(assignment.text());
+                    EntryKind::Force { name: assignment.name, value, by: by.clone() }
+                });
+                self.ask_to_force(change, entries.collect())
+            }
+            Request::Unforce { names, all } => {
+                let (names, change) = self.served.unforce(&names, all)?;
+                let entries = names.into_iter();
+                let entries =
+                    entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
+                self.ask_to_force(change, entries.collect())
+            }
+            Request::Stop {} => {
+                let entry = EntryKind::Control { request: "stop", by: by.clone() };
+                self.ask(Command::Stop, OnAnswer::Tell(vec![entry]))
+            }
+            Request::Start {} => {
+                let entry = EntryKind::Control { request: "start", by: by.clone() };
+                self.ask(Command::Start, OnAnswer::Tell(vec![entry]))
+            }
+            Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
+            Request::Rollback {} => self.rollback(by),
+        }
+    }
+
+    fn ask_to_force(
+        &mut self,
+        ForceChange { items, forces }: ForceChange,
+        entries: Vec<EntryKind>,
+    ) -> Result<Handled, Failure> {
+        let batch = Batch { forces: forces.len() as u64, ..Batch::new(items) };
+        let on_answer = OnAnswer::Force { forces, entries };
+        let asked = self.ask(Command::Force(Box::new(batch)), on_answer)?;
+        self.is_exclusive = true;
+        Ok(asked)
+    }
+
+    /// Hands a command to the thread that runs the ticks.
+    fn ask(&mut self, command: Command, on_answer: OnAnswer) -> Result<Handled, Failure> {
+        self.queues.commands.push(command).map_err(|_| busy())?;
+        self.on_answers.push_back(on_answer);
+        Ok(Handled::Waits)
+    }
+
+    /// Refuses a request that needs room in the queue when there is none.
+    fn check_room(&self) -> Result<(), Failure> {
+        if self.queues.commands.slots() == 0 { Err(busy()) } else { Ok(()) }
+    }
+
+    fn status(&self) -> Json {
+        let allow: Vec<&str> = self.surroundings.allow.iter().map(|one| one.name()).collect();
+        json!({
+            "state": self.reached.state().name(),
+            "ticks": self.reached.ticks(),
+            "dialect": self.served.program.dialect().name(),
+            "program": self.served.title,
+            "fingerprint": format!("{:016x}", self.served.executive.fingerprint()),
+            "generation": self.generation,
+            "rollback_to": self.previous.as_ref().map(|previous| &previous.served.title),
+            "process": std::process::id(),
+            "forces": self.served.forces_json(),
+            "allow": allow,
+            "retained": (self.surroundings.retained)(),
+        })
+    }
+
+    fn stat(&self) -> Json {
+        let mut timing = (self.surroundings.timing)();
+        if let Some(map) = timing.as_object_mut() {
+            map.insert("ticks_done".into(), self.reached.ticks().into());
+            map.insert("forces".into(), self.served.forces_json());
+        }
+        timing
+    }
+
+    /// The reply to the request that has waited longest; `None` as long as its answer has not come.
+    pub(super) fn next_answer(&mut self) -> Option<Result<Json, Failure>> {
+        let Answer { command, tick, took } = self.queues.answers.pop().ok()?;
+        let on_answer = self.on_answers.pop_front()?;
+        Some(match (command, on_answer) {
+            (Command::Read(batch), OnAnswer::Show(named)) => Ok(values(&named, &batch, tick)),
+            (Command::Replace(replacement), OnAnswer::Exchange(exchange)) => {
+                self.is_exclusive = false;
+                self.exchange(*replacement, *exchange, tick, took)
+            }
+            (Command::Force(batch), OnAnswer::Force { forces, entries }) => {
+                self.is_exclusive = false;
+                if let Some((number, why)) = batch.refused {
+                    let key = batch.items.get(number).map(|item| item.key);
+                    let force = forces.iter().find(|force| Some(force.key) == key);
+                    let name = force.map_or("", |force| force.name.as_str());
+                    return Some(Err(refused(format!("`{name}` {why}"))));
+                }
+                self.served.forces = forces;
+                Ok(self.tell(entries, tick))
+            }
+            (Command::Write(batch), OnAnswer::Set(mut entries)) => match batch.refused {
+                None => Ok(self.tell(entries, tick)),
+                Some((number, why)) => {
+                    let name = match entries.get(number) {
+                        Some(EntryKind::Write { name, .. }) => name.clone(),
+                        _ => String::new(),
+                    };
+                    // What was set in earlier ticks has happened.
+                    entries.truncate(batch.done);
+                    self.tell(entries, tick);
+                    return Some(Err(refused(format!("`{name}` {why}"))));
+                }
+            },
+            (_, OnAnswer::Tell(entries)) => Ok(self.tell(entries, tick)),
+            // Answers come in the order of the commands.
+            _ => Err(Failure::new("internal", "the answer belongs to another request")),
+        })
+    }
+
+    /// Writes entries into the journal, and gives the reply that a command was carried out before a tick.
+    fn tell(&self, entries: Vec<EntryKind>, tick: u64) -> Json {
+        let count = entries.len();
+        entries.into_iter().for_each(|entry| self.journal.write(entry));
+        json!({"ticks": tick, "count": count, "forces": self.served.forces_json()})
+    }
+}
+
+/// The values of a batch as a reply.
+fn values(named: &[Named], batch: &Batch, tick: u64) -> Json {
+    let json = |value: &Value| serde_json::from_str(&value.to_string()).unwrap_or(Json::Null);
+    let mut items = batch.items.iter().map(|item| json(&item.value));
+    let mut values = serde_json::Map::new();
+    for Named { name, elements } in named {
+        let value = match elements {
+            None => items.next().unwrap_or(Json::Null),
+            Some(count) => Json::Array(items.by_ref().take(*count).collect()),
+        };
+        values.insert(name.clone(), value);
+    }
+    let mut reply = json!({"ticks": tick, "values": values});
+    if batch.first_tick != tick
+        && let Some(map) = reply.as_object_mut()
+    {
+        map.insert("first_ticks".into(), batch.first_tick.into());
+    }
+    reply
+}

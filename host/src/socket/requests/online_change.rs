@@ -1,0 +1,209 @@
+//! Online changes: another program takes the place of the one that runs, or the program before that comes back.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use plcc_abi::Engine;
+use serde_json::{Value as Json, json};
+
+use super::{Handled, Loaded, OnAnswer, Requests, refused};
+use crate::Peer;
+use crate::image_file::{Content, Publisher, State, SymbolTable};
+use crate::journal::EntryKind;
+use crate::replacement::Replacement;
+use crate::socket::commands::Command;
+use crate::socket::program::Served;
+use crate::socket::protocol::Failure;
+use plcc_runtime::compare;
+use plcc_runtime::online_change::Comparison;
+use plcc_runtime::{Executive, Purpose, Variable};
+
+/// An online change that is under way, as the socket's thread remembers it. The other thread has the
+/// [`Replacement`] meanwhile.
+pub(super) struct Exchange {
+    /// The program that is about to run.
+    next: Served,
+    comparison: Comparison,
+    rollback: bool,
+    by: Peer,
+}
+
+/// The program that ran before the last online change, ready to run again.
+pub(super) struct Previous {
+    pub(super) served: Served,
+    executive: Box<dyn Executive + Send>,
+    engine: Option<Box<dyn Engine + Send>>,
+}
+
+impl Requests {
+    /// Compares another artifact with the program that runs, and has it take its place.
+    pub(super) fn swap(
+        &mut self,
+        path: &Path,
+        accept: &[String],
+        dry_run: bool,
+        by: &Peer,
+    ) -> Result<Handled, Failure> {
+        let Loaded { program, engine, put_into_record } =
+            (self.surroundings.load)(path).map_err(refused)?;
+        let comparison = compare(&self.served.program, &program).map_err(refused)?;
+        if dry_run {
+            return Ok(Handled::Done(Ok(comparison_json(&comparison))));
+        }
+        let names: Vec<&str> = comparison.refused(accept).map(|row| row.name.as_str()).collect();
+        if !names.is_empty() {
+            let text = format!(
+                "these changes are refused unless they are accepted by their names: {}",
+                names.join(", ")
+            );
+            let mut failure = refused(text);
+            if let Json::Object(details) = comparison_json(&comparison) {
+                failure.details = details;
+            }
+            return Err(failure);
+        }
+        let make = &self.surroundings.make_executive;
+        let executive = make(&program).map_err(refused)?;
+        let own = make(&program).map_err(refused)?;
+        let mut next = Served::new(Arc::new(program), own);
+        next.title = path.display().to_string();
+        next.recorded = put_into_record();
+        let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
+        self.replace(exchange, executive, Some(engine))
+    }
+
+    /// Has the program run again that the last online change replaced. Changes need not be accepted.
+    pub(super) fn rollback(&mut self, by: &Peer) -> Result<Handled, Failure> {
+        let Some(Previous { served: next, mut executive, engine }) = self.previous.take() else {
+            return Err(refused("there was no online change that could be taken back"));
+        };
+        // It still has the forces that were in effect when it was replaced. It gets those of now later.
+        for force in &next.forces {
+            // Ending a force never fails.
+            let _ = executive.force(force.key, None);
+        }
+        let comparison = compare(&self.served.program, &next.program).map_err(refused)?;
+        let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
+        self.replace(exchange, executive, engine)
+    }
+
+    /// Prepares a program to take the place of the one that runs, and has it do so.
+    fn replace(
+        &mut self,
+        mut exchange: Exchange,
+        mut executive: Box<dyn Executive + Send>,
+        engine: Option<Box<dyn Engine + Send>>,
+    ) -> Result<Handled, Failure> {
+        let allowed = self.served.check_forces(&exchange.comparison).map_err(refused);
+        let prepared = allowed.and_then(|()| self.prepare(&mut exchange.next, executive.as_mut()));
+        let publisher = match prepared {
+            Ok(publisher) => publisher,
+            Err(failure) => {
+                self.keep_previous(exchange, executive, engine);
+                return Err(failure);
+            }
+        };
+        let plan = exchange.comparison.plan.clone();
+        let recorder_program =
+            (self.surroundings.recorder_program)(exchange.next.recorded, executive.as_ref());
+        let replacement =
+            Replacement { executive, engine, plan, recorder_program, publisher, failure: None };
+        let on_answer = OnAnswer::Exchange(Box::new(exchange));
+        let asked = self.ask(Command::Replace(Box::new(replacement)), on_answer)?;
+        self.is_exclusive = true;
+        Ok(asked)
+    }
+
+    /// Puts a program that was to run again back to where it waited.
+    fn keep_previous(
+        &mut self,
+        exchange: Exchange,
+        executive: Box<dyn Executive + Send>,
+        engine: Option<Box<dyn Engine + Send>>,
+    ) {
+        if exchange.rollback {
+            self.previous = Some(Previous { served: exchange.next, executive, engine });
+        }
+    }
+
+    /// Makes everything ready that does not depend on the state of the program that runs: forces, the
+    /// numbers of variables, the image file.
+    fn prepare(
+        &mut self,
+        next: &mut Served,
+        executive: &mut (dyn Executive + Send),
+    ) -> Result<Option<Publisher>, Failure> {
+        self.check_room()?;
+        let force = |key, setting| executive.force(key, Some(setting));
+        next.take_forces(&self.served, force).map_err(refused)?;
+        for (name, number) in self.surroundings.found.iter().zip(0..) {
+            let found = executive.find(name, Purpose::Watch);
+            if found != Ok(Variable(number)) {
+                return Err(refused(format!(
+                    "the trace or the stimulus of this run uses {name}, which the new program can't \
+                     provide"
+                )));
+            }
+        }
+        let Some(path) = &self.surroundings.image else { return Ok(None) };
+        let own = (self.surroundings.make_executive)(&next.program);
+        let mut own = own.map_err(refused)?;
+        let content = Content {
+            program: &next.program,
+            fingerprint: executive.fingerprint(),
+            image: executive.image(),
+            used: &executive.used_ranges(),
+            tick_ns: executive.tick_ns(),
+            generation: self.generation + 1,
+            safe_outputs: executive.safe_lines().bytes(),
+            symbols: &SymbolTable::new(&next.program, own.as_mut()),
+            rules: &self.surroundings.input_rules,
+        };
+        Publisher::prepare(path, &content).map(Some).map_err(|error| refused(error.to_string()))
+    }
+
+    /// Ends an online change, when the thread that runs the ticks has carried it out.
+    pub(super) fn exchange(
+        &mut self,
+        replacement: Replacement,
+        exchange: Exchange,
+        tick: u64,
+        took: Duration,
+    ) -> Result<Json, Failure> {
+        let Replacement { executive, engine, publisher, failure, .. } = replacement;
+        if let Some(why) = failure {
+            if let Some(path) = &self.surroundings.image {
+                Publisher::discard(path);
+            }
+            self.keep_previous(exchange, executive, engine);
+            return Err(refused(why));
+        }
+        if let Some(path) = &self.surroundings.image
+            && let Err(error) = Publisher::put_in_place(path)
+        {
+            self.journal.error(error.to_string());
+        }
+        if let Some(mut publisher) = publisher {
+            publisher.end(State::Replaced);
+        }
+        let Exchange { next, comparison, rollback, by } = exchange;
+        let served = std::mem::replace(&mut self.served, next);
+        self.previous = Some(Previous { served, executive, engine });
+        self.generation += 1;
+        let artifact = self.served.title.clone();
+        self.journal.write(EntryKind::Swap { artifact, rollback, took, by });
+        let mut json = comparison_json(&comparison);
+        if let Some(map) = json.as_object_mut() {
+            map.insert("ticks".into(), tick.into());
+            map.insert("took_us".into(), (took.as_nanos() as f64 / 1000.0).into());
+            map.insert("generation".into(), self.generation.into());
+        }
+        Ok(json)
+    }
+}
+
+/// A comparison as a part of a reply.
+fn comparison_json(comparison: &Comparison) -> Json {
+    json!({"kept": comparison.kept, "changes": comparison.rows})
+}

@@ -1,0 +1,88 @@
+//! Requests to a run whose thread carries out no command.
+
+use std::time::Duration;
+
+use plcc_abi::pmi::{Format, Lines, PORTS, PmiTables, Role, Symbol, Type};
+use plcc_abi::{Program, Tables, Task};
+use serde_json::{Value as Json, json};
+
+use super::commands::{Answer, ScanEnd, queues};
+use super::protocol::{Assignment, Permission, Request};
+use super::requests::{Handled, Requests, Surroundings};
+use crate::Peer;
+use crate::journal::Journal;
+use plcc_record::RecorderProgram;
+use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
+
+fn program() -> Program {
+    let lines = Lines { port: 0, low: 0, count: 1, format: Format::Bit };
+    let symbol = Symbol {
+        name: "LAMP".into(),
+        ty: Type::Logical,
+        offset: 0,
+        elements: None,
+        role: Role::Output(lines),
+        dumped: true,
+        retained: false,
+    };
+    let tables = PmiTables { symbols: vec![symbol], ports: 8, ..PmiTables::default() };
+    Program {
+        files: vec!["lamp.pmi".into()],
+        image_size: 8 + PORTS,
+        regions: vec![],
+        tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
+        tables: Tables::Pmi(tables),
+    }
+}
+
+fn status(requests: &mut Requests) -> Json {
+    let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
+    match requests.handle(Request::Status {}, &by) {
+        Handled::Done(Ok(status)) => status,
+        _ => panic!("the status is always told"),
+    }
+}
+
+/// Requests to a run of the program, and the end of its queues that the thread which runs the ticks has.
+pub(super) fn requests() -> (Requests, ScanEnd) {
+    let program = program();
+    let executive = PmiExecutive::new(&program, PmiOptions::default()).unwrap();
+    let (scan_end, socket_end) = queues();
+    let surroundings = Surroundings {
+        program: std::sync::Arc::new(program),
+        allow: vec![Permission::Force, Permission::Stop],
+        image: None,
+        input_rules: vec![],
+        found: vec![],
+        load: Box::new(|_| Err(String::new())),
+        make_executive: Box::new(|_| Err(String::new())),
+        timing: Box::new(|| Json::Null),
+        recorder_program: Box::new(|number, executive| {
+            RecorderProgram::new(number, executive, None)
+        }),
+        retained: Box::new(|| Json::Null),
+        journal: Journal::discarding(),
+    };
+    let reached = std::sync::Arc::default();
+    (Requests::new(Box::new(executive), socket_end, reached, surroundings), scan_end)
+}
+
+#[test]
+fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
+    let (mut requests, mut scan_end) = requests();
+    let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
+    let force =
+        || Request::Force { values: vec![Assignment { name: "LAMP".into(), value: 1.into() }] };
+    assert!(matches!(requests.handle(force(), &by), Handled::Waits));
+    assert!(requests.is_exclusive(), "until the thread that runs the ticks has answered");
+    assert_eq!(status(&mut requests)["forces"], json!([]));
+    let command = scan_end.commands.pop().unwrap();
+    scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
+    assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
+    while matches!(requests.handle(Request::Stop {}, &by), Handled::Waits) {}
+    for request in [Request::Unforce { names: vec![], all: true }, force()] {
+        let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
+        assert_eq!(failure.code, "busy");
+        assert_eq!(status(&mut requests)["forces"], json!([{"name": "LAMP", "value": "1"}]));
+    }
+}

@@ -1,0 +1,294 @@
+//! An executive that another one can replace between two ticks.
+
+use std::any::Any;
+use std::io;
+use std::ops::Range;
+use std::time::Duration;
+
+use plcc_abi::Engine;
+
+use super::entry::Action;
+use super::recorder::{Recorder, RecorderProgram};
+use plcc_runtime::online_change::Plan;
+use plcc_runtime::safe_outputs::{SafeLines, SafeOutputs};
+use plcc_runtime::watchdog::Watchdog;
+use plcc_runtime::{
+    CheckpointError, ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop,
+    TaskStatus, Value, ValueError, Variable, VariableKey,
+};
+
+/// The executive of whichever program runs now.
+pub struct ReplaceableExecutive {
+    executive: Box<dyn Executive + Send>,
+    /// The engine of the present program. `None` for the program with which the run began: its engine is given to
+    /// every call of `tick`.
+    engine: Option<Box<dyn Engine + Send>>,
+    /// What watches the scans of every program.
+    watchdog: Option<Watchdog>,
+    /// What records the run.
+    recorder: Option<Box<Recorder>>,
+}
+
+impl ReplaceableExecutive {
+    /// Begins with the executive of a program. The engine that [`tick`](Executive::tick) is given must be
+    /// one of that program.
+    pub fn new(executive: Box<dyn Executive + Send>) -> Self {
+        Self { executive, engine: None, watchdog: None, recorder: None }
+    }
+
+    /// From now on `recorder` records what acts on the control and what its ticks do.
+    pub fn record(&mut self, recorder: Recorder) {
+        self.recorder = Some(Box::new(recorder));
+    }
+
+    /// Ends the record, if there is one. `stop` is why the control stopped the program, if it did.
+    ///
+    /// # Errors
+    /// Why the record could not be written, in simulated time.
+    pub fn end_record(&mut self, stop: Option<&Stop>) -> io::Result<()> {
+        self.recorder.take().map_or(Ok(()), |recorder| recorder.end(stop))
+    }
+
+    /// Tells the recorder of something that is about to act on the control.
+    fn note(&mut self, action: Action) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.act(self.executive.as_ref(), action);
+        }
+    }
+
+    /// Carries an online change out: the executive of another program takes the state of this one over, as `plan`
+    /// says, and takes its place. What was here is in the arguments afterwards. Nothing is allocated or freed. Returns
+    /// false, and changes nothing, if the two programs are for different controls.
+    pub fn change_program(
+        &mut self,
+        executive: &mut Box<dyn Executive + Send>,
+        engine: &mut Option<Box<dyn Engine + Send>>,
+        recorder_program: &mut RecorderProgram,
+        plan: &Plan,
+    ) -> bool {
+        if !executive.take_over(self.executive.as_mut(), plan) {
+            return false;
+        }
+        if let Some(watchdog) = &self.watchdog {
+            executive.set_watchdog(watchdog.clone());
+        }
+        std::mem::swap(&mut self.executive, executive);
+        std::mem::swap(&mut self.engine, engine);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.replaced(recorder_program);
+        }
+        true
+    }
+}
+
+/// Each method is passed on to the executive of the program that runs. None may be left out, not even one with
+/// a default: a test compares the two lists.
+impl Executive for ReplaceableExecutive {
+    fn tick_ns(&self) -> u64 {
+        self.executive.tick_ns()
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.checkpoint_if_due(self.executive.as_ref());
+        }
+        let first = events.len();
+        let result = match &mut self.engine {
+            Some(own) => self.executive.tick(own.as_mut(), events),
+            None => self.executive.tick(engine, events),
+        };
+        if let Some(recorder) = &mut self.recorder {
+            let events = events.get(first..).unwrap_or_default();
+            recorder.end_tick(self.executive.as_ref(), events, result.as_ref().copied());
+        }
+        result
+    }
+
+    fn skip_ticks(&mut self, count: u64) {
+        self.note(Action::Skip(count));
+        self.executive.skip_ticks(count);
+    }
+
+    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
+        self.executive.find(name, purpose)
+    }
+
+    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        self.executive.parse(variable, text)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.set(self.executive.as_ref(), variable, value);
+        }
+        self.executive.set(variable, value);
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        self.executive.get(variable)
+    }
+
+    fn get_into(&self, variable: Variable, value: &mut Value) {
+        self.executive.get_into(variable, value);
+    }
+
+    fn is_logical(&self, variable: Variable) -> bool {
+        self.executive.is_logical(variable)
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        self.executive.declared()
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        self.executive.canonical(variable)
+    }
+
+    fn found(&self) -> Vec<String> {
+        self.executive.found()
+    }
+
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool {
+        self.executive.retained_into(out)
+    }
+
+    fn retained_revision(&self) -> Option<u64> {
+        self.executive.retained_revision()
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        self.executive.retained()
+    }
+
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
+        self.executive.restore(retained)
+    }
+
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        self.executive.shortest_time_limit()
+    }
+
+    fn set_watchdog(&mut self, watchdog: Watchdog) {
+        self.watchdog = Some(watchdog.clone());
+        self.executive.set_watchdog(watchdog);
+    }
+
+    fn image(&self) -> &[u8] {
+        self.executive.image()
+    }
+
+    fn set_image(&mut self, image: &[u8]) {
+        self.executive.set_image(image);
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        self.executive.outputs()
+    }
+
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        self.executive.set_safe_outputs(outputs)
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        self.executive.safe_lines()
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.note(Action::SafeOutputs);
+        self.executive.drive_safe_outputs();
+    }
+
+    fn checkpoint(&self) -> Vec<u8> {
+        self.executive.checkpoint()
+    }
+
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        self.executive.resume(checkpoint)
+    }
+
+    fn state_into(&self, out: &mut Vec<u8>) {
+        self.executive.state_into(out);
+    }
+
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        self.executive.compared_ranges()
+    }
+
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        self.executive.clock_decisions()
+    }
+
+    fn follow_clock(&mut self, decisions: Option<&[ClockDecision]>) {
+        self.executive.follow_clock(decisions);
+    }
+
+    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        self.executive.keys(variable)
+    }
+
+    fn read(&self, key: VariableKey) -> Value {
+        self.executive.read(key)
+    }
+
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        self.note(Action::Write(key, value));
+        self.executive.write(key, value);
+    }
+
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        self.note(Action::Force(key, value));
+        self.executive.force(key, value)
+    }
+
+    fn is_held(&self, key: VariableKey) -> bool {
+        self.executive.is_held(key)
+    }
+
+    fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
+        self.executive.shares_forced_bits(a, b)
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.executive.fingerprint()
+    }
+
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        self.executive.task_statuses()
+    }
+
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        self.executive.used_ranges()
+    }
+
+    /// Gives this value, not the executive in it, since an online change needs the `ReplaceableExecutive`.
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
+    }
+
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+        self.executive.take_over(old, plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    /// The names of the functions in a part of a source.
+    fn functions(source: &str) -> BTreeSet<&str> {
+        let lines = source.lines().filter_map(|line| line.strip_prefix("    fn "));
+        lines.filter_map(|line| line.split(['(', '<']).next()).collect()
+    }
+
+    #[test]
+    fn every_method_of_an_executive_is_passed_on() {
+        let declared = include_str!("../../runtime/src/executive.rs")
+            .split("pub trait Executive")
+            .nth(1)
+            .unwrap();
+        let passed_on = include_str!("replaceable.rs").split("#[cfg(test)]").next().unwrap();
+        let passed_on = passed_on.split("impl Executive for").nth(1).unwrap();
+        assert!(functions(declared).len() > 20);
+        assert_eq!(functions(declared), functions(passed_on));
+    }
+}

@@ -1,0 +1,336 @@
+//! The thread that writes a record in real time.
+//!
+//! The thread that runs the ticks puts frames into a queue of bytes. This thread looks at the queue every
+//! 20 ms, and writes what has come to the file at least once a second. When the file can't be written, it
+//! says so once and drops what comes. It asks for a checkpoint every two seconds, and tries to go on
+//! writing with that.
+
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::file::{FrameKind, Programs, RecordFile};
+use super::recorder::Recorder;
+use super::run_header::RecordedProgram;
+use plcc_files::why_not_written;
+use plcc_runtime::Executive;
+use plcc_runtime::small_thread::small_thread;
+
+/// How often the thread looks at the queue. It is not woken, since waking it is a system call.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// How long ticks wait at most before they are written.
+const WRITE_INTERVAL: Duration = Duration::from_millis(900);
+/// Time from a failure to the next attempt.
+const RETRY_INTERVAL: Duration = Duration::from_secs(2);
+/// How long the end of a run waits until the record is written.
+const END_WAIT: Duration = Duration::from_secs(2);
+/// The queue has room for two checkpoints and so many bytes besides.
+const QUEUE_ROOM: usize = 1 << 20;
+
+/// How long the queue must be for a program, in bytes.
+fn queue_length(executive: &dyn Executive) -> usize {
+    let mut state = vec![];
+    executive.state_into(&mut state);
+    QUEUE_ROOM + 2 * (executive.image().len() + state.len())
+}
+
+/// The scan's end of a queue that takes the place of the run's one with an online change, since the new
+/// program's checkpoints have no room in that. All its memory is there beforehand.
+#[derive(Debug)]
+pub struct LargerQueue {
+    frames: Producer<u8>,
+    in_use: Arc<AtomicBool>,
+}
+
+impl LargerQueue {
+    /// Exchanges the queue that a recorder fills for this one, if this is larger. Nothing is allocated or
+    /// freed: the former queue is in this value afterwards.
+    pub(super) fn put_in_use(&mut self, queue: &mut Producer<u8>) {
+        if self.frames.buffer().capacity() > queue.buffer().capacity() {
+            std::mem::swap(&mut self.frames, queue);
+            // The writing thread goes on with this queue when it has taken all from the former one.
+            self.in_use.store(true, Ordering::Release);
+        }
+    }
+}
+
+/// The writing thread's end of such a queue, until it is in use.
+#[derive(Debug)]
+struct NextQueue {
+    frames: Consumer<u8>,
+    in_use: Arc<AtomicBool>,
+}
+
+/// The queues that were made for online changes. Only the threads that prepare and that write take the lock.
+type NextQueues = Arc<Mutex<Vec<NextQueue>>>;
+
+/// The length of what stands before each frame in the queue: its kind, its length and the tick.
+pub(super) const FRAME_HEADER: usize = 13;
+
+/// What stands before a frame in the queue.
+pub(super) fn frame_header(kind: FrameKind, length: usize, tick: u64) -> [u8; FRAME_HEADER] {
+    let [a, b, c, d, ..] = (length as u64).to_le_bytes();
+    let [e, f, g, h, i, j, k, l] = tick.to_le_bytes();
+    [kind as u8, a, b, c, d, e, f, g, h, i, j, k, l]
+}
+
+/// The kind, the length in bytes and the tick of a frame; `None` if `bytes` do not begin with a whole header.
+pub(super) fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)> {
+    let (kind, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk::<4>()?;
+    let tick = rest.first_chunk::<8>()?;
+    let kinds = [FrameKind::Tick, FrameKind::Checkpoint, FrameKind::Gap, FrameKind::End];
+    let kind = kinds.into_iter().find(|known| *known as u8 == *kind)?;
+    Some((kind, u32::from_le_bytes(*length) as usize, u64::from_le_bytes(*tick)))
+}
+
+/// What the thread that writes a record has to tell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecordReport {
+    /// This many ticks are missing in the record.
+    Lost(u64),
+    /// The file can't be written for the time being; a sentence that says why.
+    Failing(String),
+    /// It is written again; a sentence that says from where on.
+    WrittenAgain(String),
+}
+
+/// To whom that is told, in the thread that writes.
+type Tell = Box<dyn FnMut(RecordReport) + Send>;
+
+/// The thread that writes a record, as the thread of the run holds it: to ask for its end, and for its result.
+#[derive(Debug)]
+pub struct RecordThread {
+    /// The file's path, for people.
+    shown_path: String,
+    programs: RecordedPrograms,
+    ending: Arc<AtomicBool>,
+    result: Receiver<Result<(), String>>,
+    thread: JoinHandle<()>,
+}
+
+impl RecordThread {
+    /// Starts the thread, and gives the recorder whose frames it writes. `executive` is the one that will run, at
+    /// power-up, after all variables that the stimulus sets were looked up in it. The thread calls `tell` with what
+    /// happens to the record.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn start(
+        file: RecordFile,
+        executive: &dyn Executive,
+        tell: impl FnMut(RecordReport) + Send + 'static,
+    ) -> io::Result<(Recorder, Self)> {
+        let length = queue_length(executive);
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(length);
+        touch(&mut queue, &mut frames);
+        let next_queues = NextQueues::default();
+        let wants_checkpoint = file.wants_checkpoint();
+        let (programs, shown_path) = (file.programs(), file.path().display().to_string());
+        let ending = Arc::new(AtomicBool::new(false));
+        let (done, result) = sync_channel(1);
+        let flag = Arc::clone(&ending);
+        let mut writer = Writer {
+            file,
+            shown_path: shown_path.clone(),
+            tell: Box::new(tell),
+            frames,
+            next_queues: Arc::clone(&next_queues),
+            bytes: vec![],
+            trouble: None,
+            written: Instant::now(),
+        };
+        let thread = small_thread("record").spawn(move || {
+            // A mistake in plcc must not end more than the record.
+            let end = catch_unwind(AssertUnwindSafe(|| writer.run(&flag)));
+            let failed = Err("an internal error of plcc".to_owned());
+            let _ = done.send(end.unwrap_or(failed));
+        })?;
+        let recorder = Recorder::to_queue(queue, wants_checkpoint, executive);
+        let programs = RecordedPrograms { programs, next_queues, length };
+        Ok((recorder, Self { shown_path, programs, ending, result, thread }))
+    }
+
+    /// The list to which the programs of online changes are added.
+    pub fn programs(&self) -> RecordedPrograms {
+        self.programs.clone()
+    }
+
+    /// Waits until everything is written, at most two seconds. The recorder must have been ended before.
+    ///
+    /// # Errors
+    /// When it could not be written in that time; the text is for people.
+    pub fn finish(self) -> Result<(), String> {
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        // A thread that is stuck in writing is left behind.
+        let result = self.result.recv_timeout(END_WAIT);
+        let result = result.unwrap_or_else(|_| Err("it takes too long".into()));
+        result.map_err(|why| format!("the end of the record {} is missing: {why}", self.shown_path))
+    }
+}
+
+/// The list of the programs of a run that is being recorded. Whoever prepares an online change adds the new
+/// program.
+#[derive(Clone, Debug)]
+pub struct RecordedPrograms {
+    programs: Programs,
+    next_queues: NextQueues,
+    /// The length of the queue with which the run began.
+    length: usize,
+}
+
+impl RecordedPrograms {
+    /// Adds a program. Gives its number in the record, 65 535 at most.
+    pub fn add(&self, program: RecordedProgram) -> u16 {
+        let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        programs.push(program);
+        u16::try_from(programs.len().saturating_sub(1)).unwrap_or(u16::MAX)
+    }
+
+    /// A longer queue for the run, if the one with which it began is too short for this executive's
+    /// checkpoints. It allocates memory, so it is called before an online change, in another thread than
+    /// that of the ticks.
+    pub fn larger_queue(&self, executive: &dyn Executive) -> Option<LargerQueue> {
+        let length = queue_length(executive);
+        if length <= self.length {
+            return None;
+        }
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(length);
+        touch(&mut queue, &mut frames);
+        let in_use = Arc::new(AtomicBool::new(false));
+        let next = NextQueue { frames, in_use: Arc::clone(&in_use) };
+        self.next_queues.lock().unwrap_or_else(PoisonError::into_inner).push(next);
+        Some(LargerQueue { frames: queue, in_use })
+    }
+}
+
+/// Writes to all memory of a queue once, so that the operating system maps it now and not during a tick.
+fn touch(queue: &mut Producer<u8>, frames: &mut Consumer<u8>) {
+    while let Ok(()) = queue.push(0) {}
+    while frames.pop().is_ok() {}
+}
+
+/// The side of the thread that writes.
+struct Writer {
+    file: RecordFile,
+    /// The file's path, for people.
+    shown_path: String,
+    tell: Tell,
+    frames: Consumer<u8>,
+    /// Queues of which one may take that one's place.
+    next_queues: NextQueues,
+    /// Bytes that were taken from the queue and are no whole frame yet.
+    bytes: Vec<u8>,
+    /// Why the file can't be written at present, and when a checkpoint was last asked for.
+    trouble: Option<(String, Instant)>,
+    /// When waiting ticks were last written.
+    written: Instant,
+}
+
+impl Writer {
+    /// Writes until the run ends and everything is written.
+    fn run(&mut self, ending: &AtomicBool) -> Result<(), String> {
+        loop {
+            // The flag is read before the queue: so all that was put into the queue before the flag was set is found.
+            let ends = ending.load(Ordering::Acquire);
+            self.take_frames();
+            if ends || self.written.elapsed() >= WRITE_INTERVAL {
+                self.written = Instant::now();
+                let result = if self.trouble.is_none() { self.file.flush() } else { Ok(()) };
+                self.note(result);
+            }
+            if ends {
+                return self.trouble.take().map_or(Ok(()), |(why, _)| Err(why));
+            }
+            if let Some((_, asked)) = &mut self.trouble
+                && asked.elapsed() >= RETRY_INTERVAL
+            {
+                *asked = Instant::now();
+                self.file.ask_for_checkpoint();
+            }
+            thread::park_timeout(POLL_INTERVAL);
+        }
+    }
+
+    /// Takes the whole frames that are in the queue, and goes on with the next queue if that is in use.
+    fn take_frames(&mut self) {
+        loop {
+            // This is looked up first: when another queue is in use, nothing more comes into this one.
+            let next = self.queue_in_use();
+            self.take_frames_of_queue();
+            let Some(next) = next else { return };
+            self.frames = next;
+        }
+    }
+
+    /// Takes the queue out of the list that has come into use, if one has. Those that never will are freed.
+    fn queue_in_use(&self) -> Option<Consumer<u8>> {
+        let mut queues = self.next_queues.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_used = |queue: &NextQueue| queue.in_use.load(Ordering::Acquire);
+        // The other end of a queue is dropped when its online change was not carried out.
+        queues.retain(|queue| !queue.frames.is_abandoned() || is_used(queue));
+        let position = queues.iter().position(is_used)?;
+        Some(queues.remove(position).frames)
+    }
+
+    /// Takes the whole frames that are in the present queue.
+    fn take_frames_of_queue(&mut self) {
+        let waiting = self.frames.slots();
+        if let Ok(chunk) = self.frames.read_chunk(waiting) {
+            let (first, second) = chunk.as_slices();
+            self.bytes.extend_from_slice(first);
+            self.bytes.extend_from_slice(second);
+            chunk.commit_all();
+        }
+        let bytes = std::mem::take(&mut self.bytes);
+        let mut rest = bytes.as_slice();
+        while let Some((kind, length, tick)) = read_frame_header(rest)
+            && let Some(content) = rest.get(FRAME_HEADER..FRAME_HEADER + length)
+        {
+            self.take(kind, tick, content);
+            rest = rest.get(FRAME_HEADER + length..).unwrap_or_default();
+        }
+        self.bytes = rest.to_vec();
+    }
+
+    fn take(&mut self, kind: FrameKind, tick: u64, content: &[u8]) {
+        if kind == FrameKind::Gap
+            && let Some(count) = content.first_chunk::<8>()
+        {
+            let count = u64::from_le_bytes(*count);
+            (self.tell)(RecordReport::Lost(count));
+        }
+        if self.trouble.is_some() {
+            if kind != FrameKind::Checkpoint {
+                return;
+            }
+            let result = self.file.take(kind, tick, &[content]);
+            if result.is_ok() {
+                self.trouble = None;
+                let text =
+                    format!("the record {} is written again, from tick {tick} on", self.shown_path);
+                (self.tell)(RecordReport::WrittenAgain(text));
+            }
+            return;
+        }
+        let result = self.file.take(kind, tick, &[content]);
+        self.note(result);
+    }
+
+    /// Notes and reports a failure, if `result` is one.
+    fn note(&mut self, result: io::Result<()>) {
+        if let Err(error) = result {
+            let why = why_not_written(&error);
+            let text = format!("the record {} can't be written at present: {why}", self.shown_path);
+            (self.tell)(RecordReport::Failing(text));
+            self.trouble = Some((why, Instant::now()));
+        }
+    }
+}
