@@ -27,11 +27,14 @@
 pub mod args;
 pub mod configuration;
 pub mod control_args;
+mod exit_status;
 pub mod image_file;
 pub mod journal;
+mod output_file;
 mod patient_writer;
 mod peer;
 mod progress;
+mod realtime_priority;
 mod replacement;
 pub mod retain;
 pub mod run;

@@ -1,15 +1,18 @@
-//! Waits for signals that the process receives.
+//! Waits for signals that the process receives, and says which of them it does not take.
 //!
 //! A handler marks each signal as received and writes a byte to a socket, which wakes the thread that waits. If the
 //! system refuses to write or to read this byte, the thread finds the signal when it looks next, at most half a
 //! second later. (`signal_hook`'s own iterators panic when the byte can't be read.)
 
 use std::ffi::c_int;
+use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::os::unix::net::UnixStream;
 use std::thread;
 use std::time::Duration;
 
+#[cfg(target_os = "linux")]
+use nix::sys::signal::{SigSet, Signal};
 use signal_hook::iterator::backend::{Handle, Pending, SignalDelivery};
 use signal_hook::iterator::exfiltrator::SignalOnly;
 
@@ -78,6 +81,39 @@ impl Iterator for SignalListener {
             self.wait();
         }
     }
+}
+
+/// Has no terminal suspend this thread, and the threads that it starts from now on: neither by Ctrl-Z nor
+/// when they write to a terminal in whose background the process runs.
+///
+/// # Errors
+/// When the operating system refuses it.
+#[cfg(target_os = "linux")]
+pub(crate) fn refuse_suspension() -> Result<(), String> {
+    let refused = SigSet::from_iter([Signal::SIGTSTP, Signal::SIGTTOU, Signal::SIGTTIN]);
+    refused.thread_block().map_err(|error| format!("Ctrl-Z can't be refused: {error}"))
+}
+
+/// Other systems suspend a run as any other process.
+#[cfg(not(target_os = "linux"))]
+pub(crate) fn refuse_suspension() -> Result<(), String> {
+    Ok(())
+}
+
+/// Has this thread take Ctrl-Z, for which it has a handler.
+pub(crate) fn take_suspension() {
+    // Where that fails, nobody is told that Ctrl-Z is refused.
+    #[cfg(target_os = "linux")]
+    let _ = SigSet::from(Signal::SIGTSTP).thread_unblock();
+}
+
+/// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
+/// does not say, it is taken to be so.
+pub(crate) fn ignores_hangup() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask & 1 != 0)
 }
 
 #[cfg(test)]

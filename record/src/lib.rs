@@ -41,6 +41,7 @@ mod block;
 mod entry;
 mod file;
 mod keep;
+mod queue;
 mod recorded_event;
 mod recorder;
 mod recording;
@@ -55,6 +56,7 @@ mod thread;
 pub use entry::{Action, RecordedStop, TickRecord};
 pub use file::{Appending, RecordFile};
 pub use keep::Keep;
+pub use queue::LargerQueue;
 pub use recorder::{Recorder, RecorderProgram};
 pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
 pub use replaceable::ReplaceableExecutive;
@@ -62,7 +64,7 @@ pub use replay::{
     Difference, ReplayError, ReplayState, Replayed, Replayer, RunTicks, differing_variables,
 };
 pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
-pub use thread::{LargerQueue, RecordReport, RecordThread, RecordedPrograms};
+pub use thread::{RecordReport, RecordThread, RecordedPrograms};
 
 /// How many ticks lie between two checkpoints at most.
 const MAX_TICKS: u64 = 1 << 16;

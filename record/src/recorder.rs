@@ -12,8 +12,8 @@ use rtrb::Producer;
 use super::MAX_TICKS;
 use super::entry::{self, Action, Entry, RecordedStop};
 use super::file::{FrameKind, RecordFile};
+use super::queue::{FRAME_HEADER, LargerQueue, frame_header};
 use super::state_hash::StateHash;
-use super::thread::{FRAME_HEADER, LargerQueue, frame_header};
 use plcc_runtime::{Event, Executive, Setting, Stop, Variable, VariableKey};
 
 /// Time of the machine from one checkpoint to the next.

@@ -11,7 +11,7 @@ use rtrb::{Consumer, RingBuffer};
 
 use super::ReplaceableExecutive;
 use super::file::FrameKind;
-use super::thread::{FRAME_HEADER, read_frame_header};
+use super::queue::{FRAME_HEADER, read_frame_header};
 use super::*;
 use plcc_runtime::Executive;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
@@ -186,7 +186,7 @@ fn an_end_behind_damaged_ticks_does_not_differ() {
 
 #[test]
 fn frames_are_read_as_they_were_written() {
-    let header = super::thread::frame_header(FrameKind::Gap, 0x0102_0304, u64::MAX - 5);
+    let header = super::queue::frame_header(FrameKind::Gap, 0x0102_0304, u64::MAX - 5);
     assert_eq!(read_frame_header(&header), Some((FrameKind::Gap, 0x0102_0304, u64::MAX - 5)));
     assert_eq!(read_frame_header(&header[..FRAME_HEADER - 1]), None);
 }

@@ -15,6 +15,10 @@ use syn::{Item, UseTree, Visibility};
 /// since they hold the methods of one structure of it. ARCHITECTURE.md says so too.
 const CRATES: &[(&str, &[&str])] = &[("ir", &["passes::speculate"]), ("codegen", &["lower"])];
 
+/// Crates of which only the modules of the root are compared: what is in one folder belongs together there. What the
+/// root itself defines, all may name.
+const CRATES_BY_FOLDER: &[&str] = &["runtime", "load", "record", "host"];
+
 /// A module, by the names from the crate's root on.
 type Module = Vec<String>;
 
@@ -166,25 +170,47 @@ fn no_modules_of_the_compiler_import_each_other() {
         // Else nothing would have been looked at.
         assert!(count > 40, "{name}: {count} imports");
         assert_eq!(used.len(), upward.len(), "{name}: of {upward:?} these are needed: {used:?}");
-        // A module whose imports have all been taken away is in no circle.
-        loop {
-            let before = left.len();
-            let names: BTreeSet<Module> = left.keys().map(|&module| module.clone()).collect();
-            left.retain(|_, imported| imported.iter().any(|to| names.contains(to)));
-            if left.len() == before {
-                break;
-            }
-        }
-        let circle: Vec<String> = left
-            .iter()
-            .map(|(module, to)| {
-                let to: Vec<String> =
-                    to.iter().filter(|to| left.contains_key(to)).map(|to| to.join("::")).collect();
-                format!("{} imports {}", module.join("::"), to.join(", "))
-            })
-            .collect();
+        let circle = circle(left);
         assert!(circle.is_empty(), "in {name} a circle is among these: {circle:#?}");
     }
+}
+
+#[test]
+fn no_folders_of_the_runtime_import_each_other() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for &name in CRATES_BY_FOLDER {
+        let mut found = BTreeMap::new();
+        modules(&root.join(name).join("src"), &vec![], &mut found);
+        let mut folders: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
+        for (module, imported) in imports(&found) {
+            let Some(own) = module.first() else { continue };
+            let others = imported.iter().filter_map(|to| to.first()).filter(|to| *to != own);
+            folders.entry(vec![own.clone()]).or_default().extend(others.map(|to| vec![to.clone()]));
+        }
+        let count: usize = folders.values().map(BTreeSet::len).sum();
+        assert!(count > 3, "{name}: {count} imports");
+        let circle = circle(folders.iter().map(|(module, to)| (module, to.clone())).collect());
+        assert!(circle.is_empty(), "in {name} a circle is among these: {circle:#?}");
+    }
+}
+
+/// The modules among which there is a circle, with what they import of each other; none if there is no circle.
+fn circle(mut left: BTreeMap<&Module, BTreeSet<Module>>) -> Vec<String> {
+    // A module whose imports have all been taken away is in no circle.
+    loop {
+        let before = left.len();
+        let names: BTreeSet<Module> = left.keys().map(|&module| module.clone()).collect();
+        left.retain(|_, imported| imported.iter().any(|to| names.contains(to)));
+        if left.len() == before {
+            break;
+        }
+    }
+    let of = |(module, to): (&&Module, &BTreeSet<Module>)| {
+        let to: Vec<String> =
+            to.iter().filter(|to| left.contains_key(to)).map(|to| to.join("::")).collect();
+        format!("{} imports {}", module.join("::"), to.join(", "))
+    };
+    left.iter().map(of).collect()
 }
 
 /// What a host function does is said where it is declared (`abi/src/host.rs`).

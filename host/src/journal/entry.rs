@@ -8,8 +8,8 @@ use std::time::{Duration, SystemTime};
 use plcc_image::input_area::WriterName;
 use serde::{Serialize, Serializer};
 
+use super::timing_summary::{TaskSummary, TimesSummary, TimingSummary};
 use crate::Peer;
-use crate::run::{TaskSummary, TimesSummary, TimingSummary};
 
 /// Something that happened around a program.
 #[derive(Clone, Debug, Serialize)]

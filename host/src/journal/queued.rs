@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
+use super::progress_line::{FIRST_SHOWN_AFTER, UPDATE_INTERVAL, progress_line};
 use super::sink::Sink;
 use super::{Entry, EntryKind, Journal, LossCounter, Mode, NO_TICK, line, sentence};
 use crate::patient_writer::WriteOutcome;
@@ -316,7 +317,7 @@ struct ProgressLine {
 impl ProgressLine {
     fn new(ticks: Option<u64>) -> Self {
         let start = Instant::now();
-        Self { ticks, start, next: start + crate::progress::FIRST_SHOWN_AFTER, visible: false }
+        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, visible: false }
     }
 
     /// The line, if it is time to show it.
@@ -325,9 +326,9 @@ impl ProgressLine {
         if now < self.next {
             return None;
         }
-        self.next = now + crate::progress::UPDATE_INTERVAL;
+        self.next = now + UPDATE_INTERVAL;
         self.visible = true;
-        let line = crate::progress::line(ticks, self.ticks, now.duration_since(self.start));
+        let line = progress_line(ticks, self.ticks, now.duration_since(self.start));
         Some(format!("\r{line}\x1b[K"))
     }
 }

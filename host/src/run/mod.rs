@@ -30,6 +30,7 @@ use crate::journal::{EntryKind, ScanJournal};
 use plcc_files::why_not_written;
 use plcc_runtime::{Event, EventBody, Executive, Stop};
 
+pub use crate::journal::{TaskSummary, TimesSummary, TimingSummary};
 pub use dump::dump;
 #[cfg(target_os = "linux")]
 pub use dump_image::{dump_image, dump_image_alone};
@@ -38,7 +39,7 @@ pub use pace::{Beginning, Clock, OverrunPolicy, Pacer, Punctuality, SystemClock}
 pub use queues::ReportQueues;
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
 use timing::Budget;
-pub use timing::{TaskSummary, TimedEngine, Times, TimesSummary, Timing, TimingSummary};
+pub use timing::{TimedEngine, Times, Timing};
 pub use trace::{Trace, TraceFormat, TraceText};
 pub use watch::Watch;
 

@@ -7,10 +7,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::journal::{EntryKind, ScanJournal, TaskSummary, TimesSummary, TimingSummary};
 use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
-use serde::Serialize;
-
-use crate::journal::{EntryKind, ScanJournal};
 
 /// The binary logarithm of how many buckets a histogram has for each doubling of the time: there are
 /// eight, so that a percentile is exact to one eighth.
@@ -31,26 +29,6 @@ pub struct Times {
     last_ns: AtomicU64,
     max_ns: AtomicU64,
     buckets: Box<[AtomicU64]>,
-}
-
-/// What was recorded of one thing so far. Times are in microseconds. A percentile is the time within which
-/// that share of all lies; it is up to one eighth too large, as histograms are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct TimesSummary {
-    /// How many times were recorded.
-    pub count: u64,
-    /// The last one.
-    pub last_us: f64,
-    /// The mean.
-    pub mean_us: f64,
-    /// The median.
-    pub p50_us: f64,
-    /// The 99th percentile.
-    pub p99_us: f64,
-    /// 99.9 %.
-    pub p999_us: f64,
-    /// The largest.
-    pub max_us: f64,
 }
 
 impl Default for Times {
@@ -165,34 +143,6 @@ pub struct Timing {
     started: Option<Instant>,
     /// How long after that the first tick began, in nanoseconds; 0 before.
     start_ns: AtomicU64,
-}
-
-/// What was recorded of a run so far.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct TimingSummary {
-    /// How long after the beginning of the process the first tick began, in microseconds; 0 before it has,
-    /// and where the beginning is not known.
-    pub start_us: f64,
-    /// How often a tick began only when a later one was already due.
-    pub overruns: u64,
-    /// How many ticks were skipped.
-    pub skipped: u64,
-    /// How late ticks began.
-    pub lateness: TimesSummary,
-    /// How long ticks took.
-    pub ticks: TimesSummary,
-    /// How long scans of tasks took, of those that have run.
-    pub tasks: Vec<TaskSummary>,
-}
-
-/// What was recorded of a task's scans.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct TaskSummary {
-    /// The task, as users know it: `scan`, `:001`, `PLC3`.
-    pub name: String,
-    /// How long its scans took.
-    #[serde(flatten)]
-    pub times: TimesSummary,
 }
 
 impl Timing {

@@ -5,7 +5,6 @@
 mod output;
 mod outside;
 mod predecessor;
-pub(crate) mod realtime_priority;
 mod record;
 pub mod replay;
 mod reports;
@@ -22,10 +21,8 @@ use std::time::Duration;
 
 use plcc_abi::machine::Machine;
 use plcc_abi::{Engine, Program};
-use thiserror::Error;
 
 use crate::args::RunArgs;
-use crate::control_args::ControlError;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
 use crate::run::{
@@ -40,39 +37,18 @@ use plcc_runtime::watchdog::{self, Watchdog, WatchdogLimit};
 use plcc_runtime::{Executive, PanicBarrier};
 
 pub use crate::control_args::{executive, takes_machine_file};
-#[cfg(target_os = "linux")]
-pub(crate) use output::open as open_output_file;
+pub use crate::exit_status::{DONE, INTERRUPTED, STOPPED, SessionError, USAGE};
+use crate::output_file::open;
+use crate::realtime_priority;
+use crate::signal_listener::refuse_suspension;
 pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
-use output::{check_paths, check_retained, check_writable, open};
+use output::{check_paths, check_retained, check_writable};
 use outside::{Outside, StatusSources};
 use predecessor::Predecessor;
 use record::Record;
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
-#[cfg(target_os = "linux")]
-pub(crate) use signals::{ignores_hangup, refuse_suspension, take_suspension};
-
-/// Exit status: done.
-pub const DONE: u8 = 0;
-/// Exit status: wrong usage, an input that is not valid, an output that can't be written.
-pub const USAGE: u8 = 2;
-/// Exit status: the program was stopped by a run-time fault.
-pub const STOPPED: u8 = 3;
-/// Exit status: Ctrl-C.
-pub const INTERRUPTED: u8 = 130;
-
-/// Why a program could not be run, or its results not be written: exit status 2. The message says
-/// which file or option is meant.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0}")]
-pub struct SessionError(pub String);
-
-impl From<ControlError> for SessionError {
-    fn from(error: ControlError) -> Self {
-        Self(error.to_string())
-    }
-}
 
 /// Runs a program as the options say, with messages on standard error, and gives the exit status.
 ///
@@ -126,7 +102,7 @@ fn session(
         return Err(SessionError(text.into()));
     }
     if args.realtime {
-        signals::refuse_suspension().map_err(SessionError)?;
+        refuse_suspension().map_err(SessionError)?;
     }
     check_paths(program, args)?;
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;

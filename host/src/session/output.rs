@@ -12,7 +12,8 @@ use plcc_files::{
     FileIdentity, can_replace, open_output, replace, resolve_links, temporary_of, why_not_written,
 };
 
-use super::SessionError;
+use crate::exit_status::SessionError;
+use crate::output_file::{is_stdout, not_written, standard_output};
 
 /// What [`RunArgs::reads`] holds, for messages.
 const READ_FILES: &str = "the machine file, the artifact or the configuration";
@@ -27,11 +28,6 @@ pub(super) struct Output {
 enum Sink {
     File(File),
     Stdout(Stdout),
-}
-
-/// Whether a path means standard output.
-fn is_stdout(path: &Path) -> bool {
-    path.as_os_str() == "-"
 }
 
 impl Output {
@@ -70,53 +66,6 @@ impl Write for Sink {
             Self::Stdout(stdout) => stdout.flush(),
         }
     }
-}
-
-/// Opens a file that grows: at its end, or (`append` is false) emptied. In real time a FIFO is opened
-/// without waiting for its reader, who may also come and go later.
-///
-/// # Errors
-/// When it can't be written; the message names it.
-pub(crate) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, SessionError> {
-    if is_stdout(path) {
-        return standard_output().map_err(|error| not_written(path, &error));
-    }
-    let opened = if realtime && fs::metadata(path).is_ok_and(|about| is_fifo(&about)) {
-        // On Linux a FIFO that is opened for reading too has a reader, and nobody is waited for.
-        File::options().read(true).write(true).open(path)
-    } else {
-        open_output(path, append)
-    };
-    opened.map_err(|error| not_written(path, &error))
-}
-
-/// Standard output as a file, without the lock and the buffer that [`io::stdout`] has: a thread that is
-/// stuck in writing must not hold up the end of the process.
-#[cfg(unix)]
-fn standard_output() -> io::Result<File> {
-    use std::os::fd::AsFd;
-    Ok(File::from(io::stdout().as_fd().try_clone_to_owned()?))
-}
-
-#[cfg(not(unix))]
-fn standard_output() -> io::Result<File> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-#[cfg(unix)]
-fn is_fifo(about: &fs::Metadata) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    about.file_type().is_fifo()
-}
-
-#[cfg(not(unix))]
-fn is_fifo(_: &fs::Metadata) -> bool {
-    false
-}
-
-/// Says that a file can't be written, and why.
-fn not_written(path: &Path, error: &io::Error) -> SessionError {
-    SessionError(format!("{} can't be written: {}", path.display(), why_not_written(error)))
 }
 
 /// Writes a file as a whole, or standard output for `-`. The file holds either its old contents or

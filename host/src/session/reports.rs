@@ -9,9 +9,10 @@ use std::thread;
 use std::time::Duration;
 
 use super::SessionError;
-use super::output::{Output, open, write_whole};
+use super::output::{Output, write_whole};
 use crate::args::RunArgs;
 use crate::journal::{EntryKind, Journal};
+use crate::output_file::open;
 use crate::run::{ReportQueues, TraceFormat, Watch};
 use plcc_runtime::Executive;
 

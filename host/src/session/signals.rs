@@ -10,20 +10,18 @@
 //! the terminal from the background (SIGTTOU, where `stty tostop` is set): the outputs would stay as they
 //! are, and no program would control them.
 
+use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-use std::{fs, process};
 
-#[cfg(target_os = "linux")]
-use nix::sys::signal::{SigSet, Signal};
 use signal_hook::consts;
 use signal_hook::iterator::Handle;
 
 use super::{INTERRUPTED, SessionError, message};
 use crate::journal::Journal;
-use crate::signal_listener::SignalListener;
+use crate::signal_listener::{SignalListener, ignores_hangup, take_suspension};
 use plcc_runtime::small_thread::small_thread;
 
 /// Signals within this time from the first one are that one.
@@ -127,37 +125,4 @@ fn wait(mut signals: SignalListener, flag: &AtomicBool, refusals: Option<&Journa
         }
         thread::sleep(Duration::from_millis(5));
     }
-}
-
-/// Has no terminal suspend this thread, and the threads that it starts from now on: neither by Ctrl-Z nor
-/// when they write to a terminal in whose background the process runs.
-///
-/// # Errors
-/// When the operating system refuses it.
-#[cfg(target_os = "linux")]
-pub(crate) fn refuse_suspension() -> Result<(), String> {
-    let refused = SigSet::from_iter([Signal::SIGTSTP, Signal::SIGTTOU, Signal::SIGTTIN]);
-    refused.thread_block().map_err(|error| format!("Ctrl-Z can't be refused: {error}"))
-}
-
-/// Other systems suspend a run as any other process.
-#[cfg(not(target_os = "linux"))]
-pub(crate) fn refuse_suspension() -> Result<(), String> {
-    Ok(())
-}
-
-/// Has this thread take Ctrl-Z, for which it has a handler.
-pub(crate) fn take_suspension() {
-    // Where that fails, nobody is told that Ctrl-Z is refused.
-    #[cfg(target_os = "linux")]
-    let _ = SigSet::from(Signal::SIGTSTP).thread_unblock();
-}
-
-/// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
-/// does not say, it is taken to be so.
-pub(crate) fn ignores_hangup() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_none_or(|mask| mask & 1 != 0)
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::{Heartbeat, Phase};
 use crate::journal::Journal;
-use crate::session::realtime_priority;
+use crate::realtime_priority;
 use plcc_runtime::small_thread::small_thread;
 
 /// Time between two heartbeats.

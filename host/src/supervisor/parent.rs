@@ -20,13 +20,12 @@ use signal_hook::consts;
 use super::link::is_timeout;
 use super::notify::Notifier;
 use super::{Heartbeat, Phase};
+use crate::exit_status::{STOPPED, USAGE};
 use crate::image_file::SafeOutputWriter;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
-use crate::session::{
-    STOPPED, USAGE, ignores_hangup, open_output_file, realtime_priority, refuse_suspension,
-    take_suspension,
-};
-use crate::signal_listener::SignalListener;
+use crate::output_file::open;
+use crate::realtime_priority;
+use crate::signal_listener::{SignalListener, ignores_hangup, refuse_suspension, take_suspension};
 use plcc_runtime::small_thread::small_thread;
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
@@ -151,7 +150,7 @@ impl Signalled {
 
 fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
     // The child opens it too and tells what is wrong with it. Each line is appended as a whole.
-    let log = log.and_then(|path| open_output_file(path, true, true).ok());
+    let log = log.and_then(|path| open(path, true, true).ok());
     let started = JournalOwner::start(Destinations::standard(log), true);
     started.map(|(owner, _)| owner).map_err(|error| format!("no thread can be started: {error}"))
 }

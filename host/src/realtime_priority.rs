@@ -14,7 +14,7 @@ const PRIORITY: u8 = 50;
 /// # Errors
 /// What was not permitted, and what to do. The run goes on without it.
 #[cfg(target_os = "linux")]
-pub(super) fn request() -> Result<(), String> {
+pub(crate) fn request() -> Result<(), String> {
     let refused: Vec<String> = [
         raise_priority(PRIORITY).map_err(|why| format!("ticks have no real-time priority ({why})")),
         lock_memory().map_err(|why| format!("memory is not locked ({why})")),
@@ -33,7 +33,7 @@ pub(super) fn request() -> Result<(), String> {
 
 /// Other systems have no such request.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn request() -> Result<(), String> {
+pub(crate) fn request() -> Result<(), String> {
     Ok(())
 }
 
