@@ -62,6 +62,26 @@ pub(crate) enum Target {
     },
 }
 
+impl Target {
+    /// The variables that it names by their numbers, each with its kind.
+    pub(crate) fn named(self) -> impl Iterator<Item = (Kind, u16)> {
+        let (kind, first, count, step) = match self {
+            Self::Var(kind, number) => (kind, number, 1, 1),
+            Self::Range { kind, first, count, step } => (kind, first, count, step),
+            Self::Indirect(kind, _) => (kind, 0, 0, 0),
+        };
+        (0..count).map(move |k| (kind, first.wrapping_add(k.wrapping_mul(step))))
+    }
+
+    /// The expression that gives the variable's number, if one does.
+    pub(crate) fn index(self) -> Option<Expr> {
+        match self {
+            Self::Indirect(_, index) => Some(index),
+            Self::Var(..) | Self::Range { .. } => None,
+        }
+    }
+}
+
 /// A set of PLCs or PLCCs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PlcSet {
@@ -103,6 +123,25 @@ pub(crate) enum StmtKind {
     Save,
 }
 
+impl StmtKind {
+    /// The expressions and conditions that it has, those for variables' numbers among them.
+    pub(crate) fn expressions(&self) -> impl Iterator<Item = Expr> {
+        let expressions = match *self {
+            Self::Assign(target, value) => [target.index(), Some(value)],
+            Self::If(expr, _) | Self::While(expr, _) | Self::Word(_, _, expr) => [Some(expr), None],
+            Self::AddressBy(motor, system) => [Some(motor), Some(system)],
+            Self::Text(_, value) => [value, None],
+            Self::Jump(_)
+            | Self::EndWhile(_)
+            | Self::Plc(..)
+            | Self::Address(..)
+            | Self::Define(_)
+            | Self::Save => [None, None],
+        };
+        expressions.into_iter().flatten()
+    }
+}
+
 /// A statement of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stmt {
@@ -114,7 +153,8 @@ pub(crate) struct Stmt {
     pub(crate) integer: bool,
 }
 
-/// What an on-line command does, at load or when a COMMAND gives it.
+/// What an on-line command does, at load or when a COMMAND gives it. Commands for motors and coordinate systems,
+/// and resets such as `$$$`, do nothing here and have none.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
     /// Assignment.
@@ -132,12 +172,8 @@ pub(crate) enum Action {
     Write(WriteKind, u32, Vec<Expr>),
     /// SAVE.
     Save,
-    /// A reset such as `$$$`. It changes nothing at load.
-    Reset,
     /// A PLCC is erased.
     DeletePlcc(u8),
-    /// A command for motors or coordinate systems. There is nothing to do for it.
-    Motion,
 }
 
 /// Which memory a W command writes.
@@ -209,6 +245,37 @@ impl Download {
         self.ops.get(start..start + expr.len as usize).unwrap_or(&[])
     }
 
+    /// The value of an expression that is a number, perhaps with minus signs in front of it.
+    pub(crate) fn constant(&self, expr: Expr) -> Option<f64> {
+        let (Op::Const(value), signs) = self.ops(expr).split_first()? else { return None };
+        let minus = signs.iter().all(|op| matches!(op, Op::Neg));
+        minus.then_some(if signs.len() % 2 == 1 { -value } else { *value })
+    }
+
+    /// The PLCs, then the PLCCs, each with its number and whether it is a PLCC.
+    pub(crate) fn programs(&self) -> impl Iterator<Item = (bool, u32, &Buffer)> {
+        let plcs = (0..).zip(&self.plcs).map(|(number, buffer)| (false, number, buffer));
+        let plccs = (0..).zip(&self.plccs).map(|(number, buffer)| (true, number, buffer));
+        plcs.chain(plccs)
+    }
+
+    /// All statements: of PLCs, of PLCCs, and those that COMMANDs execute.
+    pub(crate) fn statements(&self) -> impl Iterator<Item = &Stmt> {
+        self.programs().map(|(_, _, buffer)| &buffer.code).chain(&self.commands).flatten()
+    }
+
+    /// All assignments, those of on-line commands first: target, value and place.
+    pub(crate) fn assignments(&self) -> impl Iterator<Item = (Target, Expr, TextRange)> {
+        let online = self.online.iter().filter_map(|online| match online.action {
+            Action::Assign(target, expr) => Some((target, expr, online.at)),
+            _ => None,
+        });
+        online.chain(self.statements().filter_map(|stmt| match stmt.kind {
+            StmtKind::Assign(target, expr) => Some((target, expr, stmt.at)),
+            _ => None,
+        }))
+    }
+
     /// The expression or condition that a statement computes, `None` if it computes none.
     pub(crate) fn computed(kind: &StmtKind) -> Option<Expr> {
         match *kind {
@@ -218,7 +285,12 @@ impl Download {
             | StmtKind::AddressBy(_, expr)
             | StmtKind::Word(_, _, expr) => Some(expr),
             StmtKind::Text(_, value) => value,
-            _ => None,
+            StmtKind::Jump(_)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::Define(_)
+            | StmtKind::Save => None,
         }
     }
 }

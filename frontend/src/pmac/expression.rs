@@ -17,7 +17,9 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::image::read_f64;
-use plcc_abi::pmac::{Definition, Kind, Layout, Place, Space, SparseMemory, View, arithmetic};
+use plcc_abi::pmac::{
+    Definition, Kind, Layout, Place, PmacName, Space, SparseMemory, Variable, View, arithmetic,
+};
 use plcc_diag::{Diagnostic, SourceMap, Span};
 
 use super::Program;
@@ -91,7 +93,7 @@ fn variables(ops: &[Op], system: u32) -> Vec<String> {
     for op in ops {
         let name = match *op {
             Op::Var(kind, number) => name(kind, u32::from(number), system),
-            Op::Indirect(kind) => format!("{}(…)", letter(kind)),
+            Op::Indirect(kind) => format!("{kind:?}(…)"),
             Op::Call(Func::Atan2) => name(Kind::Q, 0, system),
             _ => continue,
         };
@@ -104,20 +106,8 @@ fn variables(ops: &[Op], system: u32) -> Vec<String> {
 
 /// A variable as traces spell it.
 fn name(kind: Kind, number: u32, system: u32) -> String {
-    match kind {
-        Kind::Q if system != 1 => format!("&{system}Q{number}"),
-        _ => format!("{}{number}", letter(kind)),
-    }
-}
-
-fn letter(kind: Kind) -> char {
-    match kind {
-        Kind::I => 'I',
-        Kind::P => 'P',
-        Kind::Q => 'Q',
-        Kind::M => 'M',
-        Kind::L => 'L',
-    }
+    let system = if kind == Kind::Q { system } else { 1 };
+    PmacName::Variable(Variable { kind, number, system }).to_string()
 }
 
 /// A checked expression in postfix order.

@@ -40,17 +40,9 @@ struct Assigned {
 impl Assigned {
     /// Notes the target of an assignment.
     fn target(&mut self, target: Target) {
-        match target {
-            Target::Var(kind @ (Kind::M | Kind::L), number) => {
-                self.variables.insert((kind, number.into()));
-            }
-            Target::Range { kind: kind @ (Kind::M | Kind::L), first, count, step } => {
-                let numbers = (0..u32::from(count)).map(|n| u32::from(first) + n * u32::from(step));
-                self.variables.extend(numbers.map(|number| (kind, number)));
-            }
-            Target::Indirect(Kind::M, _) => self.any_m = true,
-            Target::Var(..) | Target::Range { .. } | Target::Indirect(..) => {}
-        }
+        let named = target.named().filter(|(kind, _)| matches!(kind, Kind::M | Kind::L));
+        self.variables.extend(named.map(|(kind, number)| (kind, number.into())));
+        self.any_m |= matches!(target, Target::Indirect(Kind::M, _));
     }
 
     /// Notes a word that is written by its address.

@@ -4,7 +4,7 @@ use plcc_abi::pmac::{Kind, PmacTables, Program as PlcProgram, Run, Text, Variabl
 use plcc_abi::{Program, Tables, Task};
 
 use super::analyse::load::Loaded;
-use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
+use super::ast::{Download, Op, Stmt, StmtKind, Target};
 use super::fingerprint::fingerprint;
 use super::host_statements;
 use super::outputs;
@@ -73,32 +73,17 @@ fn add_named(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
             let system = if kind == Kind::Q { system } else { 1 };
             named.push(Variable { kind, number: u32::from(number), system });
         };
+        if let StmtKind::Assign(Target::Var(kind, number), _) = stmt.kind {
+            name(kind, number);
+        }
         // ATAN2 reads Q0, which the text does not name.
-        let reads = |expr: Expr, name: &mut dyn FnMut(Kind, u16)| {
-            for op in download.ops(expr) {
-                if let Op::Var(kind, number) = *op {
-                    name(kind, number);
-                }
+        for op in stmt.kind.expressions().flat_map(|expr| download.ops(expr)) {
+            if let Op::Var(kind, number) = *op {
+                name(kind, number);
             }
-        };
-        match stmt.kind {
-            StmtKind::Assign(target, expr) => {
-                match target {
-                    Target::Var(kind, number) => name(kind, number),
-                    Target::Indirect(_, index) => reads(index, &mut name),
-                    Target::Range { .. } => {}
-                }
-                reads(expr, &mut name);
-            }
-            StmtKind::If(expr, _) | StmtKind::While(expr, _) | StmtKind::Text(_, Some(expr)) => {
-                reads(expr, &mut name);
-            }
-            StmtKind::Address(_, Some(number)) => system = u32::from(number),
-            StmtKind::AddressBy(motor, system) => {
-                reads(motor, &mut name);
-                reads(system, &mut name);
-            }
-            _ => {}
+        }
+        if let StmtKind::Address(_, Some(number)) = stmt.kind {
+            system = u32::from(number);
         }
     }
 }

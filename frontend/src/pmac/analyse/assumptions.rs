@@ -10,7 +10,7 @@ use plcc_abi::pmac::{
 };
 
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Op, Stmt, StmtKind, Target};
+use crate::pmac::ast::{Download, Op, Stmt, StmtKind};
 use crate::pmac::tasks::{TaskKind, tasks};
 
 /// Calls `visit` with the number of each M-variable that statements name by a number, as often as
@@ -27,15 +27,12 @@ pub(crate) fn for_each_named_m(download: &Download, code: &[Stmt], visit: &mut i
         if let Some(expr) = Download::computed(&stmt.kind) {
             reads(expr, visit);
         }
-        match stmt.kind {
-            StmtKind::Assign(Target::Var(Kind::M, number), _) => visit(number),
-            StmtKind::Assign(Target::Indirect(_, index), _) => reads(index, visit),
-            StmtKind::Assign(Target::Range { kind: Kind::M, first, count, step }, _) => {
-                for k in 0..count {
-                    visit(first.wrapping_add(k.wrapping_mul(step)));
-                }
+        if let StmtKind::Assign(target, _) = stmt.kind {
+            if let Some(index) = target.index() {
+                reads(index, visit);
             }
-            _ => {}
+            let written = target.named().filter(|(kind, _)| *kind == Kind::M);
+            written.for_each(|(_, number)| visit(number));
         }
     }
 }
@@ -63,11 +60,8 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
     };
     for stmt in code {
         match stmt.kind {
-            StmtKind::Assign(Target::Var(kind, number), _) => write(kind, number, mark),
-            StmtKind::Assign(Target::Range { kind, first, count, step }, _) => {
-                for k in 0..count {
-                    write(kind, first.wrapping_add(k.wrapping_mul(step)), mark);
-                }
+            StmtKind::Assign(target, _) => {
+                target.named().for_each(|(kind, number)| write(kind, number, mark));
             }
             StmtKind::Define(index) => {
                 if let Some(define) = download.defines.get(index as usize) {

@@ -26,8 +26,7 @@ pub(crate) fn cross_reference(
     for online in &download.online {
         finder.action(&online.action, online.at);
     }
-    let buffers = download.plcs.iter().chain(&download.plccs).map(|buffer| &buffer.code);
-    for statement in buffers.chain(&download.commands).flatten() {
+    for statement in download.statements() {
         finder.statement(&statement.kind, statement.at);
     }
     let comments = Pmac.listing_comments(tables);
@@ -67,59 +66,38 @@ impl Finder<'_> {
         }
     }
 
-    fn target(&mut self, target: &Target, at: TextRange) {
-        match *target {
-            Target::Var(kind, number) => self.add(&variable(kind, number), at, Use::Written),
-            Target::Indirect(kind, number) => {
-                self.operands(number, at, Use::Read);
-                self.add(&computed(kind), at, Use::Written);
-            }
-            Target::Range { kind, first, count, step } => {
-                for index in 0..count {
-                    let number = first.saturating_add(index.saturating_mul(step));
-                    self.add(&variable(kind, number), at, Use::Written);
-                }
-            }
+    fn assignment(&mut self, target: Target, value: Expr, at: TextRange) {
+        self.operands(value, at, Use::Read);
+        if let Target::Indirect(kind, number) = target {
+            self.operands(number, at, Use::Read);
+            self.add(&computed(kind), at, Use::Written);
+        }
+        for (kind, number) in target.named() {
+            self.add(&variable(kind, number), at, Use::Written);
         }
     }
 
     fn statement(&mut self, what: &StmtKind, at: TextRange) {
-        match *what {
-            StmtKind::Assign(ref target, value) => {
-                self.operands(value, at, Use::Read);
-                self.target(target, at);
-            }
-            StmtKind::If(condition, _) | StmtKind::While(condition, _) => {
-                self.operands(condition, at, Use::Tested);
-            }
-            StmtKind::AddressBy(motor, system) => {
-                self.operands(motor, at, Use::Read);
-                self.operands(system, at, Use::Read);
-            }
-            StmtKind::Text(_, Some(value)) => self.operands(value, at, Use::Read),
-            StmtKind::Word(space, address, value) => {
-                self.operands(value, at, Use::Read);
-                self.add(&format!("{space:?}:${address:04X}"), at, Use::Written);
-            }
-            StmtKind::Text(_, None)
-            | StmtKind::Jump(_)
-            | StmtKind::EndWhile(_)
-            | StmtKind::Plc(..)
-            | StmtKind::Address(..)
-            | StmtKind::Define(_)
-            | StmtKind::Save => {}
+        if let StmtKind::Assign(target, value) = *what {
+            return self.assignment(target, value, at);
+        }
+        let is_branch = matches!(what, StmtKind::If(..) | StmtKind::While(..));
+        let used = if is_branch { Use::Tested } else { Use::Read };
+        for expr in what.expressions() {
+            self.operands(expr, at, used);
+        }
+        if let StmtKind::Word(space, address, _) = what {
+            self.add(&format!("{space:?}:${address:04X}"), at, Use::Written);
         }
     }
 
     fn action(&mut self, action: &Action, at: TextRange) {
         match action {
-            Action::Assign(target, value) => {
-                self.operands(*value, at, Use::Read);
-                self.target(target, at);
-            }
+            Action::Assign(target, value) => self.assignment(*target, *value, at),
             Action::Defaults(first, count, step) => {
                 let (first, count, step) = (*first, *count, *step);
-                self.target(&Target::Range { kind: Kind::I, first, count, step }, at);
+                let target = Target::Range { kind: Kind::I, first, count, step };
+                self.assignment(target, Expr::default(), at);
             }
             Action::Write(kind, address, values) => {
                 let letter = match kind {
@@ -139,28 +117,16 @@ impl Finder<'_> {
             | Action::Plc(..)
             | Action::System(_)
             | Action::Save
-            | Action::Reset
-            | Action::DeletePlcc(_)
-            | Action::Motion => {}
+            | Action::DeletePlcc(_) => {}
         }
     }
 }
 
-fn letter(kind: Kind) -> char {
-    match kind {
-        Kind::I => 'I',
-        Kind::P => 'P',
-        Kind::Q => 'Q',
-        Kind::M => 'M',
-        Kind::L => 'L',
-    }
-}
-
 pub(super) fn variable(kind: Kind, number: u16) -> String {
-    format!("{}{number}", letter(kind))
+    format!("{kind:?}{number}")
 }
 
 /// The variables of a kind whose number is computed.
 fn computed(kind: Kind) -> String {
-    format!("{}(…)", letter(kind))
+    format!("{kind:?}(…)")
 }

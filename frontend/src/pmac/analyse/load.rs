@@ -133,7 +133,6 @@ impl OnlineExecutor {
             }
             Action::Save => self.out.save = true,
             Action::DeletePlcc(number) => self.out.erased |= 1 << (number & 31),
-            Action::Reset | Action::Motion => {}
         }
     }
 
@@ -159,20 +158,18 @@ impl OnlineExecutor {
 
     fn assign(&mut self, download: &Download, target: Target, expr: crate::pmac::ast::Expr) {
         let ops = download.ops(expr);
-        self.record_target(download, target);
+        if let Target::Var(kind, number) = target {
+            self.record_named(kind, number);
+        }
+        self.record_operands(target.index().map_or(&[], |index| download.ops(index)));
         self.record_operands(ops);
         let value = arithmetic::finite(self.value(ops));
-        match target {
-            Target::Var(kind, number) => self.write(kind, u32::from(number), value),
-            Target::Indirect(kind, index) => {
-                let index = self.value(download.ops(index));
-                self.write(kind, fixed::index(index, self.out.layout.count - 1), value);
-            }
-            Target::Range { kind, first, count, step } => {
-                for k in 0..u32::from(count) {
-                    self.write(kind, u32::from(first) + k * u32::from(step), value);
-                }
-            }
+        if let Target::Indirect(kind, index) = target {
+            let index = self.value(download.ops(index));
+            self.write(kind, fixed::index(index, self.out.layout.count - 1), value);
+        }
+        for (kind, number) in target.named() {
+            self.write(kind, u32::from(number), value);
         }
     }
 
@@ -180,14 +177,6 @@ impl OnlineExecutor {
     fn record_named(&mut self, kind: Kind, number: u16) {
         let system = if kind == Kind::Q { self.system } else { 1 };
         self.out.named.push(Variable { kind, number: u32::from(number), system });
-    }
-
-    fn record_target(&mut self, download: &Download, target: Target) {
-        match target {
-            Target::Var(kind, number) => self.record_named(kind, number),
-            Target::Indirect(_, index) => self.record_operands(download.ops(index)),
-            Target::Range { .. } => {}
-        }
     }
 
     fn record_operands(&mut self, ops: &[Op]) {

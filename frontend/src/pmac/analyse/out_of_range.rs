@@ -3,7 +3,7 @@
 use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
 
-use crate::pmac::ast::{Action, Download, Expr, Op, StmtKind, Target};
+use crate::pmac::ast::{Download, Expr, Target};
 use crate::pmac::origin::TextRange;
 use crate::pmac::reference::tables::i_range;
 
@@ -11,18 +11,8 @@ use crate::pmac::reference::tables::i_range;
 /// that it is assigned to, in the order of the text. Assignments to ranges (`I0..99=0`) are left
 /// out, since they often sweep over many variables of different ranges.
 pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
-    let online = download.online.iter().filter_map(|online| match online.action {
-        Action::Assign(target, expr) => Some((target, expr, online.at)),
-        _ => None,
-    });
-    let buffers = download.plcs.iter().chain(&download.plccs).map(|buffer| &buffer.code);
-    let statements =
-        buffers.chain(&download.commands).flatten().filter_map(|stmt| match stmt.kind {
-            StmtKind::Assign(target, expr) => Some((target, expr, stmt.at)),
-            _ => None,
-        });
-    let mut found: Vec<(TextRange, Diagnostic)> = online
-        .chain(statements)
+    let mut found: Vec<(TextRange, Diagnostic)> = download
+        .assignments()
         .filter_map(|(target, expr, at)| Some((at, warning(download, target, expr, at)?)))
         .collect();
     found.sort_by_key(|(at, _)| at.start);
@@ -33,7 +23,7 @@ pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
 fn warning(download: &Download, target: Target, expr: Expr, at: TextRange) -> Option<Diagnostic> {
     let Target::Var(Kind::I, number) = target else { return None };
     let number = u32::from(number);
-    let value = constant_value(download.ops(expr))?;
+    let value = download.constant(expr)?;
     let range = i_range(download.controller, number).filter(|range| !holds(*range, value))?;
     let (low, high) = match range {
         Range::Integer(low, high) => (low as f64, high as f64),
@@ -45,14 +35,6 @@ fn warning(download: &Download, target: Target, expr: Expr, at: TextRange) -> Op
         Diagnostic::warning("PMAC-W5", span, message)
             .help(format!("`plcc explain I{number}` says what it means"))
     }))
-}
-
-/// The value of an expression that is a number, perhaps with minus signs in front of it.
-fn constant_value(ops: &[Op]) -> Option<f64> {
-    let (Op::Const(value), signs) = ops.split_first()? else { return None };
-    let negative = signs.len() % 2 == 1;
-    let minus = signs.iter().all(|op| matches!(op, Op::Neg));
-    minus.then_some(if negative { -value } else { *value })
 }
 
 /// Whether a value is in a range, after rounding if the range is of integers.

@@ -2,14 +2,14 @@
 
 use super::cursor::{Parsed, syntax_help};
 use super::expr::Reader;
-use super::online::OnlineEffect;
+use super::online::OnlineCommand;
 use super::words::{self, BUFFER, Keyword, ONLINE, OPENED};
 use crate::pmac::ast::Action;
 
 impl Reader<'_> {
     /// DEFINE, whose word is taken: the buffer's name, and the rest of the line. `table` is set to
     /// whether the entries of a compensation table may follow.
-    pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<OnlineEffect> {
+    pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<OnlineCommand> {
         self.cur.blanks();
         let at = self.cur.next_word();
         let Some((word, _)) = words::find(self.cur, BUFFER) else {
@@ -18,18 +18,18 @@ impl Reader<'_> {
         };
         *table = word.spelling.ends_with("COMP");
         self.cur.skip_line();
-        Ok(OnlineEffect::Continue)
+        Ok(OnlineCommand::NOTHING)
     }
 
     /// OPEN, whose word is taken.
-    pub(crate) fn open(&mut self) -> Parsed<OnlineEffect> {
+    pub(crate) fn open(&mut self) -> Parsed<OnlineCommand> {
         if self.cur.eat_word("PLC") {
             let compiled = matches!(self.cur.byte(), b'C' | b'c')
                 && !self.cur.starts_with("CLEAR")
                 && !self.cur.starts_with("CLR");
             self.cur.pos += usize::from(compiled);
             let number = self.plc_number()?;
-            return Ok(OnlineEffect::OpenPlc { compiled, number });
+            return Ok(OnlineCommand::OpenPlc { compiled, number });
         }
         match words::find(self.cur, OPENED) {
             Some((word, after)) => {
@@ -44,18 +44,17 @@ impl Reader<'_> {
                 {
                     return self.cur.expected("a motion program's number");
                 }
-                Ok(OnlineEffect::OpenMotion)
+                Ok(OnlineCommand::OpenMotion)
             }
             None => self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE"),
         }
     }
 
     /// DELETE, whose word is taken.
-    pub(crate) fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<OnlineEffect> {
+    pub(crate) fn delete(&mut self) -> Parsed<OnlineCommand> {
         if self.cur.eat_word("PLCC") {
             let number = self.plc_number()?;
-            out.push(Action::DeletePlcc(number));
-            return Ok(OnlineEffect::Continue);
+            return Ok(OnlineCommand::one(Action::DeletePlcc(number)));
         }
         if !self.cur.eat_word("PLC") {
             let all = self.cur.eat_abbreviated("ALL", 3);
@@ -70,6 +69,6 @@ impl Reader<'_> {
             }
         }
         let _ = self.cur.integer();
-        Ok(OnlineEffect::Continue)
+        Ok(OnlineCommand::NOTHING)
     }
 }

@@ -6,7 +6,7 @@ use plcc_diag::{Diagnostic, SourceMap};
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
 use super::download::DownloadReader;
 use super::expr::Reader;
-use super::online::{OnlineEffect, control_character};
+use super::online::{OnlineCommand, control_character};
 use super::preprocess::{is_word, replace_names};
 use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Action, Stmt, StmtKind, Target, WriteKind};
@@ -20,8 +20,7 @@ impl DownloadReader<'_> {
         let _ = words::port(&mut self.reader.cur);
         if self.reader.cur.peek() == b'^' {
             let text = self.quoted()?;
-            let mut actions = Vec::new();
-            control_character(text.as_bytes().get(1).copied().unwrap_or(0), &mut actions);
+            let actions = control_character(text.as_bytes().get(1).copied().unwrap_or(0));
             self.push_command(text, Ok(actions), start)?;
         } else {
             self.command_text(start)?;
@@ -175,7 +174,7 @@ impl DownloadReader<'_> {
                     }
                 }
                 Action::Save => code.push(StmtKind::Save),
-                Action::Reset | Action::DeletePlcc(_) | Action::Motion => {}
+                Action::DeletePlcc(_) => {}
             }
         }
         if !code.iter().any(|what| !matches!(what, StmtKind::Address(..))) {
@@ -209,11 +208,13 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
             let help = "write a control character without quotes, as in COMMAND^D";
             return syntax_help(reader.cur.since(start), message, help);
         }
-        if let OnlineEffect::DefineL(..) = reader.online(&mut actions, &mut table)? {
-            return syntax(
-                reader.cur.since(start),
-                "a COMMAND cannot define L-variables, which only the compiler knows",
-            );
+        match reader.online(&mut table)? {
+            OnlineCommand::Do(more) => actions.extend(more),
+            OnlineCommand::OpenPlc { .. } | OnlineCommand::OpenMotion => {}
+            OnlineCommand::DefineL(..) => {
+                let message = "a COMMAND cannot define L-variables, which only the compiler knows";
+                return syntax(reader.cur.since(start), message);
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::expr::Reader;
-use super::online::OnlineEffect;
+use super::online::OnlineCommand;
 use super::preprocess::Preprocessed;
 use super::ranges::UsedL;
 use super::structure::{Frame, FrameKind};
@@ -14,6 +14,7 @@ use crate::pmac::ast::{Action, Buffer, Download, Online, Stmt, StmtKind};
 use crate::pmac::origin::TextRange;
 
 /// The buffer that is open.
+#[derive(Default)]
 pub(crate) struct Open {
     /// Whether it is a PLCC.
     pub(crate) compiled: bool,
@@ -137,15 +138,9 @@ impl DownloadReader<'_> {
                 return;
             }
             let start = self.reader.cur.pos;
-            let mut actions = Vec::new();
-            match self.reader.online(&mut actions, &mut self.table) {
-                Ok(effect) => {
-                    let at = self.reader.cur.since(start);
-                    for action in actions {
-                        self.note_i5(&action);
-                        self.download.online.push(Online { action, at });
-                    }
-                    if self.apply(effect, at) {
+            match self.reader.online(&mut self.table) {
+                Ok(command) => {
+                    if self.execute(command, self.reader.cur.since(start)) {
                         return;
                     }
                 }
@@ -165,15 +160,7 @@ impl DownloadReader<'_> {
                     }
                     // A missing file may define its number: the statements are read.
                     self.reader.cur.skip_line();
-                    self.open = Some(Open {
-                        compiled: false,
-                        number: 0,
-                        discarded: true,
-                        frames: Vec::new(),
-                        structure_error: None,
-                        has_unknown_names: false,
-                        else_if: None,
-                    });
+                    self.open = Some(Open { discarded: true, ..Open::default() });
                     return;
                 }
             }
@@ -184,41 +171,32 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Does what an on-line command at `at` means for the reading after it. Returns whether a
-    /// buffer is open now.
-    pub(crate) fn apply(&mut self, effect: OnlineEffect, at: TextRange) -> bool {
-        match effect {
-            OnlineEffect::Continue | OnlineEffect::Close => false,
-            OnlineEffect::DefineL(first, count, definition) => {
+    /// Does what an on-line command at `at` asks for. Returns whether a buffer is open now.
+    pub(crate) fn execute(&mut self, command: OnlineCommand, at: TextRange) -> bool {
+        match command {
+            OnlineCommand::Do(actions) => {
+                for action in actions {
+                    self.note_i5(&action);
+                    self.download.online.push(Online { action, at });
+                }
+            }
+            OnlineCommand::DefineL(first, count, definition) => {
                 for number in first..first + count {
                     self.download.l_defs.insert(number, definition);
                 }
-                false
             }
-            OnlineEffect::OpenMotion => {
-                self.skip_motion(at);
-                false
-            }
-            OnlineEffect::OpenPlc { compiled, number } => {
+            OnlineCommand::OpenMotion => self.skip_motion(at),
+            OnlineCommand::OpenPlc { compiled, number } => {
                 self.has_plc.get_or_insert(at);
                 self.reader.l_used = compiled.then(Vec::new);
-                let buffers =
-                    if compiled { &mut self.download.plccs } else { &mut self.download.plcs };
-                if let Some(buffer) = buffers.get_mut(usize::from(number)) {
+                self.open = Some(Open { compiled, number, ..Open::default() });
+                if let Some(buffer) = self.buffer() {
                     buffer.opened = Some(at);
                 }
-                self.open = Some(Open {
-                    compiled,
-                    number,
-                    discarded: false,
-                    frames: Vec::new(),
-                    structure_error: None,
-                    has_unknown_names: false,
-                    else_if: None,
-                });
-                true
+                return true;
             }
         }
+        false
     }
 
     /// The buffer that is open, if its statements are kept.

@@ -3,7 +3,7 @@
 //! What concerns variables, memory and PLCs becomes an [`Action`]; what concerns motors, coordinate
 //! systems and the card is only checked for its form.
 
-use plcc_abi::pmac::{Kind, PlcOp};
+use plcc_abi::pmac::{Definition, Kind, PlcOp};
 
 use super::assign::VariableCommand;
 use super::cursor::{ParseError, Parsed, syntax_help};
@@ -15,11 +15,11 @@ use crate::pmac::origin::TextRange;
 /// The help for a word that is similar to no other.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";
 
-/// What an on-line command changes for the reading of the text after it.
+/// What an on-line command does.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum OnlineEffect {
-    /// Nothing: reading goes on with the next command.
-    Continue,
+pub(crate) enum OnlineCommand {
+    /// These actions. There are none for what concerns motors and the card alone.
+    Do(Vec<Action>),
     /// A PLC's or PLCC's buffer is opened.
     OpenPlc {
         /// Whether it is a PLCC.
@@ -29,66 +29,46 @@ pub(crate) enum OnlineEffect {
     },
     /// The buffer of a motion program is opened.
     OpenMotion,
-    /// CLOSE.
-    Close,
     /// L-variables are defined: the first one's number, and how many there are.
-    DefineL(u16, u16, plcc_abi::pmac::Definition),
+    DefineL(u16, u16, Definition),
+}
+
+impl OnlineCommand {
+    /// A command that has nothing to do.
+    pub(crate) const NOTHING: Self = Self::Do(Vec::new());
+
+    /// A command that does one thing.
+    pub(crate) fn one(action: Action) -> Self {
+        Self::Do(vec![action])
+    }
 }
 
 impl Reader<'_> {
-    /// Reads one on-line command, and appends to `out` what it does. Entries of a compensation
-    /// table are commands of their own: `table` says whether they may be here, and is set to
-    /// whether they may follow.
-    pub(crate) fn online(
-        &mut self,
-        out: &mut Vec<Action>,
-        table: &mut bool,
-    ) -> Parsed<OnlineEffect> {
+    /// Reads one on-line command. Entries of a compensation table are commands of their own:
+    /// `table` says whether they may be here, and is set to whether they may follow.
+    pub(crate) fn online(&mut self, table: &mut bool) -> Parsed<OnlineCommand> {
         let byte = self.cur.peek().to_ascii_uppercase();
         let in_table = std::mem::take(table);
+        let next = self.cur.byte_at(1);
         match byte {
-            b'0'..=b'9' | b'.' | b'-' => {
-                let value = self.signed()?;
-                if in_table {
-                    *table = true;
-                } else {
-                    out.push(Action::Assign(Target::Var(Kind::P, 0), self.constant(value)));
-                }
-                return Ok(OnlineEffect::Continue);
-            }
+            b'0'..=b'9' | b'.' | b'-' => return self.lone_number(in_table, table),
+            b'$' if next.is_ascii_hexdigit() => return self.lone_number(in_table, table),
             b',' if in_table => {
                 self.cur.pos += 1;
                 *table = true;
-                return Ok(OnlineEffect::Continue);
             }
-            b'#' => {
-                self.motor(out)?;
-                // #1 DEFINE COMP is one command.
-                return Ok(OnlineEffect::Continue);
-            }
+            b'#' => self.motor()?,
             b'&' => {
                 self.cur.pos += 1;
                 if self.cur.peek().is_ascii_digit() {
                     let system = self.addressed("coordinate system", 8, 16)?;
-                    out.push(Action::System(system));
+                    return Ok(OnlineCommand::one(Action::System(system)));
                 }
-                return Ok(OnlineEffect::Continue);
             }
             b'$' => {
-                if self.cur.byte_at(1).is_ascii_hexdigit() {
-                    let value = self.signed()?;
-                    if in_table {
-                        *table = true;
-                    } else {
-                        out.push(Action::Assign(Target::Var(Kind::P, 0), self.constant(value)));
-                    }
-                } else {
-                    while matches!(self.cur.byte(), b'$' | b'*') {
-                        self.cur.pos += 1;
-                    }
-                    out.push(Action::Reset);
+                while matches!(self.cur.byte(), b'$' | b'*') {
+                    self.cur.pos += 1;
                 }
-                return Ok(OnlineEffect::Continue);
             }
             b'%' | b'@' => {
                 self.cur.pos += 1;
@@ -96,69 +76,72 @@ impl Reader<'_> {
                 {
                     self.cur.pos += 1;
                 }
-                return Ok(OnlineEffect::Continue);
             }
-            b'?' | b'/' | b'\\' => {
-                self.cur.pos += 1;
-                return Ok(OnlineEffect::Continue);
-            }
-            b'!' if is_axis(self.cur.byte_at(1)) => {
-                self.altered_destination()?;
-                out.push(Action::Motion);
-                return Ok(OnlineEffect::Continue);
-            }
-            b'^' if self.cur.byte_at(1).is_ascii_alphabetic() => {
-                let letter = self.cur.byte_at(1);
+            b'?' | b'/' | b'\\' => self.cur.pos += 1,
+            b'!' if is_axis(next) => self.altered_destination()?,
+            b'^' if next.is_ascii_alphabetic() => {
                 self.cur.pos += 2;
-                control_character(letter, out);
-                return Ok(OnlineEffect::Continue);
+                return Ok(OnlineCommand::Do(control_character(next)));
             }
-            _ => {}
+            _ => {
+                return match self.variable_kind() {
+                    Some(kind) => self.online_variable(kind),
+                    None => self.online_word(byte, table),
+                };
+            }
         }
-        if let Some(kind) = self.variable_kind() {
-            return self.online_variable(kind, out);
-        }
-        self.online_word(byte, out, table)
+        Ok(OnlineCommand::NOTHING)
     }
 
-    fn online_variable(&mut self, kind: Kind, out: &mut Vec<Action>) -> Parsed<OnlineEffect> {
+    /// A number by itself: an entry of a compensation table, or else a value for P0.
+    fn lone_number(&mut self, in_table: bool, table: &mut bool) -> Parsed<OnlineCommand> {
+        let value = self.signed()?;
+        *table = in_table;
+        if in_table {
+            return Ok(OnlineCommand::NOTHING);
+        }
+        let action = Action::Assign(Target::Var(Kind::P, 0), self.constant(value));
+        Ok(OnlineCommand::one(action))
+    }
+
+    fn online_variable(&mut self, kind: Kind) -> Parsed<OnlineCommand> {
         match self.variable_command(kind)? {
             VariableCommand::Assign(target, expr) => {
                 if let Some(at) = self.double_equals.take() {
                     return syntax_help(at, "`==` is for motion programs", "write `=` here");
                 }
-                out.push(Action::Assign(target, expr));
+                Ok(OnlineCommand::one(Action::Assign(target, expr)))
             }
             VariableCommand::Defaults(first, count, step) => {
-                out.push(Action::Defaults(first, count, step));
+                Ok(OnlineCommand::one(Action::Defaults(first, count, step)))
             }
-            VariableCommand::Define(Kind::L, first, count) => {
-                self.cur.blanks();
-                let start = self.cur.pos;
-                let definition = self.definition()?;
-                use plcc_abi::pmac::Definition;
-                if !matches!(definition, Definition::X { .. } | Definition::Y { .. }) {
-                    let at = self.cur.since(start);
-                    let help = "an L-variable is a part of an X or Y word";
-                    return syntax_help(at, "L-variables are defined as X: or Y: only", help);
-                }
-                return Ok(OnlineEffect::DefineL(first, count, definition));
-            }
-            VariableCommand::Define(_, first, count) => {
-                let definition = self.definition()?;
-                out.push(Action::Define(first, count, definition));
-            }
-            VariableCommand::Query => {}
+            VariableCommand::Define(kind, first, count) => self.definition_of(kind, first, count),
+            VariableCommand::Query => Ok(OnlineCommand::NOTHING),
         }
-        Ok(OnlineEffect::Continue)
     }
 
-    fn online_word(
+    /// The definition, after `->`, of the `count` M- or L-variables from `first` on.
+    pub(crate) fn definition_of(
         &mut self,
-        byte: u8,
-        out: &mut Vec<Action>,
-        table: &mut bool,
-    ) -> Parsed<OnlineEffect> {
+        kind: Kind,
+        first: u16,
+        count: u16,
+    ) -> Parsed<OnlineCommand> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let definition = self.definition()?;
+        if kind != Kind::L {
+            return Ok(OnlineCommand::one(Action::Define(first, count, definition)));
+        }
+        if !matches!(definition, Definition::X { .. } | Definition::Y { .. }) {
+            let at = self.cur.since(start);
+            let help = "an L-variable is a part of an X or Y word";
+            return syntax_help(at, "L-variables are defined as X: or Y: only", help);
+        }
+        Ok(OnlineCommand::DefineL(first, count, definition))
+    }
+
+    fn online_word(&mut self, byte: u8, table: &mut bool) -> Parsed<OnlineCommand> {
         if byte == b'J' {
             self.cur.pos += 1;
             while matches!(self.cur.byte(), b'+' | b'-' | b'/' | b'=' | b':' | b'^' | b'*')
@@ -166,13 +149,14 @@ impl Reader<'_> {
             {
                 self.cur.pos += 1;
             }
-            return Ok(OnlineEffect::Continue);
+            return Ok(OnlineCommand::NOTHING);
         }
-        if matches!(byte, b'W' | b'R') && self.memory_command(byte, out)? {
-            return Ok(OnlineEffect::Continue);
+        if matches!(byte, b'W' | b'R')
+            && let Some(command) = self.memory_command(byte)?
+        {
+            return Ok(command);
         }
         if let Some((word, after)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
-            let start = self.cur.pos;
             if !word.is_in(ONLINE) {
                 // WHICH=1 is not a shortened WHILE but a name without #define. Nothing that begins
                 // with a letter follows these three.
@@ -183,29 +167,19 @@ impl Reader<'_> {
                     && after.byte().is_ascii_alphabetic();
                 return if name { self.unknown_word_error() } else { self.needs_buffer_error() };
             }
+            if word.keyword == Keyword::Clear {
+                return self.needs_buffer_error();
+            }
             self.cur = after;
             let tail = match word.keyword {
                 Keyword::Open => return self.open(),
-                Keyword::Close => {
-                    self.tail(Tail::All);
-                    return Ok(OnlineEffect::Close);
-                }
                 Keyword::Define => return self.define_buffer(table),
-                Keyword::Delete => return self.delete(out),
+                Keyword::Delete => return self.delete(),
                 Keyword::Switch(op) => {
-                    let plcs = self.switched(op)?;
-                    out.push(Action::Plc(op, plcs));
-                    return Ok(OnlineEffect::Continue);
+                    return Ok(OnlineCommand::one(Action::Plc(op, self.switched(op)?)));
                 }
-                Keyword::Save => {
-                    out.push(Action::Save);
-                    return Ok(OnlineEffect::Continue);
-                }
-                Keyword::Clear => {
-                    self.cur = self.cur_at(start);
-                    return self.needs_buffer_error();
-                }
-                Keyword::Undefine => Tail::All,
+                Keyword::Save => return Ok(OnlineCommand::one(Action::Save)),
+                Keyword::Close | Keyword::Undefine => Tail::All,
                 Keyword::Ring | Keyword::RingRead | Keyword::Lock => Tail::Line,
                 Keyword::Unlock => Tail::Number,
                 Keyword::SetPhase => Tail::Numbers,
@@ -213,8 +187,7 @@ impl Reader<'_> {
                 _ => Tail::Nothing,
             };
             self.tail(tail);
-            out.push(Action::Motion);
-            return Ok(OnlineEffect::Continue);
+            return Ok(OnlineCommand::NOTHING);
         }
         if self.is_move(byte) {
             return self.needs_buffer_error();
@@ -222,7 +195,7 @@ impl Reader<'_> {
         if matches!(byte, b'A'..=b'C' | b'U'..=b'Z') && self.cur.byte_at(1) == b'=' {
             self.cur.pos += 2;
             self.signed()?;
-            return Ok(OnlineEffect::Continue);
+            return Ok(OnlineCommand::NOTHING);
         }
         let single =
             (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.is_after_word();
@@ -232,14 +205,13 @@ impl Reader<'_> {
         {
             self.cur = after;
             self.tail(tail);
-            out.push(Action::Motion);
-            return Ok(OnlineEffect::Continue);
+            return Ok(OnlineCommand::NOTHING);
         }
         self.unknown_word_error()
     }
 
     /// The error for a statement outside any buffer.
-    fn needs_buffer_error(&mut self) -> Parsed<OnlineEffect> {
+    fn needs_buffer_error<T>(&mut self) -> Parsed<T> {
         let at = self.cur.next_word();
         let what = self.cur.text_at(at);
         Err(ParseError {
@@ -341,13 +313,12 @@ impl Reader<'_> {
     }
 
     /// `#n`, and perhaps its axis definition.
-    fn motor(&mut self, out: &mut Vec<Action>) -> Parsed<()> {
+    fn motor(&mut self) -> Parsed<()> {
         self.cur.pos += 1;
         if !self.cur.peek().is_ascii_digit() {
             return Ok(());
         }
         self.addressed("motor", 8, 32)?;
-        out.push(Action::Motion);
         if self.cur.peek() == b'-' && self.cur.byte_at(1) == b'>' {
             let rest = self.cur.rest();
             self.cur.pos += rest.find(['#', '&', '\n']).unwrap_or(rest.len());
@@ -356,7 +327,7 @@ impl Reader<'_> {
     }
 
     /// `WX:$700,5` and `RHX:$700`: memory written and read.
-    fn memory_command(&mut self, byte: u8, out: &mut Vec<Action>) -> Parsed<bool> {
+    fn memory_command(&mut self, byte: u8) -> Parsed<Option<OnlineCommand>> {
         let mut ahead = self.cur;
         ahead.pos += 1;
         if byte == b'R' {
@@ -368,7 +339,7 @@ impl Reader<'_> {
             b'L' => WriteKind::Long,
             b'D' => WriteKind::Double,
             b'P' => WriteKind::Program,
-            _ => return Ok(false),
+            _ => return Ok(None),
         };
         ahead.pos += 1;
         if kind == WriteKind::Double {
@@ -376,7 +347,7 @@ impl Reader<'_> {
         }
         let program = kind == WriteKind::Program;
         if !matches!(ahead.peek(), b':' | b'$') && (program || !ahead.peek().is_ascii_digit()) {
-            return Ok(false);
+            return Ok(None);
         }
         self.cur = ahead;
         let address = if program {
@@ -389,13 +360,13 @@ impl Reader<'_> {
         while self.cur.eat(b',') {
             values.push(self.expression()?);
         }
-        if byte == b'W' {
-            if values.is_empty() {
-                return self.cur.expected("`,` and a value");
-            }
-            out.push(Action::Write(kind, address, values));
+        if byte == b'R' {
+            return Ok(Some(OnlineCommand::NOTHING));
         }
-        Ok(true)
+        if values.is_empty() {
+            return self.cur.expected("`,` and a value");
+        }
+        Ok(Some(OnlineCommand::one(Action::Write(kind, address, values))))
     }
 }
 
@@ -405,12 +376,10 @@ fn is_axis(letter: u8) -> bool {
 }
 
 /// What a control character does to PLCs: `^D` disables all of them.
-pub(crate) fn control_character(letter: u8, out: &mut Vec<Action>) {
-    if letter.eq_ignore_ascii_case(&b'D') {
-        for compiled in [false, true] {
-            out.push(Action::Plc(PlcOp::Disable, PlcSet { compiled, bits: u32::MAX }));
-        }
-    } else {
-        out.push(Action::Motion);
+pub(crate) fn control_character(letter: u8) -> Vec<Action> {
+    let disable = |compiled| Action::Plc(PlcOp::Disable, PlcSet { compiled, bits: u32::MAX });
+    match letter.eq_ignore_ascii_case(&b'D') {
+        true => vec![disable(false), disable(true)],
+        false => vec![],
     }
 }

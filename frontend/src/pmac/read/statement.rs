@@ -7,10 +7,10 @@ use super::assign::VariableCommand;
 use super::command::is_command;
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
 use super::download::DownloadReader;
-use super::online::OnlineEffect;
+use super::online::OnlineCommand;
 use super::structure::FrameKind;
 use super::words::{self, Keyword, MOTION, PLC};
-use crate::pmac::ast::{Action, Expr, Op, StmtKind, Target};
+use crate::pmac::ast::{Expr, Op, StmtKind, Target};
 
 impl DownloadReader<'_> {
     /// One statement of the open buffer.
@@ -159,13 +159,9 @@ impl DownloadReader<'_> {
     /// An on-line command in an open buffer, which is executed at load all the same.
     fn online_in_buffer(&mut self, start: usize) -> Parsed<()> {
         self.reader.cur.crosses_lines = false;
-        let mut actions = Vec::new();
-        let done = self.reader.online(&mut actions, &mut false);
+        let command = self.reader.online(&mut false);
         self.reader.cur.crosses_lines = true;
-        done?;
-        self.warn_of_online(start);
-        let at = self.reader.cur.since(start);
-        self.take_online(actions, at);
+        self.execute_in_buffer(command?, start);
         Ok(())
     }
 
@@ -231,14 +227,8 @@ impl DownloadReader<'_> {
                 self.push(StmtKind::Assign(target, expr), start);
             }
             VariableCommand::Define(kind, first, count) => {
-                let definition = self.reader.definition()?;
-                self.warn_of_online(start);
-                let at = self.reader.cur.since(start);
-                if kind == Kind::L {
-                    self.apply(OnlineEffect::DefineL(first, count, definition), at);
-                } else {
-                    self.take_online(vec![Action::Define(first, count, definition)], at);
-                }
+                let command = self.reader.definition_of(kind, first, count)?;
+                self.execute_in_buffer(command, start);
             }
             VariableCommand::Defaults(..) | VariableCommand::Query => {
                 let at = self.reader.cur.since(start);
@@ -252,16 +242,9 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// Appends the actions of an on-line command at `at`.
-    fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::TextRange) {
-        for action in actions {
-            self.note_i5(&action);
-            self.download.online.push(crate::pmac::ast::Online { action, at });
-        }
-    }
-
-    /// Warns of an on-line command in an open buffer, from the offset `start` to the cursor.
-    fn warn_of_online(&mut self, start: usize) {
+    /// Does what an on-line command in an open buffer asks for, with a warning. It reaches from the offset
+    /// `start` to the cursor.
+    fn execute_in_buffer(&mut self, command: OnlineCommand, start: usize) {
         let at = self.reader.cur.since(start);
         let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
             Diagnostic::warning("PMAC-W3", span, "an on-line command in an open buffer")
@@ -269,6 +252,7 @@ impl DownloadReader<'_> {
                 .help("move it before OPEN or after CLOSE")
         });
         self.diagnostics.push(diagnostic);
+        self.execute(command, at);
     }
 
     /// ADDRESS, whose word is taken and begins at the offset `start`.

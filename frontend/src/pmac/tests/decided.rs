@@ -42,6 +42,13 @@ fn an_open_buffer_is_reported_and_nothing_is_dropped() {
 }
 
 #[test]
+fn l_variables_are_parts_of_words_wherever_they_are_defined() {
+    assert_eq!(codes("I5=2\nL1->D:$100\n"), [("PMAC-3", 2)]);
+    let text = "I5=2\nOPEN PLCC 1 CLEAR\nL1->D:$100\nL2->X:$100,0,8\nL2=5\nCLOSE\n";
+    assert_eq!(codes(text), [("PMAC-3", 3), ("PMAC-W3", 4)]);
+}
+
+#[test]
 fn a_refused_open_takes_its_buffer_with_it() {
     let body = "P1=+1\nFOO=1\nIF (P1)\nCLOSE\nP2=+2\n";
     for open in ["OPEN PLC 32", "OPEN PLC PUMPS CLEAR", "OPEN PROG MOVES", "OPEN FOO"] {

@@ -30,7 +30,7 @@ struct Written {
 impl Written {
     fn of(checked: &Checked<'_>) -> Self {
         let mut this = Self { numbers: BTreeSet::new(), any: [checked.has_motion; 2] };
-        for stmt in checked.statements() {
+        for stmt in checked.download.statements() {
             match stmt.kind {
                 StmtKind::Assign(target, _) => this.add(target),
                 // Memory that is written by its address may be that of any variable.
@@ -48,19 +48,10 @@ impl Written {
     }
 
     fn add(&mut self, target: Target) {
-        match target {
-            Target::Var(kind, number) => {
-                self.numbers.insert((kind, number));
-            }
-            Target::Indirect(Kind::P, _) => self.any[0] = true,
-            Target::Indirect(Kind::Q, _) => self.any[1] = true,
-            Target::Indirect(..) => {}
-            Target::Range { kind, first, count, step } => {
-                self.numbers.extend(
-                    (0..count)
-                        .map(|index| (kind, first.saturating_add(index.saturating_mul(step)))),
-                );
-            }
+        self.numbers.extend(target.named());
+        if let Target::Indirect(kind, _) = target {
+            self.any[0] |= kind == Kind::P;
+            self.any[1] |= kind == Kind::Q;
         }
     }
 
@@ -76,7 +67,7 @@ impl Written {
 }
 
 fn known(checked: &Checked<'_>, condition: Expr, written: &Written) -> Known {
-    let ops = checked.ops(condition);
+    let ops = checked.download.ops(condition);
     let mut constant = true;
     for op in ops {
         match *op {
@@ -89,52 +80,17 @@ fn known(checked: &Checked<'_>, condition: Expr, written: &Written) -> Known {
     if !constant {
         return Known::Unchanging;
     }
-    match truth(ops) {
-        Some(truth) => Known::Always(truth),
-        None => Known::Nothing,
+    if ops.iter().any(|op| matches!(op, Op::Call(_))) {
+        return Known::Nothing;
     }
-}
-
-/// Whether a condition without variables holds; `None` if it calls a function.
-fn truth(ops: &[Op]) -> Option<bool> {
-    let mut numbers: Vec<f64> = Vec::new();
-    let mut truths: Vec<bool> = Vec::new();
-    for op in ops {
-        match *op {
-            Op::Const(value) => numbers.push(value),
-            Op::Neg => {
-                let value = numbers.pop()?;
-                numbers.push(-value);
-            }
-            Op::Bin(bin) => {
-                let right = numbers.pop()?;
-                let left = numbers.pop()?;
-                numbers.push(expression::binary(bin, left, right));
-            }
-            Op::Cmp(cmp) => {
-                let right = numbers.pop()?;
-                truths.push(expression::compare(cmp, numbers.pop()?, right));
-            }
-            Op::Both => {
-                let right = truths.pop()?;
-                let left = truths.pop()?;
-                truths.push(left & right);
-            }
-            Op::Either => {
-                let right = truths.pop()?;
-                let left = truths.pop()?;
-                truths.push(left | right);
-            }
-            Op::Var(..) | Op::Indirect(_) | Op::Call(_) => return None,
-        }
-    }
-    truths.pop()
+    let value = expression::evaluate(ops, &mut Vec::new(), false, &mut |_, _| 0.0);
+    Known::Always(value != 0.0)
 }
 
 /// Looks at every condition of the PLCs and PLCCs.
 pub(super) fn conditions(checked: &mut Checked<'_>) {
     let written = Written::of(checked);
-    for (_, _, buffer) in checked.programs() {
+    for (_, _, buffer) in checked.download.programs() {
         program(checked, buffer, &written);
     }
 }

@@ -30,6 +30,7 @@ pub(super) fn never_runs(checked: &mut Checked<'_>) {
         _ => false,
     });
     let set_by_program = checked
+        .download
         .statements()
         .any(|stmt| matches!(stmt.kind, StmtKind::Assign(target, _) if may_be_i5(target)));
     if !set_by_load || set_by_program {
@@ -38,6 +39,7 @@ pub(super) fn never_runs(checked: &mut Checked<'_>) {
     let i5 = read_f64(&checked.loaded.image, checked.loaded.layout.i_offset(I5));
     let (first, others) = (i5 == 1.0 || i5 == 3.0, i5 == 2.0 || i5 == 3.0);
     let programs: Vec<_> = checked
+        .download
         .programs()
         .filter(|(_, number, buffer)| {
             !buffer.code.is_empty() && !(if *number == 0 { first } else { others })
@@ -76,7 +78,7 @@ fn conditional(buffer: &Buffer) -> Vec<bool> {
 /// in a PLC that nothing disables.
 pub(super) fn repeats_every_scan(checked: &mut Checked<'_>) {
     let disabled = |compiled: bool, number: u32| {
-        checked.statements().any(|stmt| match stmt.kind {
+        checked.download.statements().any(|stmt| match stmt.kind {
             StmtKind::Plc(PlcOp::Disable | PlcOp::Pause, set) => {
                 set.compiled == compiled && set.bits >> number & 1 != 0
             }
@@ -84,7 +86,7 @@ pub(super) fn repeats_every_scan(checked: &mut Checked<'_>) {
         })
     };
     let mut places = Vec::new();
-    for (compiled, number, buffer) in checked.programs() {
+    for (compiled, number, buffer) in checked.download.programs() {
         if disabled(compiled, number) {
             continue;
         }
@@ -113,6 +115,7 @@ pub(super) fn repeats_every_scan(checked: &mut Checked<'_>) {
 /// COMMANDs without a command, and texts that reach beyond the display.
 pub(super) fn texts(checked: &mut Checked<'_>) {
     let places: Vec<_> = checked
+        .download
         .statements()
         .filter_map(|stmt| match stmt.kind {
             StmtKind::Text(index, _) => {

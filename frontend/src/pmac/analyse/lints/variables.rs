@@ -5,24 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, View};
 use plcc_diag::Diagnostic;
 
-use super::{Checked, constant_value, program_name};
+use super::{Checked, program_name};
 use crate::pmac::analyse::{cross_reference::variable as variable_name, load::Loaded};
-use crate::pmac::ast::{Action, Download, Expr, Op, StmtKind, Target};
+use crate::pmac::ast::{Action, Op, StmtKind, Target};
 use crate::pmac::origin::TextRange;
 
 /// Constants that the bits of the M-variable to which they are assigned can't hold.
 pub(super) fn value_out_of_range(checked: &mut Checked<'_>) {
-    let online = checked.download.online.iter().filter_map(|online| match online.action {
-        Action::Assign(target, expr) => Some((target, expr, online.at)),
-        _ => None,
-    });
-    let statements = checked.statements().filter_map(|stmt| match stmt.kind {
-        StmtKind::Assign(target, expr) => Some((target, expr, stmt.at)),
-        _ => None,
-    });
-    for (target, expr, at) in online.chain(statements).collect::<Vec<_>>() {
+    for (target, expr, at) in checked.download.assignments() {
         let Target::Var(Kind::M, number) = target else { continue };
-        let Some(value) = constant_value(checked.ops(expr)) else { continue };
+        let Some(value) = checked.download.constant(expr) else { continue };
         let (Definition::X { field, .. } | Definition::Y { field, .. }) =
             definition(checked, number.into())
         else {
@@ -81,8 +73,17 @@ pub(super) fn undefined_m_variables(checked: &mut Checked<'_>) {
     let is_defined =
         |number: u32| defined.iter().any(|(first, last)| (*first..=*last).contains(&number));
     let mut named: BTreeMap<u16, TextRange> = BTreeMap::new();
-    for stmt in checked.statements() {
-        for number in m_variables(download, &stmt.kind) {
+    for stmt in download.statements() {
+        let ops = stmt.kind.expressions().flat_map(|expr| download.ops(expr));
+        let read = ops.filter_map(|op| match *op {
+            Op::Var(Kind::M, number) => Some(number),
+            _ => None,
+        });
+        let written = match stmt.kind {
+            StmtKind::Assign(Target::Var(Kind::M, number), _) => Some(number),
+            _ => None,
+        };
+        for number in read.chain(written) {
             named.entry(number).or_insert(stmt.at);
         }
     }
@@ -104,29 +105,6 @@ pub(super) fn undefined_m_variables(checked: &mut Checked<'_>) {
     }
 }
 
-/// The M-variables that a statement names by their numbers.
-fn m_variables(download: &Download, kind: &StmtKind) -> Vec<u16> {
-    let mut numbers = Vec::new();
-    let mut expression = |expr: Expr| {
-        numbers.extend(download.ops(expr).iter().filter_map(|op| match op {
-            Op::Var(Kind::M, number) => Some(*number),
-            _ => None,
-        }));
-    };
-    if let Some(expr) = Download::computed(kind) {
-        expression(expr);
-    }
-    match *kind {
-        StmtKind::Assign(Target::Indirect(_, index), _) => expression(index),
-        StmtKind::AddressBy(motor, _) => expression(motor),
-        _ => {}
-    }
-    if let StmtKind::Assign(Target::Var(Kind::M, number), _) = *kind {
-        numbers.push(number);
-    }
-    numbers
-}
-
 /// A timer that counts down by itself.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Timer {
@@ -144,7 +122,7 @@ enum Timer {
 /// Timers that two PLCs write, so that each disturbs the other's waiting.
 pub(super) fn shared_timers(checked: &mut Checked<'_>) {
     let mut writers: BTreeMap<Timer, Vec<(bool, u32, String, TextRange)>> = BTreeMap::new();
-    for (compiled, number, buffer) in checked.programs() {
+    for (compiled, number, buffer) in checked.download.programs() {
         for stmt in &buffer.code {
             let StmtKind::Assign(Target::Var(kind, variable), _) = stmt.kind else { continue };
             if let Some(timer) = timer(checked, kind, variable) {
