@@ -211,6 +211,11 @@ pub(crate) struct Buffer {
     pub(crate) broken: bool,
 }
 
+/// The name of a program, as a statement writes it: `PLC 3`.
+pub(crate) fn program_name(compiled: bool, number: u32) -> String {
+    format!("{} {number}", if compiled { "PLCC" } else { "PLC" })
+}
+
 /// A download: everything that was sent to the control as one text.
 #[derive(Clone, Debug)]
 pub(crate) struct Download {

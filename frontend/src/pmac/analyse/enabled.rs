@@ -14,11 +14,10 @@ pub(crate) fn warn_of_i5(read: &mut DownloadReader<'_>) {
         return;
     }
     if let Some(at) = read.has_plc {
-        let diagnostic = read.preprocessed.origins.diagnose(at, |span| {
+        read.tell(at, |span| {
             Diagnostic::warning("PMAC-W2", span, "no PLC will run: nothing sets I5")
                 .note("I5 is 0 unless the text says otherwise")
                 .help("add I5=2 for background PLCs, I5=3 for PLC0 as well")
         });
-        read.diagnostics.push(diagnostic);
     }
 }

@@ -17,8 +17,7 @@ use self::evaluate::{integer_binary, integer_compare, truth, wrap};
 use self::memory::{Memory, MemoryMap};
 use self::resolve::{Resolver, Tables};
 use self::resolved::{
-    Comparison, Destination, IntegerOperand, IntegerOperation, Operand, Operation, Statement,
-    TableRange,
+    Comparison, Destination, IntegerOperand, Operand, Operation, Statement, TableRange,
 };
 use super::analyse::load::Loaded;
 use super::ast::{Download, Func, Stmt, StmtKind};
@@ -183,27 +182,29 @@ impl<O: Observer> Machine<'_, '_, O> {
         let mut value = 0;
         for operation in expression.of(&self.tables.integer_operations) {
             value = match *operation {
-                IntegerOperation::Load(operand) => self.integer_operand(operand),
-                IntegerOperation::Push(operand) => {
+                Operation::Load(operand) => self.integer_operand(operand),
+                Operation::Push(operand) => {
                     waiting.push(value);
                     self.integer_operand(operand)
                 }
-                IntegerOperation::Binary(op, operand) => {
+                Operation::Binary(op, operand) => {
                     integer_binary(op, value, self.integer_operand(operand))
                 }
-                IntegerOperation::BinaryWaiting(op) => {
+                Operation::BinaryWaiting(op) => {
                     integer_binary(op, waiting.pop().unwrap_or(0), value)
                 }
-                IntegerOperation::Compare(cmp, operand) => {
+                Operation::Compare(cmp, operand) => {
                     integer_compare(cmp, value, self.integer_operand(operand))
                 }
-                IntegerOperation::CompareWaiting(cmp) => {
+                Operation::CompareWaiting(cmp) => {
                     integer_compare(cmp, waiting.pop().unwrap_or(0), value)
                 }
-                IntegerOperation::Negate => wrap(value.wrapping_neg()),
-                IntegerOperation::Absolute => wrap(value.wrapping_abs()),
-                IntegerOperation::Both => waiting.pop().unwrap_or(0) & value,
-                IntegerOperation::Either => waiting.pop().unwrap_or(0) | value,
+                Operation::Negate => wrap(value.wrapping_neg()),
+                Operation::Call(Func::Abs) => wrap(value.wrapping_abs()),
+                // INT of an integer. There are no others.
+                Operation::Call(_) | Operation::Indirect(_) => value,
+                Operation::Both => waiting.pop().unwrap_or(0) & value,
+                Operation::Either => waiting.pop().unwrap_or(0) | value,
             };
         }
         value

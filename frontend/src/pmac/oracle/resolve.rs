@@ -7,11 +7,11 @@ use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Space};
 
 use super::memory::MemoryMap;
 use super::resolved::{
-    Bits, Comparison, Destination, IntegerOperand, IntegerOperation, LVariable, Operand, Operation,
-    Statement, TableRange,
+    Bits, Comparison, Destination, IntegerOperand, LVariable, Operand, Operation, Statement,
+    TableRange,
 };
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, StmtKind, Target};
+use crate::pmac::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
 
 /// What the resolved statements of all tasks refer to.
 #[derive(Clone, Debug, Default)]
@@ -21,11 +21,11 @@ pub(super) struct Tables {
     /// L-variables that range assignments write: their indices among `l_variables`.
     pub(super) l_variable_ranges: Vec<u32>,
     /// The operations of all expressions.
-    pub(super) operations: Vec<Operation>,
+    pub(super) operations: Vec<Operation<Operand>>,
     /// The comparisons of conditions that consist of several.
     pub(super) comparisons: Vec<Comparison>,
     /// The operations of all integer expressions.
-    pub(super) integer_operations: Vec<IntegerOperation>,
+    pub(super) integer_operations: Vec<Operation<IntegerOperand>>,
     /// The definitions of M-variables after load, encoded, by number.
     pub(super) definitions: Vec<u64>,
 }
@@ -76,8 +76,8 @@ impl<'a> Resolver<'a> {
                 let operations = self.integer_expression(condition);
                 match *operations.of(&self.tables.integer_operations) {
                     [
-                        IntegerOperation::Load(left),
-                        IntegerOperation::Compare(cmp, IntegerOperand::Constant(right)),
+                        Operation::Load(left),
+                        Operation::Compare(cmp, IntegerOperand::Constant(right)),
                     ] => Statement::IfIntegerComparison(cmp, left, right, target),
                     _ => Statement::IfInteger(operations, target),
                 }
@@ -184,99 +184,25 @@ impl<'a> Resolver<'a> {
     }
 
     fn expression(&mut self, expr: Expr) -> TableRange {
-        let start = self.tables.operations.len();
-        let mut depth = 0;
-        let mut ops = self.download.ops(expr).iter().peekable();
-        while let Some(op) = ops.next() {
-            let operand = match *op {
-                Op::Const(value) => Operand::Constant(value),
-                Op::Var(kind, number) => self.variable(kind, number),
-                Op::Indirect(kind) => {
-                    self.tables.operations.push(Operation::Indirect(kind));
-                    continue;
-                }
-                Op::Neg => {
-                    self.tables.operations.push(Operation::Negate);
-                    continue;
-                }
-                Op::Call(func) => {
-                    self.tables.operations.push(Operation::Call(func));
-                    continue;
-                }
-                Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => {
-                    depth -= 1;
-                    self.tables.operations.push(match *op {
-                        Op::Bin(bin) => Operation::BinaryWaiting(bin),
-                        Op::Cmp(cmp) => Operation::CompareWaiting(cmp),
-                        Op::Both => Operation::Both,
-                        _ => Operation::Either,
-                    });
-                    continue;
-                }
-            };
-            let operation = match ops.peek() {
-                Some(Op::Bin(bin)) => Operation::Binary(*bin, operand),
-                Some(Op::Cmp(cmp)) => Operation::Compare(*cmp, operand),
-                _ => {
-                    depth += 1;
-                    self.tables.operations.push(match depth {
-                        1 => Operation::Load(operand),
-                        _ => Operation::Push(operand),
-                    });
-                    continue;
-                }
-            };
-            ops.next();
-            self.tables.operations.push(operation);
-        }
-        TableRange::since(start, &self.tables.operations)
+        let mut operations = std::mem::take(&mut self.tables.operations);
+        let range = append(self.download.ops(expr), &mut operations, |op| match op {
+            Op::Const(value) => Some(Operand::Constant(value)),
+            Op::Var(kind, number) => Some(self.variable(kind, number)),
+            _ => None,
+        });
+        self.tables.operations = operations;
+        range
     }
 
     fn integer_expression(&mut self, expr: Expr) -> TableRange {
-        let start = self.tables.integer_operations.len();
-        let mut depth = 0;
-        let mut ops = self.download.ops(expr).iter().peekable();
-        while let Some(op) = ops.next() {
-            let operand = match *op {
-                Op::Const(value) => IntegerOperand::Constant(value as i32),
-                Op::Var(_, number) => self.l_operand(number),
-                Op::Neg => {
-                    self.tables.integer_operations.push(IntegerOperation::Negate);
-                    continue;
-                }
-                Op::Call(Func::Abs) => {
-                    self.tables.integer_operations.push(IntegerOperation::Absolute);
-                    continue;
-                }
-                // INT of an integer; nothing else comes here.
-                Op::Call(_) | Op::Indirect(_) => continue,
-                Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => {
-                    depth -= 1;
-                    self.tables.integer_operations.push(match *op {
-                        Op::Bin(bin) => IntegerOperation::BinaryWaiting(bin),
-                        Op::Cmp(cmp) => IntegerOperation::CompareWaiting(cmp),
-                        Op::Both => IntegerOperation::Both,
-                        _ => IntegerOperation::Either,
-                    });
-                    continue;
-                }
-            };
-            let operation = match ops.peek() {
-                Some(Op::Bin(bin)) => IntegerOperation::Binary(*bin, operand),
-                Some(Op::Cmp(cmp)) => IntegerOperation::Compare(*cmp, operand),
-                _ => {
-                    depth += 1;
-                    self.tables.integer_operations.push(match depth {
-                        1 => IntegerOperation::Load(operand),
-                        _ => IntegerOperation::Push(operand),
-                    });
-                    continue;
-                }
-            };
-            ops.next();
-            self.tables.integer_operations.push(operation);
-        }
-        TableRange::since(start, &self.tables.integer_operations)
+        let mut operations = std::mem::take(&mut self.tables.integer_operations);
+        let range = append(self.download.ops(expr), &mut operations, |op| match op {
+            Op::Const(value) => Some(IntegerOperand::Constant(value as i32)),
+            Op::Var(_, number) => Some(self.l_operand(number)),
+            _ => None,
+        });
+        self.tables.integer_operations = operations;
+        range
     }
 
     /// An L-variable in a statement that is computed in integers.
@@ -310,4 +236,48 @@ impl<'a> Resolver<'a> {
             }
         }
     }
+}
+
+/// Appends the operations of an expression to a table. `operand` gives what a constant or a variable is there, and
+/// `None` for an operation that reads neither.
+fn append<T>(
+    ops: &[Op],
+    table: &mut Vec<Operation<T>>,
+    operand: impl Fn(Op) -> Option<T>,
+) -> TableRange {
+    let start = table.len();
+    let mut depth = 0i32;
+    let mut ops = ops.iter().copied().peekable();
+    while let Some(op) = ops.next() {
+        let Some(operand) = operand(op) else {
+            depth -= i32::from(matches!(op, Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either));
+            table.push(match op {
+                Op::Bin(bin) => Operation::BinaryWaiting(bin),
+                Op::Cmp(cmp) => Operation::CompareWaiting(cmp),
+                Op::Both => Operation::Both,
+                Op::Either => Operation::Either,
+                Op::Neg => Operation::Negate,
+                Op::Call(func) => Operation::Call(func),
+                Op::Indirect(kind) => Operation::Indirect(kind),
+                Op::Const(_) | Op::Var(..) => continue,
+            });
+            continue;
+        };
+        let operation = match ops.peek() {
+            Some(&Op::Bin(bin)) => Operation::Binary(bin, operand),
+            Some(&Op::Cmp(cmp)) => Operation::Compare(cmp, operand),
+            _ => {
+                depth += 1;
+                table.push(if depth == 1 {
+                    Operation::Load(operand)
+                } else {
+                    Operation::Push(operand)
+                });
+                continue;
+            }
+        };
+        ops.next();
+        table.push(operation);
+    }
+    TableRange::since(start, table)
 }

@@ -75,31 +75,6 @@ pub(super) enum Operand {
     L(u32),
 }
 
-/// An operation of an expression or condition.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Operation {
-    /// The operand becomes the current value: the first one of the expression.
-    Load(Operand),
-    /// Pushes the current value onto the stack; the operand becomes the current value.
-    Push(Operand),
-    /// An operator on the current value and an operand.
-    Binary(Bin, Operand),
-    /// An operator on the value on top of the stack, which is popped, and the current one.
-    BinaryWaiting(Bin),
-    /// A comparator on the current value and an operand.
-    Compare(Cmp, Operand),
-    /// A comparator on the value on top of the stack, which is popped, and the current one.
-    CompareWaiting(Cmp),
-    Negate,
-    Call(Func),
-    /// The variable of the kind whose number is the current value.
-    Indirect(Kind),
-    /// AND of the truth value on top of the stack, which is popped, and the current one.
-    Both,
-    /// OR of the truth value on top of the stack, which is popped, and the current one.
-    Either,
-}
-
 /// What an operation of an integer statement reads.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum IntegerOperand {
@@ -110,18 +85,29 @@ pub(super) enum IntegerOperand {
     L(u32),
 }
 
-/// An operation of a statement of L-variables, as in [`Operation`].
+/// An operation of an expression or condition that works on [`Operand`]s, or of a statement of L-variables on
+/// [`IntegerOperand`]s.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum IntegerOperation {
-    Load(IntegerOperand),
-    Push(IntegerOperand),
-    Binary(Bin, IntegerOperand),
+pub(super) enum Operation<T> {
+    /// The operand becomes the current value: the first one of the expression.
+    Load(T),
+    /// Pushes the current value onto the stack; the operand becomes the current value.
+    Push(T),
+    /// An operator on the current value and an operand.
+    Binary(Bin, T),
+    /// An operator on the value on top of the stack, which is popped, and the current one.
     BinaryWaiting(Bin),
-    Compare(Cmp, IntegerOperand),
+    /// A comparator on the current value and an operand.
+    Compare(Cmp, T),
+    /// A comparator on the value on top of the stack, which is popped, and the current one.
     CompareWaiting(Cmp),
     Negate,
-    Absolute,
+    Call(Func),
+    /// The variable of the kind whose number is the current value.
+    Indirect(Kind),
+    /// AND of the truth value on top of the stack, which is popped, and the current one.
     Both,
+    /// OR of the truth value on top of the stack, which is popped, and the current one.
     Either,
 }
 
@@ -157,7 +143,7 @@ pub(super) struct Comparison {
 impl Comparison {
     /// The comparisons that a condition consists of, if it is nothing but such comparisons joined
     /// by AND.
-    pub(super) fn all(operations: &[Operation]) -> Option<Vec<Self>> {
+    pub(super) fn all(operations: &[Operation<Operand>]) -> Option<Vec<Self>> {
         let [Operation::Load(left), Operation::Compare(cmp, Operand::Constant(right)), rest @ ..] =
             operations
         else {

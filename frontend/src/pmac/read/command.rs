@@ -42,12 +42,11 @@ impl DownloadReader<'_> {
             && let Some(replaced) = self.names_replaced(&text)
             && let Ok(found) = self.actions(&replaced)
         {
-            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+            self.tell(at, |span| {
                 let message = format!("defined names are replaced in this command: `{replaced}`");
                 Diagnostic::standalone_note("PMAC-N2", span, message)
                     .note("without that the text is no command; in other texts in quotes, names are not replaced")
             });
-            self.diagnostics.push(diagnostic);
             (text, actions) = (replaced, Ok(found));
         }
         self.push_command(text, actions, start)
@@ -72,7 +71,7 @@ impl DownloadReader<'_> {
             // A limit of the compiler's own, of which the controller knows nothing.
             Err(error) if error.code == "PMAC-X4" => return Err(ParseError { at, ..error }),
             Err(error) => {
-                let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+                self.tell(at, |span| {
                     let refused = "this command will be refused (ERR003)";
                     let diagnostic = Diagnostic::warning("PMAC-W4", span, refused);
                     let diagnostic = diagnostic.note(error.message);
@@ -81,7 +80,6 @@ impl DownloadReader<'_> {
                         None => diagnostic,
                     }
                 });
-                self.diagnostics.push(diagnostic);
                 (Some("ERR003".to_owned()), None)
             }
         };

@@ -7,10 +7,10 @@ use super::expr::Reader;
 use super::online::OnlineCommand;
 use super::preprocess::Preprocessed;
 use super::ranges::UsedL;
-use super::structure::{Frame, FrameKind};
+use super::structure::Frame;
 use super::words::{self, Keyword, ONLINE};
 use crate::common::Options;
-use crate::pmac::ast::{Action, Buffer, Download, Online, Stmt, StmtKind};
+use crate::pmac::ast::{Action, Buffer, Download, Online, Stmt, StmtKind, program_name};
 use crate::pmac::origin::TextRange;
 
 /// The buffer that is open.
@@ -122,11 +122,10 @@ impl DownloadReader<'_> {
     pub(crate) fn warn_unclosed(&mut self) -> TextRange {
         let end = self.preprocessed.text.len();
         let at = TextRange::new(end.saturating_sub(1), end);
-        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+        self.tell(at, |span| {
             Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
                 .help("end it with CLOSE")
         });
-        self.diagnostics.push(diagnostic);
         at
     }
 
@@ -251,29 +250,18 @@ impl DownloadReader<'_> {
 
     /// Closes the buffer. Errors of its structure are reported at `at`, the place of the CLOSE.
     pub(crate) fn close(&mut self, at: TextRange) {
-        let Some(mut open) = self.open.take() else { return };
-        if let Some(frame) = open.frames.last() {
-            let (what, end) = match frame.kind {
-                FrameKind::While => ("WHILE", "ENDWHILE"),
-                FrameKind::If | FrameKind::Else => ("IF", "ENDIF"),
-            };
-            let first = open.structure_error.take();
-            open.structure_error = first.or(Some((frame.at, format!("this {what} has no {end}"))));
-        }
-        let lost = open.discarded || open.has_unknown_names;
-        let name = if open.compiled { "PLCC" } else { "PLC" };
-        let number = open.number;
-        let else_if = open.else_if;
-        let error = open.structure_error.take();
-        self.open = Some(open);
-        if let (Some((guilty, message)), false) = (error, lost) {
+        let Some(open) = &self.open else { return };
+        let is_lost = open.discarded || open.has_unknown_names;
+        if let Some((guilty, message)) = open.structure_error().filter(|_| !is_lost) {
+            let name = program_name(open.compiled, open.number.into());
             let (place, _) = self.preprocessed.origins.place(guilty);
+            let else_if = open.else_if;
             let else_if = else_if.map(|at| self.preprocessed.origins.place(at).0);
-            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+            self.tell(at, |span| {
                 let diagnostic = Diagnostic::error(
                     "PMAC-9",
                     span,
-                    format!("the IF and WHILE of {name} {number} do not match"),
+                    format!("the IF and WHILE of {name} do not match"),
                 )
                 .label(place, message);
                 match else_if {
@@ -283,7 +271,6 @@ impl DownloadReader<'_> {
                     None => diagnostic.help("each IF needs its ENDIF, each WHILE its ENDWHILE"),
                 }
             });
-            self.diagnostics.push(diagnostic);
             if let Some(buffer) = self.buffer() {
                 buffer.code.clear();
                 buffer.broken = true;

@@ -43,20 +43,9 @@ impl Preprocessor<'_> {
         split.unwrap_or(word.len())
     }
 
-    /// Appends what replaces the name that is at `used`. When the text may not grow any more,
-    /// the replacement is not even read: it may be one very long word.
+    /// Appends what replaces the name that is at `used`. Names in it are replaced in turn, with a stack
+    /// of levels instead of recursion.
     pub(super) fn expand_macro(&mut self, name: &str, used: Span) {
-        if self.budget == 0 {
-            return;
-        }
-        let Some(entry) = self.macros.get(name) else { return };
-        let (body, defined) = (entry.body.clone(), entry.defined);
-        self.replace(&body, used, defined, name.to_owned());
-    }
-
-    /// Appends `body`, the replacement of `name`. Names in it are replaced in turn, with a stack of
-    /// levels instead of recursion.
-    fn replace(&mut self, body: &std::rc::Rc<str>, used: Span, defined: Span, name: String) {
         struct Level {
             body: std::rc::Rc<str>,
             pos: usize,
@@ -64,19 +53,20 @@ impl Preprocessor<'_> {
             defined: Span,
             name: String,
         }
+        // When the text may not grow any more, the replacement is not even read: it may be one very
+        // long word.
+        let mut next = (self.budget > 0).then(|| name.to_owned());
         let mut levels: Vec<Level> = Vec::new();
-        let mut next = Some((body.clone(), defined, name));
         loop {
-            if let Some((body, defined, name)) = next.take() {
+            if let Some(name) = next.take()
+                && let Some(entry) = self.macros.get_mut(&name)
+            {
                 let start = self.preprocessed.text.len();
-                if let Some(entry) = self.macros.get_mut(&name) {
-                    entry.expanding = true;
-                    if entry.has_undefined_template {
-                        self.preprocessed
-                            .undefined_templates
-                            .push(TextRange::new(start, start + 1));
-                    }
+                entry.expanding = true;
+                if entry.has_undefined_template {
+                    self.preprocessed.undefined_templates.push(TextRange::new(start, start + 1));
                 }
+                let (body, defined) = (entry.body.clone(), entry.defined);
                 self.preprocessed.origins.expanded(start, used, defined);
                 levels.push(Level { body, pos: 0, quoted: false, defined, name });
             }
@@ -120,8 +110,7 @@ impl Preprocessor<'_> {
                 if levels.len() >= MAX_NESTING {
                     self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
                 } else {
-                    let (body, defined) = (entry.body.clone(), entry.defined);
-                    next = Some((body, defined, piece.to_owned()));
+                    next = Some(piece.to_owned());
                 }
             } else {
                 self.preprocessed.text.push_str(piece);

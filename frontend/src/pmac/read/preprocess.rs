@@ -98,43 +98,6 @@ pub(super) struct Preprocessor<'a> {
     pub(super) templates: HashMap<String, String>,
 }
 
-/// The values of templates, from `--define` and from the text. A template without a value is
-/// reported once for each line.
-struct TemplateDefinitions<'a> {
-    options: &'a Options,
-    diagnostics: &'a mut Vec<Diagnostic>,
-    /// Whether this line has had its error.
-    is_reported: bool,
-    templates: &'a HashMap<String, String>,
-    /// How many bytes replacements may still add to the text.
-    budget: usize,
-    /// The length of the values that were taken. Values name further templates, so that the line
-    /// itself may stay short.
-    taken: usize,
-}
-
-impl TemplateValues for TemplateDefinitions<'_> {
-    fn value(&mut self, name: &str) -> Option<String> {
-        // The line is left out when this is reached, so that any value will do.
-        if self.taken >= self.budget {
-            return Some(String::new());
-        }
-        let given = || self.options.defines.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v);
-        let value = self.templates.get(name).or_else(given)?;
-        self.taken += value.len().max(1);
-        Some(value.clone())
-    }
-
-    fn report_missing(&mut self, name: &str, at: Span) {
-        if !std::mem::replace(&mut self.is_reported, true) {
-            self.diagnostics.push(
-                Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
-                    .help(format!("give its value: --define {name}=VALUE")),
-            );
-        }
-    }
-}
-
 /// Preprocesses files as one download, in their order: what one file defines holds in the next ones
 /// too. Returns the text and what is wrong with it.
 pub(crate) fn preprocess(
@@ -288,7 +251,7 @@ impl<'a> Preprocessor<'a> {
             self.preprocessed.text.push('\n');
             return;
         }
-        let mut defines = TemplateDefinitions {
+        let mut defines = TemplateValues {
             options: self.options,
             diagnostics: &mut self.diagnostics,
             is_reported: false,

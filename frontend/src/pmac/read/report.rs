@@ -1,6 +1,6 @@
 //! Errors of statements: which are reported, with which help, and where reading goes on after one.
 
-use plcc_diag::{Diagnostic, MessageText};
+use plcc_diag::{Diagnostic, MessageText, Span};
 
 use super::cursor::ParseError;
 use super::download::DownloadReader;
@@ -18,6 +18,11 @@ const SEARCHED_ERRORS: usize = 100;
 const CAPITALS_COUNT: &str = "capitals count in names";
 
 impl DownloadReader<'_> {
+    /// Adds the diagnostic that `make` makes for the place in the sources of `at`.
+    pub(crate) fn tell(&mut self, at: TextRange, make: impl FnOnce(Span) -> Diagnostic) {
+        self.diagnostics.push(self.preprocessed.origins.diagnose(at, make));
+    }
+
     /// Reports an error. It is left out where the cause may be a template without a value on the
     /// same line, or a missing file that may define the name at the error. Returns false in the
     /// latter case.
@@ -53,7 +58,7 @@ impl DownloadReader<'_> {
         let help = similar.or(error.help);
         let closed = (error.code == "PMAC-5").then_some(self.closed_by_name).flatten();
         let closed = closed.map(|name| self.preprocessed.origins.place(name).0);
-        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+        self.tell(at, |span| {
             let mut diagnostic = Diagnostic::error(error.code, span, error.message);
             if let Some(place) = closed {
                 diagnostic =
@@ -64,7 +69,6 @@ impl DownloadReader<'_> {
                 None => diagnostic,
             }
         });
-        self.diagnostics.push(diagnostic);
         true
     }
 

@@ -20,11 +20,10 @@ enum End {
 impl DownloadReader<'_> {
     /// Skips the buffer of a motion program, which was opened at `at`, with one note.
     pub(crate) fn skip_motion(&mut self, at: TextRange) {
-        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+        self.tell(at, |span| {
             Diagnostic::standalone_note("PMAC-N1", span, "this motion program is skipped")
                 .note("only PLC programs are compiled")
         });
-        self.diagnostics.push(diagnostic);
         match end_of_buffer(self.reader.cur) {
             End::Close(after) => self.reader.cur.pos = after,
             End::Open(open) => {

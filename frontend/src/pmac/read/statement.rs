@@ -212,12 +212,11 @@ impl DownloadReader<'_> {
         match self.reader.variable_command(kind)? {
             VariableCommand::Assign(target, expr) => {
                 if let Some(at) = self.reader.double_equals.take() {
-                    let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+                    self.tell(at, |span| {
                         Diagnostic::warning("PMAC-W6", span, "`==` is taken as `=` in a PLC")
                             .note("in a motion program it waits for the next move")
                             .help("write `=`")
                     });
-                    self.diagnostics.push(diagnostic);
                 }
                 if self.reader.is_turbo() && matches!(target, Target::Range { .. }) {
                     let at = self.reader.cur.since(start);
@@ -246,12 +245,11 @@ impl DownloadReader<'_> {
     /// `start` to the cursor.
     fn execute_in_buffer(&mut self, command: OnlineCommand, start: usize) {
         let at = self.reader.cur.since(start);
-        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+        self.tell(at, |span| {
             Diagnostic::warning("PMAC-W3", span, "an on-line command in an open buffer")
                 .note("it is done at load, it does not become part of the program")
                 .help("move it before OPEN or after CLOSE")
         });
-        self.diagnostics.push(diagnostic);
         self.execute(command, at);
     }
 

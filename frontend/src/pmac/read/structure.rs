@@ -5,7 +5,7 @@
 //! the controller reports them there.
 
 use super::cursor::{Cursor, Parsed};
-use super::download::DownloadReader;
+use super::download::{DownloadReader, Open};
 use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Expr, Op, StmtKind};
 use crate::pmac::origin::TextRange;
@@ -30,6 +30,21 @@ pub(crate) enum FrameKind {
     While,
 }
 
+impl Open {
+    /// The first error of the structure: its place and what is wrong.
+    pub(crate) fn structure_error(&self) -> Option<(TextRange, String)> {
+        let unclosed = || {
+            let frame = self.frames.last()?;
+            let (what, end) = match frame.kind {
+                FrameKind::While => ("WHILE", "ENDWHILE"),
+                FrameKind::If | FrameKind::Else => ("IF", "ENDIF"),
+            };
+            Some((frame.at, format!("this {what} has no {end}")))
+        };
+        self.structure_error.clone().or_else(unclosed)
+    }
+}
+
 impl DownloadReader<'_> {
     /// IF or WHILE, whose word is taken and begins at the offset `start`.
     pub(crate) fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
@@ -41,10 +56,11 @@ impl DownloadReader<'_> {
             self.reader.cur.pos = start;
             let mut ahead = self.reader.cur;
             ahead.pos = ahead.next_word().end as usize;
+            let error = self.reader.unknown_word_error();
             if ahead.peek() != b'(' {
-                return self.reader.unknown_word_error();
+                return error;
             }
-            self.reader.unknown_word_error()
+            error.map(|()| Expr::default())
         } else {
             self.whole_condition()
         };

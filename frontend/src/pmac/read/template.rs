@@ -4,8 +4,11 @@
 //! template at the beginning of a line can switch the line off: with the value `;` the line is a
 //! comment, with an empty value it is read.
 
-use plcc_diag::{FileId, Span};
+use std::collections::HashMap;
 
+use plcc_diag::{Diagnostic, FileId, Span};
+
+use crate::common::Options;
 use crate::pmac::origin::{Origins, TextRange};
 
 /// Deepest nesting of templates in defaults and values.
@@ -46,12 +49,44 @@ struct Piece {
     undefined: bool,
 }
 
-/// Where the values of templates come from.
-pub(crate) trait TemplateValues {
+/// The values of templates, from `--define` and from the text. A template without a value is
+/// reported once for each line.
+pub(crate) struct TemplateValues<'a> {
+    pub(crate) options: &'a Options,
+    pub(crate) diagnostics: &'a mut Vec<Diagnostic>,
+    /// Whether this line has had its error.
+    pub(crate) is_reported: bool,
+    /// The values that the text defines by `#define $(NAME) VALUE`.
+    pub(crate) templates: &'a HashMap<String, String>,
+    /// How many bytes replacements may still add to the text.
+    pub(crate) budget: usize,
+    /// The length of the values that were taken. Values name further templates, so that the line
+    /// itself may stay short.
+    pub(crate) taken: usize,
+}
+
+impl TemplateValues<'_> {
     /// The value of a template's name, if it has one.
-    fn value(&mut self, name: &str) -> Option<String>;
+    fn value(&mut self, name: &str) -> Option<String> {
+        // The line is left out when this is reached, so that any value will do.
+        if self.taken >= self.budget {
+            return Some(String::new());
+        }
+        let given = || self.options.defines.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v);
+        let value = self.templates.get(name).or_else(given)?;
+        self.taken += value.len().max(1);
+        Some(value.clone())
+    }
+
     /// Reports that a template at `at` has neither a value nor a default.
-    fn report_missing(&mut self, name: &str, at: Span);
+    fn report_missing(&mut self, name: &str, at: Span) {
+        if !std::mem::replace(&mut self.is_reported, true) {
+            self.diagnostics.push(
+                Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
+                    .help(format!("give its value: --define {name}=VALUE")),
+            );
+        }
+    }
 }
 
 impl<'a> ExpandedLine<'a> {
@@ -68,7 +103,7 @@ impl<'a> ExpandedLine<'a> {
         start: usize,
         text: &'a str,
         mut block: bool,
-        values: &mut dyn TemplateValues,
+        values: &mut TemplateValues<'_>,
     ) -> Self {
         if !text.contains("$(") && !text.contains("${") {
             return Self::plain(file, start, text);
@@ -271,10 +306,9 @@ impl<'a> Template<'a> {
 
     /// The template's value or its default, with the templates in it replaced up to `MAX_NESTING`
     /// levels deep. `None` if a template has neither, which is reported at `at`.
-    fn value(&self, values: &mut dyn TemplateValues, at: Span, depth: usize) -> Option<String> {
-        let given = values.value(self.name);
-        let text = match (&given, self.default) {
-            (Some(given), _) => given.clone(),
+    fn value(&self, values: &mut TemplateValues<'_>, at: Span, depth: usize) -> Option<String> {
+        let text = match (values.value(self.name), self.default) {
+            (Some(given), _) => given,
             (None, Some(default)) => unescape(default),
             (None, None) => {
                 values.report_missing(self.name, at);

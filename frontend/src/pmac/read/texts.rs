@@ -17,11 +17,10 @@ impl DownloadReader<'_> {
         let text = self.reader.quoted()?;
         if let Some(c) = text.chars().find(|c| !c.is_ascii()) {
             let at = self.reader.cur.since(start);
-            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+            self.tell(at, |span| {
                 let message = format!("the controller has no character `{c}`");
                 Diagnostic::warning("PMAC-W7", span, message).help("texts are of ASCII characters")
             });
-            self.diagnostics.push(diagnostic);
         }
         Ok(text)
     }

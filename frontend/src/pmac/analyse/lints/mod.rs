@@ -42,8 +42,3 @@ impl Checked<'_> {
         self.found.push(diagnostic);
     }
 }
-
-/// The name of a program, as a statement writes it: `PLC 3`.
-fn program_name(compiled: bool, number: u32) -> String {
-    format!("{} {number}", if compiled { "PLCC" } else { "PLC" })
-}

@@ -5,8 +5,8 @@ use plcc_abi::image::read_f64;
 use plcc_abi::pmac::{Kind, PlcOp, Text};
 use plcc_diag::Diagnostic;
 
-use super::{Checked, program_name};
-use crate::pmac::ast::{Action, Buffer, StmtKind, Target};
+use super::Checked;
+use crate::pmac::ast::{Action, Buffer, StmtKind, Target, program_name};
 
 /// The variable that says which PLCs run.
 const I5: u32 = 5;

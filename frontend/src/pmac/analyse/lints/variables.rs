@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, View};
 use plcc_diag::Diagnostic;
 
-use super::{Checked, program_name};
+use super::Checked;
 use crate::pmac::analyse::{cross_reference::variable as variable_name, load::Loaded};
-use crate::pmac::ast::{Action, Op, StmtKind, Target};
+use crate::pmac::ast::{Action, Op, StmtKind, Target, program_name};
 use crate::pmac::origin::TextRange;
 
 /// Constants that the bits of the M-variable to which they are assigned can't hold.
