@@ -66,6 +66,6 @@ mod tests {
             assert_eq!(labels.point(label), Some(ResumePoint(number)));
         }
         assert_eq!(labels.label(Some(ResumePoint(3))), None);
-        assert_eq!(labels.point(4), None, "the entry is no resume point");
+        assert_eq!(labels.point(4), None, "the entry is not a resume point");
     }
 }

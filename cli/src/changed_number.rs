@@ -152,7 +152,7 @@ mod tests {
     fn a_number_that_the_language_does_not_take_is_refused_with_its_diagnostic() {
         let (changed, _) = with_number(&sources(), "TC#DELAY", 40_000).unwrap();
         let why = built(&changed).unwrap_err();
-        assert!(why.contains("PMI-22") && why.contains("40000 is no delay"), "{why}");
+        assert!(why.contains("PMI-22") && why.contains("40000 is not a delay"), "{why}");
         assert!(with_number(&sources(), "N", 1).unwrap_err().contains("no number in the source"));
     }
 }

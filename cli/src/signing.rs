@@ -69,7 +69,7 @@ pub(crate) fn sign(mut artifact: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failur
     })?;
     let text = String::from_utf8_lossy(&text);
     let key = SigningKey::from_pkcs8_pem(&text)
-        .map_err(|_| Failure::file(path, "it is no private key; `plcc key new` makes keys"))?;
+        .map_err(|_| Failure::file(path, "it is not a private key; `plcc key new` makes keys"))?;
     let signature = key.sign(&artifact).to_bytes();
     artifact.extend(Signature::new(key.verifying_key().to_bytes(), signature).bytes());
     Ok(artifact)

@@ -153,7 +153,7 @@ fn every_link_leads_somewhere() {
                 } else if !anchor.is_empty() {
                     let known = known.entry(path.clone()).or_insert_with(|| anchors(&path));
                     if !known.contains(anchor) {
-                        complain("is no heading of that page");
+                        complain("is not a heading of that page");
                     }
                 }
             }
@@ -171,7 +171,7 @@ fn the_table_of_contents_has_each_page_once() {
     let listed: Vec<PathBuf> =
         text.lines().flat_map(targets).map(|page| Path::new("docs").join(page)).collect();
     let mut once: BTreeSet<PathBuf> = listed.iter().cloned().collect();
-    assert_eq!(once.len(), listed.len(), "a page stands twice in {listed:?}");
+    assert_eq!(once.len(), listed.len(), "a page is there twice in {listed:?}");
     once.insert("docs/SUMMARY.md".into());
     assert_eq!(once, pages(&["docs"]));
 }

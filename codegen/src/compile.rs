@@ -218,7 +218,7 @@ fn assemble(
         let function = target.and_then(|(func, _)| code.functions.get(func.index()));
         let offset = function.map(|function| function.offset);
         let offset = offset.or(options.is_part.then_some(CodeParts::NO_CODE));
-        offset.ok_or_else(|| CodegenError::internal(format!("label {label} stands nowhere")))
+        offset.ok_or_else(|| CodegenError::internal(format!("label {label} is nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
     code.lines = Arc::new(lines);

@@ -60,7 +60,7 @@ fn what_belongs_to_no_instruction_is_found_too() {
     type Change = fn(&mut Module);
     let changes: [(&str, Change); 4] = [
         ("region data ends at byte 16", |module| module.image_size = 15),
-        ("L1 stands at 0 places", |module| module.label_count = 2),
+        ("L1 is at 0 places", |module| module.label_count = 2),
         ("task scan starts at L9", |module| module.tasks[0].entry = 9),
         ("statement", |module| module.statements[0].file = 1),
     ];

@@ -192,7 +192,7 @@ fn check(
                     let behind = read(&image, at + result.bytes(), Type::I8);
                     assert_eq!(behind, 0x77, "{what} in {name} writes too far");
                     if result == Type::I1 {
-                        assert!(image[at as usize] <= 1, "{what} in {name} is no truth value");
+                        assert!(image[at as usize] <= 1, "{what} in {name} is not a truth value");
                     }
                 }
             }

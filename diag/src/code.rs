@@ -32,7 +32,7 @@ mod tests {
     fn codes_are_unique_and_their_pages_are_filled() {
         let mut seen = std::collections::HashSet::new();
         for info in TABLES.iter().flat_map(|t| t.iter()) {
-            assert!(seen.insert(info.code), "{} stands twice", info.code);
+            assert!(seen.insert(info.code), "{} is there twice", info.code);
             for text in [info.title, info.meaning, info.fix] {
                 assert!(!text.trim().is_empty(), "{} has an empty part", info.code);
             }

@@ -96,10 +96,10 @@ mod tests {
     fn each_lint_has_a_name_of_its_own_and_pages() {
         let mut seen = HashSet::new();
         for lint in LINTS {
-            assert!(seen.insert(lint.name), "{} stands twice", lint.name);
+            assert!(seen.insert(lint.name), "{} is there twice", lint.name);
             assert_eq!(find_lint(&lint.name.to_uppercase()), Some(lint));
             for code in lint.codes {
-                assert!(seen.insert(code), "{code} stands twice");
+                assert!(seen.insert(code), "{code} is there twice");
                 assert!(find_code(code).is_some(), "{code} has no page");
                 assert_eq!(lint_of_code(code), Some(lint));
             }

@@ -256,13 +256,14 @@ mod tests {
     fn what_a_terminal_would_obey_is_not_written() {
         let mut map = SourceMap::new();
         let id = map.add("m\u{1b}[2J.pmi", "A = 1\nB\u{1b}]0;x\u{7} = \u{9b}C\n".as_bytes());
-        let diagnostic = Diagnostic::error("PMI-5", Span::new(id, 6, 13), "`B\u{1b}` is no name")
-            .label(Span::new(id, 7, 8), "\u{1b}")
-            .help("remove \u{202e}");
+        let diagnostic =
+            Diagnostic::error("PMI-5", Span::new(id, 6, 13), "`B\u{1b}` is not a name")
+                .label(Span::new(id, 7, 8), "\u{1b}")
+                .help("remove \u{202e}");
         let drawn = super::draw(&map, &diagnostic, false);
         assert!(!drawn.chars().any(|c| c.is_control() && c != '\n'), "{drawn:?}");
         assert!(!drawn.contains('\u{202e}'), "{drawn:?}");
-        assert!(drawn.contains("B?]0;x? = ·C") && drawn.contains("`B?` is no name"), "{drawn}");
+        assert!(drawn.contains("B?]0;x? = ·C") && drawn.contains("`B?` is not a name"), "{drawn}");
     }
 
     #[test]

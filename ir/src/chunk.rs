@@ -409,7 +409,7 @@ mod tests {
         b.func().store(Address::fixed(region, 0), v);
         b.ret();
         let module = b.finish();
-        assert_eq!(module.funcs.len(), 2, "nothing stands before the first place");
+        assert_eq!(module.funcs.len(), 2, "nothing is before the first place");
         assert!(module.label_targets().values().all(Option::is_some));
         assert_eq!(crate::verify::module(&module).first(), None);
     }

@@ -144,11 +144,13 @@ impl Machine {
             let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
             let tail = name.get(1..).unwrap_or("");
             if tail.is_empty() || !tail.bytes().all(|b| b.is_ascii_alphanumeric()) {
-                let what = format!("`{written}` is no variable: letters and digits follow the @");
+                let what =
+                    format!("`{written}` is not a variable: letters and digits follow the @");
                 return Err(MachineError(what));
             }
             if entry.size.is_some_and(|size| size == 1 || size > MAX_SIZE) {
-                let what = format!("{name}: an array has 2 to {MAX_SIZE} elements, 0 is no array");
+                let what =
+                    format!("{name}: an array has 2 to {MAX_SIZE} elements, 0 is not an array");
                 return Err(MachineError(what));
             }
             let Entry { ty, class, size, meaning } = entry;
@@ -156,7 +158,7 @@ impl Machine {
         }
         variables.sort_by(|a, b| a.name.cmp(&b.name));
         if let Some([a, _]) = variables.array_windows().find(|[a, b]| a.name == b.name) {
-            return Err(MachineError(format!("{} stands twice", a.name)));
+            return Err(MachineError(format!("{} is there twice", a.name)));
         }
         Ok(Self { variables, nct, lints: file.lints.into_iter().collect() })
     }
@@ -184,7 +186,7 @@ mod tests {
         for (text, part) in [
             ("[variables]\n\"@A\" = { kind = 1 }\n", "kind"),
             ("[variables]\n\"@A\" = { size = 1 }\n", "2 to 65535"),
-            ("[variables]\n\"@A B\" = {}\n", "is no variable"),
+            ("[variables]\n\"@A B\" = {}\n", "is not a variable"),
             ("[variables]\n\"@A\" = {}\nA = {}\n", "twice"),
             ("[variable]\n", "variable"),
         ] {

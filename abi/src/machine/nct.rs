@@ -53,7 +53,7 @@ impl NctFile {
             None => NctControl::default(),
             Some(name) => NctControl::from_name(&name).ok_or_else(|| {
                 let known: Vec<_> = NctControl::ALL.iter().map(|c| c.name()).collect();
-                format!("`{name}` is no control type; there are {}", known.join(", "))
+                format!("`{name}` is not a control type; there are {}", known.join(", "))
             })?,
         };
         let boards = match boards {
@@ -93,7 +93,8 @@ impl NctFile {
 fn number(what: &str, name: &str, prefix: &str, low: u16, high: u16) -> Result<u16, String> {
     let digits = name.strip_prefix(prefix).unwrap_or(name);
     let number = digits.parse().ok().filter(|number| (low..=high).contains(number));
-    number.ok_or_else(|| format!("`{name}` is no {what}'s number: they are {low} to {high}"))
+    number
+        .ok_or_else(|| format!("`{name}` is not the number of a {what}: they are {low} to {high}"))
 }
 
 fn integer(what: &str, name: &str, value: &Value) -> Result<i64, String> {
@@ -189,7 +190,7 @@ mod tests {
         for (text, part) in [
             ("control = \"nct1\"\n", "nct104"),
             ("boards = 5\n", "0 to 4"),
-            ("[parameters]\nX = 1\n", "no parameter's number"),
+            ("[parameters]\nX = 1\n", "not the number of a parameter"),
             ("[parameters]\n61 = \"a\"\n", "not an integer"),
             ("[constants]\n41 = 1\n", "1 to 40"),
             ("[constants]\n1 = 65536\n", "16 bits"),

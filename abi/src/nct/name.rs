@@ -205,7 +205,7 @@ impl FromStr for NctName {
         let split = text.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(text.len());
         let (letters, digits) = text.split_at(split);
         if !digits.bytes().all(|b| b.is_ascii_digit()) || digits.is_empty() {
-            return Err(error("is no name: letters and digits make one, as in I002"));
+            return Err(error("is not a name: letters and digits make one, as in I002"));
         }
         let byte_bit = |bytes| address(digits, 2, bytes).map(|(byte, bit)| (byte as u8, bit));
         let number = |first, count| register(digits, first, count);

@@ -122,7 +122,7 @@ fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
     let mut chars = prefix.chars();
     let begins = chars.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
     if !begins || !chars.all(|c| c.is_ascii_alphanumeric() || c == '_') {
-        return Err(Failure::usage(format!("--prefix: `{prefix}` is no name of C")));
+        return Err(Failure::usage(format!("--prefix: `{prefix}` is not a name of C")));
     }
     let folder = std::env::current_dir().map(|folder| folder.to_string_lossy().into_owned());
     let folder = folder.unwrap_or(default.folder);

@@ -15,7 +15,7 @@ pub(crate) fn debug() -> Result<u8, Failure> {
     served.map_err(|error| {
         Failure::usage(match error.kind() {
             io::ErrorKind::InvalidData => format!(
-                "standard input is no stream of messages of the Debug Adapter Protocol, which an \
+                "standard input is not a stream of messages of the Debug Adapter Protocol, which an \
                  editor writes: {error}"
             ),
             _ => format!("the debugger's client is gone: {error}"),

@@ -19,7 +19,7 @@ pub(crate) fn check_name(name: &str) -> Result<(), String> {
     match begins && goes_on && name.len() <= 20 {
         true => Ok(()),
         false => Err(format!(
-            "`{name}` is no name of a component: write --name with at most 20 small letters, digits \
+            "`{name}` is not a name of a component: write --name with at most 20 small letters, digits \
              and `_`, a letter first"
         )),
     }

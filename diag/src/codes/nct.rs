@@ -59,7 +59,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-8",
         "no module",
-        "The program has no label at all, or a statement stands before the first label and so belongs to no module.",
+        "The program has no label at all, or a statement comes before the first label and so belongs to no module.",
         "wrong: U002 :001 J1\nright: :001 U002 J1",
     ),
     page(
@@ -71,7 +71,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-10",
         "not a hexadecimal number",
-        "After the point stand one to four of the digits 0-9 and A-F.",
+        "The point is followed by one to four of the digits 0-9 and A-F.",
         "wrong: .G\nright: .F",
     ),
     page(
@@ -119,7 +119,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-18",
         "no condition after `(`",
-        "After an opening parenthesis stands a test, a relation or another parenthesis.",
+        "An opening parenthesis is followed by a test, a relation or another parenthesis.",
         "wrong: (U002) U012 Z\nright: (I002) U012 Z",
     ),
     page(
@@ -203,7 +203,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-32",
         "illegal character after <N",
-        "After N stands L and a variable.",
+        "N is followed by L and a variable.",
         "wrong: <N5 U012 Z\nright: <NLF020 U012 Z",
     ),
     page(
@@ -215,7 +215,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-34",
         "illegal character after =N",
-        "After N stands L and a variable.",
+        "N is followed by L and a variable.",
         "wrong: =N5 U012 Z\nright: =NLF020 U012 Z",
     ),
     page(
@@ -227,7 +227,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-36",
         "illegal character after >N",
-        "After N stands L and a variable.",
+        "N is followed by L and a variable.",
         "wrong: >N5 U012 Z\nright: >NLF020 U012 Z",
     ),
     page(
@@ -239,7 +239,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-38",
         "illegal character after <=N",
-        "After N stands L and a variable.",
+        "N is followed by L and a variable.",
         "wrong: <=N5 U012 Z\nright: <=NLF020 U012 Z",
     ),
     page(
@@ -251,7 +251,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-40",
         "illegal character after >=N",
-        "After N stands L and a variable.",
+        "N is followed by L and a variable.",
         "wrong: >=N5 U012 Z\nright: >=NLF020 U012 Z",
     ),
     page(
@@ -329,13 +329,13 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-53",
         "label does not exist",
-        "A jump or call leads to a label that stands nowhere in the program.",
+        "A jump or call leads to a label that is nowhere in the program.",
         "wrong: G100\nright: G100 … :100",
     ),
     page(
         "NCT-54",
-        "label stands twice",
-        "A label marks one place, so its number stands after one colon only.",
+        "label that is there twice",
+        "A label marks one place, so its number follows one colon only.",
         "wrong: :003 R :003 R\nright: :003 R :004 R",
     ),
     page(
@@ -419,7 +419,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-68",
         "module cannot be called",
-        "The modules :000, :001 and :002 are no subroutines.",
+        "The modules :000, :001 and :002 are not subroutines.",
         "wrong: C000\nright: C003",
     ),
     page(
@@ -455,7 +455,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-74",
         "program runs into texts",
-        "Before :197 to :200 stands Gnnn, R, J0, J1, J2 or the $ of other texts, so that nothing runs into them.",
+        "In front of :197 to :200 is Gnnn, R, J0, J1, J2 or the $ of other texts, so that nothing runs into them.",
         "wrong: U002 :198 TOOL$\nright: J0 :198 TOOL$",
     ),
     page(
@@ -563,7 +563,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-W13",
         "text that is never shown",
-        "Lint text-never-used. A text stands in :197, :198 or :199, and nothing in the program sets its flag or looks at its softkey.",
+        "Lint text-never-used. A text is in :197, :198 or :199, and nothing in the program sets its flag or looks at its softkey.",
         "wrong: :199 DOOR OPEN$ and no U710\nright: U710 where the message is to come",
     ),
 ];

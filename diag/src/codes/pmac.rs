@@ -28,7 +28,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-3",
         "wrong data or unknown command (ERR003)",
-        "The text is no statement and no command: a word that nothing defines, a condition without a comparator, a value that does not fit.",
+        "The text is neither a statement nor a command: a word that nothing defines, a condition without a comparator, a value that does not fit.",
         "Wrong:\n  IF (M1) P1=1 ENDIF\nRight:\n  IF (M1=1) P1=1 ENDIF",
     ),
     code(
@@ -40,7 +40,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-5",
         "no buffer is open (ERR005)",
-        "A statement of a program stands where only on-line commands can: before an OPEN or after a CLOSE.",
+        "A statement of a program is where only on-line commands can be: before an OPEN or after a CLOSE.",
         "Wrong:\n  IF (P1=1) P2=3 ENDIF\nRight:\n  OPEN PLC 1 CLEAR\n  IF (P1=1) P2=3 ENDIF\n  CLOSE",
     ),
     code(
@@ -52,7 +52,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-7",
         "another buffer is open (ERR007)",
-        "An OPEN stands where the buffer that was opened before is not closed yet.",
+        "An OPEN comes where the buffer that was opened before is not closed yet.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  P1=1\n  OPEN PLC 2 CLEAR\nRight:\n  OPEN PLC 1 CLEAR\n  P1=1\n  CLOSE\n  OPEN PLC 2 CLEAR",
     ),
     code(
@@ -130,7 +130,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X3",
         "template without a value",
-        "The text holds a template $(NAME), and nothing says what it stands for.",
+        "The text holds a template $(NAME), and nothing says what it means.",
         "  plcc check --define NAME=VALUE FILE",
     ),
     code(
@@ -178,19 +178,19 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W3",
         "on-line command in an open buffer",
-        "A definition or another on-line command stands between OPEN and CLOSE. It is executed when the download is loaded and does not become part of the program.",
+        "A definition or another on-line command is between OPEN and CLOSE. It is executed when the download is loaded and does not become part of the program.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  M1->Y:$FFC2,8,1\nRight:\n  M1->Y:$FFC2,8,1\n  OPEN PLC 1 CLEAR",
     ),
     code(
         "PMAC-W4",
         "a COMMAND that will be refused",
-        "The text of a COMMAND is no on-line command. When the statement runs, its event carries ERR003 and nothing happens.",
+        "The text of a COMMAND is not an on-line command. When the statement runs, its event carries ERR003 and nothing happens.",
         "Wrong:\n  CMD\"ENABLEPLC\"\nRight:\n  CMD\"ENABLE PLC 2\"",
     ),
     code(
         "PMAC-W5",
         "a constant that an I-variable does not take",
-        "The I-variable has a range, and the constant is outside. That is no error: the variable takes the value modulo its range.",
+        "The I-variable has a range, and the constant is outside. That is not an error: the variable takes the value modulo its range.",
         "Wrong:\n  I8=256      ; is 0\nRight:\n  I8=255      ; plcc explain I8 has the range",
     ),
     code(
@@ -208,13 +208,13 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W8",
         "#define without a name",
-        "No name stands after #define, so it defines nothing.",
+        "No name follows #define, so it defines nothing.",
         "Wrong:\n  #define ; PUMP P1\nRight:\n  #define PUMP P1",
     ),
     code(
         "PMAC-W9",
         "value that the bits of an M-variable can't hold",
-        "Lint value-out-of-range. The definition of the M-variable gives it so many bits, and the constant needs more. Its low bits are stored.",
+        "Lint value-out-of-range. The definition of the M-variable gives it fewer bits than the constant needs. Its low bits are stored.",
         "Wrong:\n  M1->Y:$FFC2,8,1\n  M1=2\nRight:\n  M1=1",
     ),
     code(
@@ -226,7 +226,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W11",
         "statement that no scan reaches",
-        "Lint unreachable. It stands after a WHILE that never ends.",
+        "Lint unreachable. It is after a WHILE that never ends.",
         "Wrong:\n  WHILE (1=1)\n    P1=P1+1\n  ENDWHILE\n  M1=1\nRight:\n  WHILE (P1<100)",
     ),
     code(
@@ -238,7 +238,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W13",
         "sent in every scan",
-        "Lint repeats-every-scan. The SEND, DISPLAY or COMMAND stands in no IF and after no WHILE, and nothing disables the PLC, so it is executed hundreds of times a second.",
+        "Lint repeats-every-scan. The SEND, DISPLAY or COMMAND is in no IF and after no WHILE, and nothing disables the PLC, so it is executed hundreds of times a second.",
         "Wrong:\n  OPEN PLC 2 CLEAR\n  SEND\"READY\"\n  CLOSE\nRight:\n  SEND\"READY\"\n  DISABLE PLC 2",
     ),
     code(
@@ -280,7 +280,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-N2",
         "names replaced inside a COMMAND",
-        "Names defined with #define are not replaced inside quotes. As it stands, though, the text of this COMMAND is no command, and with the names replaced it is one. So here they are replaced.",
+        "Names defined with #define are not replaced inside quotes. As written, though, the text of this COMMAND is not a command, and with the names replaced it is one. So here they are replaced.",
         "There is nothing to fix. To make it plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
     ),
 ];

@@ -7,7 +7,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-1",
         title: "invalid directive",
-        meaning: "A word with $ is none of PMI's directives, or a directive other than $INCLUDE stands after $END (PMI 2.2.6).",
+        meaning: "A word with $ is not one of PMI's directives, or a directive other than $INCLUDE comes after $END (PMI 2.2.6).",
         fix: "Wrong: $INPUTZ\nRight: $INPUT",
     },
     CodeInfo {
@@ -31,7 +31,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-5",
         title: "extraneous characters",
-        meaning: "Something stands after the end of a statement, or a character is not one of PMI's; small letters are not (PMI 2.2.1).",
+        meaning: "Something follows the end of a statement, or a character is not one of PMI's; small letters are not (PMI 2.2.1).",
         fix: "Wrong: Led = T\nRight: LED = T",
     },
     CodeInfo {
@@ -43,7 +43,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-7",
         title: "invalid file name",
-        meaning: "After $INCLUDE stands the name of a file, without the characters \" < > | * (PMI 3.3.5).",
+        meaning: "After $INCLUDE comes the name of a file, without the characters \" < > | * (PMI 3.3.5).",
         fix: "Wrong: $INCLUDE\nRight: $INCLUDE FAULTS.PMI",
     },
     CodeInfo {
@@ -67,7 +67,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-11",
         title: "syntax error",
-        meaning: "A delimiter (= / , [ ] ( ) \") is missing or stands in a wrong place, a text holds a # or is not closed, or a fault's or message's text names an array (PMI 4.5).",
+        meaning: "A delimiter (= / , [ ] ( ) \") is missing or in a wrong place, a text holds a # or is not closed, or a fault's or message's text names an array (PMI 4.5).",
         fix: "Wrong: TOOLN = 2/0 7/BCD\nRight: TOOLN = 2/0-7/BCD",
     },
     CodeInfo {
@@ -139,7 +139,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-23",
         title: "duplicate directive",
-        meaning: "Each directive but $INCLUDE stands once; what it declares is kept together (PMI 3.1).",
+        meaning: "Each directive but $INCLUDE is written once; what it declares is kept together (PMI 3.1).",
         fix: "Move the statements after the first one.",
     },
     CodeInfo {
@@ -187,25 +187,25 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-34",
         title: "invalid expression",
-        meaning: "An operand is missing, two unary operators stand side by side, unary + is used, or brackets stand after something that is no name (PMI 2.3.2.1, 2.3.4.1).",
+        meaning: "An operand is missing, two unary operators are next to each other, unary + is used, or brackets follow something that is not a name (PMI 2.3.2.1, 2.3.4.1).",
         fix: "Wrong: X = --A\nRight: X = -(-A)",
     },
     CodeInfo {
         code: "PMI-35",
         title: "variable is not an array",
-        meaning: "A variable that is declared without elements stands with brackets (PMI 4.5).",
+        meaning: "A variable that is declared without elements has brackets (PMI 4.5).",
         fix: "Declare it with a number of elements, or remove the brackets.",
     },
     CodeInfo {
         code: "PMI-36",
         title: "array element not specified",
-        meaning: "An array stands without brackets, where one of its elements is meant (PMI 4.5).",
+        meaning: "An array is written without brackets, where one of its elements is meant (PMI 4.5).",
         fix: "Wrong: X = LUB\nRight: X = LUB[2]",
     },
     CodeInfo {
         code: "PMI-37",
         title: "operator expected",
-        meaning: "Two operands stand side by side; in extracted text a minus sign is often lost (PMI 4.5).",
+        meaning: "Two operands are next to each other; in extracted text a minus sign is often lost (PMI 4.5).",
         fix: "Wrong: D = (M03) (M04)\nRight: D = (M03)-(M04)",
     },
     CodeInfo {

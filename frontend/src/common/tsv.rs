@@ -102,10 +102,12 @@ pub fn load<'t, T>(
         let row = row?;
         let first = row.cells.first().copied().unwrap_or("");
         match before.map(|before| order(before, first)) {
-            Some(Ordering::Equal) => return Err(row.error_at(0, format!("`{first}` stands twice"))),
+            Some(Ordering::Equal) => {
+                return Err(row.error_at(0, format!("`{first}` is here twice")));
+            }
             Some(Ordering::Greater) => {
                 let before = before.unwrap_or("");
-                return Err(row.error_at(0, format!("`{first}` stands after `{before}`")));
+                return Err(row.error_at(0, format!("`{first}` comes after `{before}`")));
             }
             Some(Ordering::Less) | None => {}
         }
@@ -190,7 +192,7 @@ impl<'t> Row<'t> {
         let number = cell.parse().ok().filter(|number| range.contains(number));
         number.ok_or_else(|| {
             let (least, most) = (range.start(), range.end());
-            self.error(column, format!("`{cell}` is no number from {least} to {most}"))
+            self.error(column, format!("`{cell}` is not a number from {least} to {most}"))
         })
     }
 
@@ -203,7 +205,7 @@ impl<'t> Row<'t> {
         let known = words.iter().find(|(word, _)| *word == cell);
         known.map(|&(_, meaning)| meaning).ok_or_else(|| {
             let list: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-            self.error(column, format!("`{cell}` is none of: {}", list.join(", ")))
+            self.error(column, format!("`{cell}` is not one of: {}", list.join(", ")))
         })
     }
 }
@@ -236,13 +238,13 @@ mod tests {
             ("A\t1\n", "t.tsv:2: the row has 2 cells, not 3"),
             ("A\t1\tbit\tx\n", "t.tsv:2: the row has 4 cells, not 3"),
             ("A\t1\tbit\n\nB\t1\tbit\n", "t.tsv:3: the row has 1 cells, not 3"),
-            ("A\t1\tbits\n", "t.tsv:2: kind: `bits` is none of: bit, word"),
-            ("A\t10\tbit\n", "t.tsv:2: size: `10` is no number from 1 to 9"),
-            ("A\t-1\tbit\n", "t.tsv:2: size: `-1` is no number from 1 to 9"),
+            ("A\t1\tbits\n", "t.tsv:2: kind: `bits` is not one of: bit, word"),
+            ("A\t10\tbit\n", "t.tsv:2: size: `10` is not a number from 1 to 9"),
+            ("A\t-1\tbit\n", "t.tsv:2: size: `-1` is not a number from 1 to 9"),
             ("A\t\tbit\n", "t.tsv:2: size: the cell is empty"),
             ("A \t1\tbit\n", "t.tsv:2: name: blanks around `A `"),
-            ("A\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` stands twice"),
-            ("B\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` stands after `B`"),
+            ("A\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` is here twice"),
+            ("B\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` comes after `B`"),
         ] {
             assert_eq!(table(&format!("{head}{rows}")), Err(message.to_owned()), "{rows:?}");
         }

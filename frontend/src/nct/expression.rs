@@ -114,7 +114,7 @@ impl Program {
                 Op::Load(_) | Op::Arith { .. } | Op::Shift { .. } | Op::Bin | Op::Bcd
                     if condition.is_some() =>
                 {
-                    Some("nothing may stand after the condition")
+                    Some("nothing may follow the condition")
                 }
                 Op::If { .. } if condition.is_some() => Some(
                     "an expression has one condition; combine several in parentheses: (I000 A I001)",

@@ -57,7 +57,11 @@ pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, 
     }
     if preprocessed.text.trim().is_empty() {
         let place = Span::new(file, 0, text.len());
-        return Err(vec![Diagnostic::error("PMAC-3", place, "this is no expression: it is empty")]);
+        return Err(vec![Diagnostic::error(
+            "PMAC-3",
+            place,
+            "this is not an expression: it is empty",
+        )]);
     }
     let download = &program.download;
     let mut reader = Reader::new(&preprocessed.text, download.controller);
@@ -254,11 +258,11 @@ mod tests {
             ("P1 P2", "PMAC-3 expression 3..5: an operator is expected here, not `P2`"),
             ("P1024", "PMAC-X1 expression 1..5: there are variables 0 to 1023, not 1024"),
             ("(P1=1", "PMAC-3 expression 0..1: this parenthesis is not closed"),
-            ("P1=1 AND 2", "PMAC-3 expression 5..8: AND and OR stand between conditions"),
+            ("P1=1 AND 2", "PMAC-3 expression 5..8: AND and OR join conditions"),
             ("DOR=1", "PMAC-3 expression 0..3: a value is expected here, not `DOR`"),
             ("L2", "PMAC-3 expression 0..2: L2 is not defined"),
-            ("", "PMAC-3 expression 0..0: this is no expression: it is empty"),
-            (" ; P1", "PMAC-3 expression 0..5: this is no expression: it is empty"),
+            ("", "PMAC-3 expression 0..0: this is not an expression: it is empty"),
+            (" ; P1", "PMAC-3 expression 0..5: this is not an expression: it is empty"),
         ] {
             assert_eq!(read(text, 1, true).unwrap_err(), error, "{text}");
         }

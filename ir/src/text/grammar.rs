@@ -120,7 +120,7 @@ fn quoted<'t>(what: &'static str) -> impl Grammar<'t, String> {
         _ => None,
     };
     select(move |token, _| read(token)).labelled(format!(
-        "{what} in quotes, where `\\\\`, `\\r` or `\\{{hex}}` stands for a special character"
+        "{what} in quotes, where `\\\\`, `\\r` or `\\{{hex}}` means a special character"
     ))
 }
 
@@ -237,9 +237,8 @@ fn file<'t>() -> impl Grammar<'t, Item> {
         Token::Line(text) => unescaped(text),
         _ => None,
     };
-    let line = select(move |token, _| read(token)).labelled(
-        "a line of text behind `|`, where a backslash stands before `\\`, `r` or `{hex}`",
-    );
+    let line = select(move |token, _| read(token))
+        .labelled("a line of text after `|`, where a backslash precedes `\\`, `r` or `{hex}`");
     let lines = line.repeated().collect::<Vec<_>>();
     let name = keyword("file").ignore_then(quoted("the file's name")).then_ignore(end_of_line());
     name.then(lines).map(|(name, lines)| Item::File(SourceFile { name, text: lines.join("\n") }))

@@ -71,7 +71,7 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
     for label in labels {
         let number = number(tokens, label.0, "L");
         if number as usize >= count {
-            let message = format!("L{number} stands nowhere: there are {count} labels, from L0");
+            let message = format!("L{number} is nowhere: there are {count} labels, from L0");
             return Err(tokens.error(label.index(), message));
         }
     }
@@ -108,7 +108,7 @@ impl FuncResolver<'_> {
         let mut insts = 0;
         for (block, text) in (0..).map(Block).zip(&text.blocks) {
             if self.number(text.head.0, "block") != block.0 {
-                let message = format!("the next block is {block}: they stand in order");
+                let message = format!("the next block is {block}: blocks are in order");
                 return Err(self.tokens.error(text.head.index(), message));
             }
             let mut data = BlockData {
@@ -236,7 +236,8 @@ impl FuncResolver<'_> {
         match self.module.regions.iter().position(|region| region.name == name) {
             Some(index) => Ok(RegionId(index as u32)),
             None => {
-                let message = format!("`{name}` is no region; they stand above the functions");
+                let message =
+                    format!("`{name}` is not a region; regions come before the functions");
                 Err(self.tokens.error(token.index(), message))
             }
         }

@@ -48,11 +48,14 @@ fn mistakes_are_told_with_their_place() {
             "v0: i8 = lode r:0\nreturn\n}",
             "5:10: expected an instruction with a result, found `lode`",
         ),
-        ("v0: i8 = load q:0\nreturn\n}", "5:15: `q` is no region; they stand above the functions"),
+        (
+            "v0: i8 = load q:0\nreturn\n}",
+            "5:15: `q` is not a region; regions come before the functions",
+        ),
         ("store r:0, v9\nreturn\n}", "5:12: v9 is defined nowhere"),
         ("v0: i8 = iconst 1\nv0: i8 = iconst 1\nreturn\n}", "6:1: v0 is defined twice"),
         ("jump block3\n}", "5:6: block3 is not there; there are 1"),
-        ("goto L5\n}", "5:6: L5 stands nowhere: there are 1 labels, from L0"),
+        ("goto L5\n}", "5:6: L5 is nowhere: there are 1 labels, from L0"),
         ("return\nreturn\n}", "6:1: expected `}` or a block (`block0`), found `return`"),
         (
             "}",
@@ -68,7 +71,7 @@ fn mistakes_are_told_with_their_place() {
             "hostcall pmac_save(\n}",
             "5:20: expected `)` or a value (`v0`), found the end of the line",
         ),
-        ("return\nblock2:\nreturn\n}", "6:1: the next block is block1: they stand in order"),
+        ("return\nblock2:\nreturn\n}", "6:1: the next block is block1: blocks are in order"),
         ("v0: i1 = icmp le v1, v2\n}", "5:15: expected a comparison (eq ne slt"),
         (
             "v0: f64 = fconst 1e999\n}",

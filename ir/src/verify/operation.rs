@@ -67,7 +67,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
     match *data {
         InstData::Iconst { ty, value } => when_broken(
             !ty.is_int() || ty.wrap(value) != value,
-            format_args!("{value} is no constant of type {ty}"),
+            format_args!("{value} is not a constant of type {ty}"),
         ),
         InstData::Fconst { bits: _ } => None,
         InstData::Unary { op, arg } => {

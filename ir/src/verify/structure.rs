@@ -36,7 +36,7 @@ fn check_regions(module: &Module, errors: &mut Errors) {
     if let Some(local) = &module.local_bits {
         let wanted = Module::local_bits_of(module.image_size, local.size);
         if *local != wanted || local.size > MAX_LOCAL_BITS {
-            errors.push(format!("{} is no region of local bits", local.name));
+            errors.push(format!("{} is not a region of local bits", local.name));
         }
     }
     let mut spans = vec![];
@@ -71,7 +71,7 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
                 Some(count) => *count += 1,
                 None => {
                     let count = module.label_count;
-                    errors.push(format!("{label} stands at a block, but there are {count} labels"));
+                    errors.push(format!("{label} is at a block, but there are {count} labels"));
                 }
             }
         }
@@ -79,7 +79,7 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
     for (label, &count) in &seen {
         let is_elsewhere = count == 0 && !is_whole;
         if count != 1 && !is_elsewhere {
-            errors.push(format!("{label} stands at {count} places"));
+            errors.push(format!("{label} is at {count} places"));
         }
     }
     for task in &module.tasks {
@@ -104,9 +104,9 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
     for (label, block) in func.entries() {
         match func.blocks.get(*block) {
-            None => errors.push(format!("{label} stands at {block}, which is not there")),
+            None => errors.push(format!("{label} is at {block}, which is not there")),
             Some(data) if !data.params.is_empty() => {
-                errors.push(format!("{label} stands at {block}, which has parameters"));
+                errors.push(format!("{label} is at {block}, which has parameters"));
             }
             Some(_) => {}
         }

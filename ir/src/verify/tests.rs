@@ -41,7 +41,7 @@ fn each_broken_rule_of_functions_is_reported() {
             "v0: i32 = load data:0\nv1: i8 = load data:0[v0 * 4, 0]\nreturn",
             "f, block0, inst1: its array has no elements",
         ),
-        ("v0: i8 = iconst 200\nreturn", "f, block0, inst0: 200 is no constant of type i8"),
+        ("v0: i8 = iconst 200\nreturn", "f, block0, inst0: 200 is not a constant of type i8"),
         ("v0: i8 = iconst 1\nv1: i8 = fabs v0\nreturn", "f, block0, inst1: fabs takes no i8"),
         ("v0: i1 = iconst 1\nv1: i1 = add v0, v0\nreturn", "f, block0, inst1: add takes no i1"),
         (
@@ -95,10 +95,10 @@ fn each_broken_rule_of_modules_is_reported() {
     for (text, message) in [
         ("image 8\nregion a at 0 size 9\n", "region a ends at byte 9, but the image has 8 bytes"),
         ("image 8\nregion a at 0 size 5\nregion b at 4 size 4\n", "regions a and b overlap"),
-        ("fn \"f\" {\nblock0 (L0):\nreturn\nblock1 (L0):\nreturn\n}\n", "L0 stands at 2 places"),
+        ("fn \"f\" {\nblock0 (L0):\nreturn\nblock1 (L0):\nreturn\n}\n", "L0 is at 2 places"),
         (
             "fn \"f\" {\nblock0(v0: i8) (L0):\nreturn\n}\n",
-            "f, L0 stands at block0, which has parameters",
+            "f, L0 is at block0, which has parameters",
         ),
         (
             "task \"a\" L0\nfn \"f\" {\nblock0 (L0):\nsuspend L0\n}\n",

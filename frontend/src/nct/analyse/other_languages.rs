@@ -107,11 +107,11 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
         let second = |text: &str| text.starts_with(sign.get(1..).unwrap_or(""));
         let first = |text: &str| text.ends_with(sign.get(..1).unwrap_or(""));
         if at.starts_with(sign) || after_sign || first(before) && second(at) {
-            let names = "what stands after it is read as statements";
+            let names = "what follows it is read as statements";
             let message = if after_sign {
-                format!("`{sign}` in front of this begins no comment")
+                format!("`{sign}` in front of this does not begin a comment")
             } else {
-                format!("`{sign}` begins no comment: {names}")
+                format!("`{sign}` does not begin a comment: {names}")
             };
             return explanation(message, COMMENT);
         }
@@ -122,7 +122,7 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
         && after.contains(')')
         && inner.chars().all(|c| c.is_ascii_alphabetic() || c == ' ')
     {
-        return explanation("parentheses stand around conditions, not around comments", COMMENT);
+        return explanation("parentheses enclose conditions, not comments", COMMENT);
     }
     if site.code != "NCT-44" || at == "x" && before.ends_with('0') {
         return None;
@@ -131,13 +131,13 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
     let sign = before.trim_start().chars().next().filter(|c| "?'#{!\"%".contains(*c));
     match (at.chars().next()?, sign) {
         (c @ ('?' | '\'' | '{' | '"'), _) if line_begins => {
-            explanation(format!("`{c}` begins no comment"), COMMENT)
+            explanation(format!("`{c}` does not begin a comment"), COMMENT)
         }
         ('#' | '!', _) if line_begins && after.starts_with(' ') => {
-            explanation(format!("`{at}` begins no comment"), COMMENT)
+            explanation(format!("`{at}` does not begin a comment"), COMMENT)
         }
         (_, Some(sign)) => {
-            explanation(format!("`{sign}` in front of this begins no comment"), COMMENT)
+            explanation(format!("`{sign}` in front of this does not begin a comment"), COMMENT)
         }
         (c, _) if c.is_ascii_lowercase() => {
             let (word, _) = site.around.word(|c| c.is_ascii_alphanumeric());
@@ -161,7 +161,7 @@ fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
         if at.starts_with('=') && !at.starts_with("==") && site.is(&["17", "33"]) {
             (last_address(before.trim_end().trim_end_matches(':'))?, compares)
         } else if at == ":" && colon {
-            (last_address(before)?, "`:=` is no sign of NCT: nothing is assigned with `=`")
+            (last_address(before)?, "`:=` is not a sign of NCT: nothing is assigned with `=`")
         } else if (equals || colon) && site.is(&["17", "9", "19"]) {
             (last_address(at)?, compares)
         } else {
@@ -211,7 +211,7 @@ fn word(site: &ErrorSite<'_>) -> Option<Explanation> {
     if before.contains('(') {
         contexts.insert(0, "condition");
     }
-    let message = format!("`{word}` is no word of NCT");
+    let message = format!("`{word}` is not a word of NCT");
     explanation(message, HABITS.help_in(&contexts, &word)?)
 }
 
@@ -257,7 +257,7 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
         let what = match address.chars().next()? {
             'T' => "20 ms timers are T00 to T49",
             'H' => "timers of seconds are H00 to H99",
-            'M' => "timers of minutes are M0 to M9; M codes stand in part programs",
+            'M' => "timers of minutes are M0 to M9; M codes belong in part programs",
             'Q' => "counters are Q00 to Q31",
             'F' => "a bit is F and four digits, a word F and three",
             _ => "a bit has three digits, a word two: I001, LI00",
@@ -300,7 +300,7 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
     if letters == "G" && matches!(number.len(), 1 | 2) && !after.starts_with(['O', 'I']) {
         return help(format!(
-            "a jump has a label of three digits, G{number:0>3}; G codes stand in part programs"
+            "a jump has a label of three digits, G{number:0>3}; G codes belong in part programs"
         ));
     }
     // The letter O or I in the place of a digit has a help of its own.
@@ -322,24 +322,24 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
 fn symbol(site: &ErrorSite<'_>) -> Option<Explanation> {
     let Surroundings { before, at, after } = site.around;
     if let Some(help) = HABITS.help("operator", at) {
-        return explanation(format!("`{at}` is no operator"), help);
+        return explanation(format!("`{at}` is not an operator"), help);
     }
     let relation = if at == "!" && after.starts_with('=') { "!=" } else { at };
     if let Some(help) = HABITS.help("relation", relation) {
-        return explanation(format!("`{relation}` is no relation"), help);
+        return explanation(format!("`{relation}` is not a relation"), help);
     }
     match at {
         "!" | "~" if after.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
-            explanation(format!("`{at}` is no operator"), "NOT is written N: NI001")
+            explanation(format!("`{at}` is not an operator"), "NOT is written N: NI001")
         }
         _ if site.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
             "NOT is written N: NI001; `/` divides register OP by a variable, /LI00, or a number, /5",
         ),
-        _ if site.is(&["18"]) && at == "L" && after.starts_with(char::is_alphabetic) => help(
-            "in parentheses stand conditions; load the value in front of them: LQ05 (>5 A I001)",
-        ),
+        _ if site.is(&["18"]) && at == "L" && after.starts_with(char::is_alphabetic) => {
+            help("parentheses hold conditions; load the value in front of them: LQ05 (>5 A I001)")
+        }
         _ if site.is(&["44"]) && at == "%" && before.trim().is_empty() => {
-            help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
+            help("NCT's addresses have no `%`: I001, Y012; a part program is not a PLC program")
         }
         _ if site.is(&["13"]) && is_block(before, at, after) => explanation(
             "this looks like a block of a part program",
@@ -377,7 +377,7 @@ fn constant(site: &ErrorSite<'_>) -> Option<Explanation> {
     let introduced = at.chars().next()?;
     let label = before.trim_start();
     if at == ":" && label.len() == 3 && label.bytes().all(|b| b.is_ascii_digit()) {
-        return help(format!("the colon stands in front of the label: :{label}"));
+        return help(format!("the colon comes before the label: :{label}"));
     }
     if introduced == 'L' && number.len() == 3 && after.contains(':') {
         return explanation(

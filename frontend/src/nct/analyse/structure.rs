@@ -248,11 +248,11 @@ impl Checker<'_> {
                     let fail = error(
                         54,
                         span,
-                        format!(":{label:03} stands twice"),
+                        format!(":{label:03} is here twice"),
                         "give one of them another number",
                     );
                     let before = self.span(first);
-                    self.found.push(fail.label(before, "here it stands first"));
+                    self.found.push(fail.label(before, "it is here first"));
                 }
                 None => {}
             }
@@ -271,7 +271,7 @@ impl Checker<'_> {
             return;
         }
         let message = format!("the program could run into the texts of :{label}");
-        let help = "before them must stand Gnnn, R, J0, J1, J2 or the `$` of other texts";
+        let help = "put Gnnn, R, J0, J1, J2 or the `$` of other texts in front of them";
         self.error(74, self.span(at), message, help);
     }
 
@@ -346,9 +346,9 @@ impl Checker<'_> {
     fn returns(&mut self) {
         // The texts are constants, since there may be half a million such R.
         let texts = [
-            ("R stands in module :000, before its J0", "outside a call this R ends module :000"),
-            ("R stands in module :001, before its J1", "outside a call this R ends module :001"),
-            ("R stands in module :002, before its J2", "outside a call this R ends module :002"),
+            ("R is in module :000, before its J0", "outside a call this R ends module :000"),
+            ("R is in module :001, before its J1", "outside a call this R ends module :001"),
+            ("R is in module :002, before its J2", "outside a call this R ends module :002"),
         ];
         let helps = [
             "jump to a label before J0 instead",

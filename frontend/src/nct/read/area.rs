@@ -33,7 +33,7 @@ impl Parser<'_> {
         if !self.cursor.eat(last) {
             let found = self.cursor.peek();
             let message =
-                format!("{} can't stand here: only {name} begins like this", shown(found));
+                format!("{} is not allowed here: only {name} begins like this", shown(found));
             return Err(refuse(&mut self.cursor, |cursor| {
                 error(number, cursor.span_from(start), message, format!("write {name}nnn"))
             }));

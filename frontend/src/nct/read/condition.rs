@@ -81,7 +81,7 @@ impl Parser<'_> {
         let found = self.cursor.peek();
         refuse(&mut self.cursor, |cursor| {
             let message = format!("{} can't follow N", shown(found));
-            let help = "N stands before a test (I Y V P F Q T H M) or before L or S";
+            let help = "N is written before a test (I Y V P F Q T H M) or before L or S";
             error(13, cursor.span_from(start), message, help)
         })
     }

@@ -124,12 +124,12 @@ impl Parser<'_> {
         let foreign = found
             .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
         let number = if foreign { 44 } else { 62 };
-        let message = format!("{} can't stand here", shown(found));
+        let message = format!("{} is not allowed here", shown(found));
         let span = self.cursor.span_here();
         if foreign {
             self.cursor.bump();
         }
-        error(number, span, message, format!("{wanted} must stand here"))
+        error(number, span, message, format!("{wanted} must be here"))
     }
 
     /// Skips the rest of a parenthesis or bracket in which `fail` was found, up to where it is

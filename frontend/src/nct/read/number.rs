@@ -81,7 +81,7 @@ fn too_few(cursor: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digit
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };
-    let message = format!("{count} digit{s} must stand here, not {}", shown(cursor.peek()));
+    let message = format!("{count} digit{s} must be here, not {}", shown(cursor.peek()));
     let help = match cursor.peek() {
         Some('O') => "this is the letter O; a zero was probably meant".into(),
         Some('I' | 'l') => "this is a letter; a one was probably meant".into(),
@@ -106,7 +106,7 @@ pub(crate) fn decimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
         return Err(error(
             19,
             cursor.span_from(start),
-            format!("a decimal number must stand here, not {}", shown(cursor.peek())),
+            format!("a decimal number must be here, not {}", shown(cursor.peek())),
             "write a number from 0 to 65535, or `.` and a hexadecimal one",
         ));
     }

@@ -193,11 +193,11 @@ impl Parser<'_> {
             } else {
                 "remove it, or make it a comment with `;`".to_owned()
             };
-            return error(44, span, format!("`{first}` is no character of the language"), help);
+            return error(44, span, format!("`{first}` is not a character of the language"), help);
         }
         let help = match first {
             '0'..='9' => {
-                "a number stands after a letter, `,` or `.`; the letter may be missing, \
+                "a number follows a letter, `,` or `.`; the letter may be missing, \
                           or I and O written as 1 and 0"
             }
             ')' | ']' => "no parenthesis or bracket is open here",

@@ -51,14 +51,12 @@ fn name(row: &Row<'static>) -> Result<Name, TsvError> {
     let name = row.text("name")?;
     let parsed = name.parse::<NctName>().ok().filter(|parsed| parsed.to_string() == name);
     let Some(parsed) = parsed else {
-        return Err(row.error("name", format!("`{name}` is no variable as programs are listed")));
+        return Err(row.error("name", format!("`{name}` is not a variable as programs are listed")));
     };
     let section = row.text("section")?;
     let expected = kind('I', parsed).1;
     if section != expected {
-        return Err(
-            row.error("section", format!("`{name}` stands in {expected}, not in {section}"))
-        );
+        return Err(row.error("section", format!("`{name}` is in {expected}, not in {section}")));
     }
     let kind = row.word("kind", &KINDS.map(|kind| (kind, kind)))?;
     Ok(Name { name, kind, meaning: row.text("meaning")?, section })
@@ -265,11 +263,11 @@ mod tests {
     #[test]
     fn a_wrong_row_is_named() {
         for (rows, message) in [
-            ("F40\ttimer\tx\t2.3", "2: name: `F40` is no variable as programs are listed"),
-            ("T00\ttimer\tx\t2.4.3", "2: section: `T00` stands in 2.4.2, not in 2.4.3"),
-            ("T00\tclock\tx\t2.4.2", "2: kind: `clock` is none of: constant, counter"),
+            ("F40\ttimer\tx\t2.3", "2: name: `F40` is not a variable as programs are listed"),
+            ("T00\ttimer\tx\t2.4.3", "2: section: `T00` is in 2.4.2, not in 2.4.3"),
+            ("T00\tclock\tx\t2.4.2", "2: kind: `clock` is not one of: constant, counter"),
             ("T00\ttimer\t\t2.4.2", "2: meaning: the cell is empty"),
-            ("T01\ttimer\tx\t2.4.2\nT00\ttimer\tx\t2.4.2", "3: name: `T00` stands after `T01`"),
+            ("T01\ttimer\tx\t2.4.2\nT00\ttimer\tx\t2.4.2", "3: name: `T00` comes after `T01`"),
         ] {
             let table = format!("{}\n{rows}\n", COLUMNS.join("\t"));
             let error = load(table.leak()).unwrap_err().to_string();

@@ -13,7 +13,7 @@ impl Reader<'_> {
         self.cur.blanks();
         let at = self.cur.next_word();
         let Some((word, _)) = words::find(self.cur, BUFFER) else {
-            let what = format!("`{}` is no buffer that can be defined", self.cur.text_at(at));
+            let what = format!("`{}` is not a buffer that can be defined", self.cur.text_at(at));
             return syntax_help(at, what, "GATHER, ROTARY, TBUF, UBUFFER, COMP…");
         };
         *table = word.spelling.ends_with("COMP");

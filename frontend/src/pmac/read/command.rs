@@ -45,7 +45,7 @@ impl DownloadReader<'_> {
             self.tell(at, |span| {
                 let message = format!("defined names are replaced in this command: `{replaced}`");
                 Diagnostic::standalone_note("PMAC-N2", span, message)
-                    .note("without that the text is no command; in other texts in quotes, names are not replaced")
+                    .note("without that the text is not a command; in other texts in quotes, names are not replaced")
             });
             (text, actions) = (replaced, Ok(found));
         }

@@ -186,7 +186,7 @@ impl<'a> Cursor<'a> {
             return Err(ParseError {
                 code: "PMAC-4",
                 at: TextRange::new(self.pos, self.pos + c.len_utf8()),
-                message: format!("`{c}` is no character of this language").into(),
+                message: format!("`{c}` is not a character of this language").into(),
                 help: Some("only texts in quotes and comments may hold it".into()),
             });
         }

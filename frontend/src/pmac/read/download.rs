@@ -267,7 +267,7 @@ impl DownloadReader<'_> {
                 match else_if {
                     Some(place) => diagnostic
                         .label(place, "this IF after ELSE needs an ENDIF of its own")
-                        .help("there is no ELSEIF: end each IF that stands after an ELSE"),
+                        .help("there is no ELSEIF: end each IF that follows an ELSE"),
                     None => diagnostic.help("each IF needs its ENDIF, each WHILE its ENDWHILE"),
                 }
             });

@@ -342,9 +342,9 @@ impl<'a> Reader<'a> {
             let help = match (byte, self.cur.byte_at(1)) {
                 (b'&', _) => "conditions are joined with AND",
                 (b'|', _) => "conditions are joined with OR",
-                (b'!', _) => "`!` stands in comparators: != !> !< !~",
+                (b'!', _) => "`!` is part of comparators: != !> !< !~",
                 (b'P' | b'Q' | b'M' | b'I' | b'p' | b'q' | b'm' | b'i', b'[') => {
-                    "the number of an indirect variable stands in parentheses: P(P1+5)"
+                    "the number of an indirect variable is in parentheses: P(P1+5)"
                 }
                 _ => return self.cur.expected("a value"),
             };
@@ -413,7 +413,7 @@ impl<'a> Reader<'a> {
                 Some(truth) if truth == wants => {}
                 _ if wants => {
                     let help = "compare both sides with something: (P1!=0)";
-                    return syntax_help(at, "AND and OR stand between conditions", help);
+                    return syntax_help(at, "AND and OR join conditions", help);
                 }
                 _ => {
                     let help = "put each comparison on its own, joined with AND or OR";
@@ -477,10 +477,10 @@ impl<'a> Reader<'a> {
         if matches!((byte, next), (b'<' | b'>' | b'=', b'=') | (b'<', b'>')) {
             let at = TextRange::new(start, start + 2);
             let (message, help) = match (byte, next) {
-                (b'<', b'=') => ("`<=` is no comparator", "less or equal is `!>`"),
-                (b'>', b'=') => ("`>=` is no comparator", "greater or equal is `!<`"),
-                (b'<', _) => ("`<>` is no comparator", "not equal is `!=`"),
-                _ => ("`==` is no comparator", "equal is `=`"),
+                (b'<', b'=') => ("`<=` is not a comparator", "less or equal is `!>`"),
+                (b'>', b'=') => ("`>=` is not a comparator", "greater or equal is `!<`"),
+                (b'<', _) => ("`<>` is not a comparator", "not equal is `!=`"),
+                _ => ("`==` is not a comparator", "equal is `=`"),
             };
             return syntax_help(at, message, help);
         }

@@ -218,7 +218,7 @@ impl Reader<'_> {
             code: "PMAC-5",
             at,
             message: format!("`{what}` is for programs, and no buffer is open").into(),
-            help: Some("open one with OPEN PLC n CLEAR; a CLOSE may stand too early".into()),
+            help: Some("open one with OPEN PLC n CLEAR; a CLOSE may come too early".into()),
         })
     }
 

@@ -122,7 +122,7 @@ fn comment(site: &ErrorSite<'_>) -> Option<Explanation> {
         "REM" | "Rem" | "rem" if first => at,
         _ => return None,
     };
-    explanation(format!("`{sign}` begins no comment"), COMMENT)
+    explanation(format!("`{sign}` does not begin a comment"), COMMENT)
 }
 
 /// Whether a line's beginning ends with a word such as SEND, which a text in quotes follows.
@@ -162,7 +162,7 @@ fn number(site: &ErrorSite<'_>) -> Option<Explanation> {
     };
     let letter = |c: char| c.is_ascii_alphabetic() && !c.is_ascii_hexdigit();
     if at == "$" && after.starts_with(letter) {
-        return help("after `$` stand hexadecimal digits, 0 to 9 and A to F");
+        return help("hexadecimal digits follow `$`, 0 to 9 and A to F");
     }
     if at == "#" {
         let base = before.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -205,7 +205,7 @@ fn brace(site: &ErrorSite<'_>) -> Option<Explanation> {
         return None;
     }
     explanation(
-        format!("`{sign}` does not stand around statements"),
+        format!("`{sign}` does not enclose statements"),
         "an IF ends with ENDIF, a WHILE with ENDWHILE, a program with CLOSE",
     )
 }
@@ -221,13 +221,13 @@ fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
             let Some(rest) = rest.strip_prefix(sign) else { continue };
             if rest.starts_with('=') {
                 return explanation(
-                    format!("`{sign}=` is no assignment"),
+                    format!("`{sign}=` is not an assignment"),
                     format!("write {at}={at}{sign}…"),
                 );
             }
             if rest.starts_with(sign) {
                 return explanation(
-                    format!("`{sign}{sign}` is no assignment"),
+                    format!("`{sign}{sign}` is not an assignment"),
                     format!("write {at}={at}{sign}1"),
                 );
             }
@@ -243,7 +243,7 @@ fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
         {
             let bit: String = bit.chars().take_while(char::is_ascii_digit).collect();
             return explanation(
-                format!("`{at}.{bit}` is no bit"),
+                format!("`{at}.{bit}` is not a bit"),
                 format!("a bit is an M-variable of its own: M100->Y:$FFC2,{bit}"),
             );
         }
@@ -251,7 +251,7 @@ fn assignment(site: &ErrorSite<'_>) -> Option<Explanation> {
     let colon = (variable || at == ":") && [at, rest].concat().contains(":=");
     let name = if variable { at } else { before.trim().trim_end_matches('=') };
     if colon && is_variable(name) && (rest.starts_with(":=") || at == ":") {
-        return explanation("`:=` is no assignment", format!("write {name}=…"));
+        return explanation("`:=` is not an assignment", format!("write {name}=…"));
     }
     if at != "=" {
         return None;
@@ -334,7 +334,7 @@ fn undefined_name(site: &ErrorSite<'_>, error: &mut ParseError) -> Option<String
 fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
     let Surroundings { before, at, after } = site.around;
     if is_variable(at) && after.trim_start().starts_with("->") {
-        return help("M-variables stand for parts of the memory: M1->Y:$FFC2,8");
+        return help("M-variables are parts of the memory: M1->Y:$FFC2,8");
     }
     let arrow = before.contains("->");
     if arrow && before.trim_end().ends_with("->") && at.len() == 1 {
@@ -365,7 +365,7 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
         && is_hexadecimal(digits)
     {
         return explanation(
-            format!("`{written}` is no address"),
+            format!("`{written}` is not an address"),
             format!("hexadecimal numbers are written ${digits}"),
         );
     }
@@ -373,14 +373,14 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
         return help("an address is a number without parentheses: M1->Y:$FFC2,8");
     }
     if after.starts_with('.') && glued.is_empty() {
-        return help("a comma stands between address and bit: M1->Y:$FFC2,8");
+        return help("a comma separates address and bit: M1->Y:$FFC2,8");
     }
     if name.is_empty() || at.contains(':') && glued.is_empty() {
         return None;
     }
     if !written.starts_with('$') && !before.ends_with('$') && is_hexadecimal(name) {
         return explanation(
-            format!("`{written}` is no decimal number"),
+            format!("`{written}` is not a decimal number"),
             format!("hexadecimal numbers are written ${name}"),
         );
     }
@@ -407,11 +407,8 @@ fn quotes(site: &ErrorSite<'_>) -> Option<Explanation> {
     }
     let inner = rest.trim_matches('\'');
     let statement = before.trim();
-    let message = if rest.starts_with('\'') {
-        "a text stands between double quotes"
-    } else {
-        "a text stands between quotes"
-    };
+    let message =
+        if rest.starts_with('\'') { "a text is in double quotes" } else { "a text is in quotes" };
     explanation(message, format!("write {statement}\"{inner}\""))
 }
 

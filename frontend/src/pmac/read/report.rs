@@ -86,7 +86,7 @@ impl DownloadReader<'_> {
         let word = near(what).or_else(|| near(whole))?;
         let help = if word.eq_ignore_ascii_case(what) {
             format!(
-                "{word} can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
+                "{word} is not allowed here: statements belong in buffers, and there COMMAND\"…\" gives \
                  on-line commands"
             )
         } else {

@@ -67,7 +67,7 @@ impl DownloadReader<'_> {
             Keyword::And | Keyword::Or if self.reader.cur.peek() == b'(' => {
                 self.reader.cur = before;
                 let at = self.reader.cur.next_word();
-                let message = format!("{} stands after no IF or WHILE", word.spelling);
+                let message = format!("{} follows neither an IF nor a WHILE", word.spelling);
                 syntax_help(at, message, "it follows the condition it belongs to")
             }
             // These functions read the word themselves.

@@ -153,7 +153,7 @@ impl DownloadReader<'_> {
                 if let Some(open) = &mut self.open {
                     open.frames.push(frame);
                 }
-                self.misplaced(start, "this ENDIF stands in a WHILE whose ENDWHILE is missing");
+                self.misplaced(start, "this ENDIF is in a WHILE whose ENDWHILE is missing");
             }
             None => self.misplaced(start, "this ENDIF has no IF"),
         }
@@ -171,7 +171,7 @@ impl DownloadReader<'_> {
                 if let Some(open) = &mut self.open {
                     open.frames.push(frame);
                 }
-                self.misplaced(start, "this ENDWHILE stands in an IF whose ENDIF is missing");
+                self.misplaced(start, "this ENDWHILE is in an IF whose ENDIF is missing");
             }
             None => self.misplaced(start, "this ENDWHILE has no WHILE"),
         }

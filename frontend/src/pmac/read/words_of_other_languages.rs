@@ -23,18 +23,20 @@ pub(super) fn directive(site: &ErrorSite<'_>) -> Option<Explanation> {
     if with_sign {
         return match name.as_str() {
             "if" | "elif" | "elseif" => explanation(
-                format!("`#{name}` is no directive"),
+                format!("`#{name}` is not a directive"),
                 "there are #ifdef and #ifndef, #else, #endif",
             ),
-            "def" | "defin" | "defines" | "defined" | "defien" | "deifne" => {
-                explanation(format!("`#{name}` is no directive"), format!("write #define {rest}"))
-            }
-            "inc" | "includ" | "inlcude" | "import" | "using" => {
-                explanation(format!("`#{name}` is no directive"), format!("write #include {rest}"))
-            }
+            "def" | "defin" | "defines" | "defined" | "defien" | "deifne" => explanation(
+                format!("`#{name}` is not a directive"),
+                format!("write #define {rest}"),
+            ),
+            "inc" | "includ" | "inlcude" | "import" | "using" => explanation(
+                format!("`#{name}` is not a directive"),
+                format!("write #include {rest}"),
+            ),
             glued if glued.starts_with("define") && glued.len() > "define".len() => explanation(
-                format!("`{first}` is no directive"),
-                "a blank stands between #define and the name",
+                format!("`{first}` is not a directive"),
+                "put a blank between #define and the name",
             ),
             _ => None,
         };
@@ -57,7 +59,7 @@ pub(super) fn function(site: &ErrorSite<'_>) -> Option<Explanation> {
     let after = site.after.trim_start();
     let inside = site.before.to_ascii_uppercase();
     if site.around.at == "," && inside.contains("ATAN2(") {
-        return help("write Q0=COSINE P1=ATAN2(SINE): the second value stands in Q0");
+        return help("write Q0=COSINE P1=ATAN2(SINE): the second value is in Q0");
     }
     if !after.starts_with('(') {
         if site.begins_line() {
@@ -72,7 +74,7 @@ pub(super) fn function(site: &ErrorSite<'_>) -> Option<Explanation> {
             digits.to_owned()
         };
         let value = if value.is_empty() { "…".to_owned() } else { value };
-        let message = format!("the value of {} stands in parentheses", known.0);
+        let message = format!("the value of {} is in parentheses", known.0);
         return explanation(message, format!("write {}({value})", known.0));
     }
     if word == "NOT" {
@@ -95,7 +97,7 @@ pub(super) fn operand(site: &ErrorSite<'_>) -> Option<Explanation> {
     if !(word == "XOR" && condition)
         && let Some(help) = HABITS.help("operator", &word)
     {
-        return explanation(format!("{word} is no operator"), help);
+        return explanation(format!("{word} is not an operator"), help);
     }
     match word.as_str() {
         "NOT" => explanation("there is no NOT", "write the opposite comparison: (P1!=0), (P1=0)"),
@@ -111,7 +113,7 @@ pub(super) fn operand(site: &ErrorSite<'_>) -> Option<Explanation> {
         }
         _ => match site.around.at {
             "!" if site.before.trim_end().ends_with('=') => help(
-                "the opposite of a bit is 1-M1 or M1^1; `!` stands in comparators: != !> !< !~",
+                "the opposite of a bit is 1-M1 or M1^1; `!` is part of comparators: != !> !< !~",
             ),
             "(" | "" => None,
             at if at.starts_with('(') && at.contains(['<', '>', '=']) && !at.contains("==") => {
@@ -151,7 +153,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         let compares = condition.contains(['=', '<', '>']) && !condition.contains(['(', ')']);
         let condition = if compares { condition.replace("==", "=") } else { "P1=1".to_owned() };
         let word = before.trim();
-        return help(format!("a condition stands in parentheses: {word} ({condition})"));
+        return help(format!("a condition is in parentheses: {word} ({condition})"));
     }
     let in_expression = before.trim_end().ends_with(|c: char| "=+-*/(<>&|^%".contains(c));
     if in_expression && at != "," || before.contains("->") {
@@ -161,7 +163,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
     let in_index = index.ends_with(|c: char| "PQMIpqmi".contains(c));
     let ends_line = after.trim().is_empty();
     let no_word =
-        |help: &str| explanation(format!("`{}` is no statement of a PLC", site.word), help);
+        |help: &str| explanation(format!("`{}` is not a statement of a PLC", site.word), help);
     let first = site.begins_line();
     let blank = after.starts_with(' ');
     let is_instruction = first
@@ -195,7 +197,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         "LINEAR" | "RAPID" | "X" | "Y" | "Z" | "G" | "F" | "T"
             if letters != word || word.len() > 1 =>
         {
-            help("moves stand in motion programs; a PLC starts one with COMMAND\"&1B1R\"")
+            help("moves belong in motion programs; a PLC starts one with COMMAND\"&1B1R\"")
         }
         "ENABLE" | "DISABLE" | "ENA" | "DIS" => {
             let number: String = after.trim().chars().take_while(char::is_ascii_digit).collect();
@@ -232,7 +234,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
             (brackets || rest.starts_with(['=', '-', '+'])).then(|| help(what))?
         }
         "M" if at == site.word && *code == "PMAC-3" && site.begins_line() && ends_line => {
-            help(format!("{at}=1 switches the variable on; M codes stand in motion programs"))
+            help(format!("{at}=1 switches the variable on; M codes belong in motion programs"))
         }
         _ if at == "#" && site.around.after.starts_with(|c: char| c.is_ascii_digit()) => {
             let command = site.around.after.split_whitespace().next().unwrap_or("");

@@ -128,10 +128,10 @@ impl IVariable {
             .ok_or_else(|| row.error("name", format!("`{name}` names no I-variables")))?;
         let range_text = row.text("range")?;
         let range = parse_range(range_text)
-            .ok_or_else(|| row.error("range", format!("`{range_text}` is no range")))?;
+            .ok_or_else(|| row.error("range", format!("`{range_text}` is not a range")))?;
         let defaults = row.text("default")?;
         let defaults = defaults.split('/').map(number).collect::<Option<Vec<f64>>>();
-        let defaults = defaults.ok_or_else(|| row.error("default", "a default is no number"))?;
+        let defaults = defaults.ok_or_else(|| row.error("default", "a default is not a number"))?;
         let controllers =
             [("both", (true, true)), ("pmac", (true, false)), ("turbo", (false, true))];
         let (pmac, turbo) = row.word("controller", &controllers)?;

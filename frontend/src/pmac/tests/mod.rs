@@ -299,13 +299,13 @@ fn misspelt_words_get_a_suggestion() {
         ),
         (
             "SAVE",
-            "SAVE can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
+            "SAVE is not allowed here: statements belong in buffers, and there COMMAND\"…\" gives \
              on-line commands",
         ),
         ("IF (P1=1 && P2=1) ENDIF", "conditions are joined with AND"),
         ("IF (P1=1 || P2=1) ENDIF", "conditions are joined with OR"),
-        ("IF (!(P1=1)) ENDIF", "`!` stands in comparators: != !> !< !~"),
-        ("P1=P[5]", "the number of an indirect variable stands in parentheses: P(P1+5)"),
+        ("IF (!(P1=1)) ENDIF", "`!` is part of comparators: != !> !< !~"),
+        ("P1=P[5]", "the number of an indirect variable is in parentheses: P(P1+5)"),
         ("P1=1E5", "write its digits out"),
         ("P1=1.5e-3", "write its digits out"),
     ] {

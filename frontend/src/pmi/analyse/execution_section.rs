@@ -300,7 +300,7 @@ impl<'a> ExecutionSection<'a> {
     /// The error of an ELSEIF, ELSE or ENDIF that has no IF or is after an ELSE.
     fn misplaced(&self, span: Span, word: &str) -> Result {
         let problem = match self.open_ifs.last() {
-            Some(open_if) => error(39, span, format!("{word} stands after ELSE"))
+            Some(open_if) => error(39, span, format!("{word} comes after ELSE"))
                 .label(open_if.span, "of this IF")
                 .help("ELSE is the last part of an IF"),
             None => error(39, span, format!("{word} has no IF"))
@@ -387,7 +387,7 @@ impl<'a> ExecutionSection<'a> {
             Some((Meaning::Label(Some(_)), at)) => {
                 let problem = error(47, span, format!("{name} does not come later in the program"));
                 let problem = match at {
-                    Some(at) => problem.label(at, "it stands here"),
+                    Some(at) => problem.label(at, "it is here"),
                     None => problem,
                 };
                 return Err(problem.help("a GOTO goes forward only; a scan ends by itself").into());

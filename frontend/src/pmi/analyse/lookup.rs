@@ -34,7 +34,7 @@ pub(crate) fn resolve(
         return Ok(None);
     }
     let problem = match (indexed, symbol.elements) {
-        (true, None) => error(35, span, format!("{name} is no array"))
+        (true, None) => error(35, span, format!("{name} is not an array"))
             .help("remove the brackets, or declare it with a number of elements"),
         (false, Some(count)) => error(36, span, format!("{name} is an array"))
             .help(format!("name one of its elements, {name}[0] to {name}[{}]", count.max(1) - 1)),

@@ -33,7 +33,7 @@ pub(super) fn delay(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     } else {
         format!("{milliseconds} ms are {units} units of 20 ms: write {rounded}")
     };
-    explanation(format!("`{written}` is no delay: a delay is a number of units of 20 ms"), what)
+    explanation(format!("`{written}` is not a delay: a delay is a number of units of 20 ms"), what)
 }
 
 /// Hexadecimal and binary numbers, numbers with an exponent.
@@ -43,7 +43,7 @@ pub(super) fn other_number(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     }
     let written = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '#' | '$'));
     if let Some(value) = value_of(written) {
-        let message = format!("`{written}` is no number of PMI");
+        let message = format!("`{written}` is not a number of PMI");
         return explanation(message, format!("numbers are decimal: write {value}"));
     }
     after_hash(site)
@@ -83,7 +83,7 @@ fn after_hash(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     let written = site.number_before_hash()?;
     let value = value_of(written)?;
     explanation(
-        format!("`{written}` is no number of PMI: its `#` continues the statement on this line"),
+        format!("`{written}` is not a number of PMI: its `#` continues the statement on this line"),
         format!("numbers are decimal: write {value}"),
     )
 }

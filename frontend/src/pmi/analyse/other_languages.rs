@@ -155,21 +155,21 @@ fn comment(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
             let help = "put each statement on a line of its own; a comment begins with `?`";
             return explanation("`;` neither ends a statement nor begins a comment", help);
         }
-        ";" => return explanation("`;` begins no comment", COMMENT),
+        ";" => return explanation("`;` does not begin a comment", COMMENT),
         "{" | "}"
             if site.cursor.text.get(site.cursor.statement_span().range())?.contains('}')
                 && rest.contains('}') =>
         {
-            return explanation("`{` begins no comment", COMMENT);
+            return explanation("`{` does not begin a comment", COMMENT);
         }
         sign @ ("{" | "}") => {
             let help = "the body of an IF begins on the next line and ends with ENDIF";
-            return explanation(format!("`{sign}` does not stand around the body of an IF"), help);
+            return explanation(format!("`{sign}` does not enclose the body of an IF"), help);
         }
         "'" if rest.contains('\'') && site.section.is_some() => {
             return explanation("`'` begins no text", "put the text between double quotes: \"…\"");
         }
-        "'" => return explanation("`'` begins no comment", COMMENT),
+        "'" => return explanation("`'` does not begin a comment", COMMENT),
         _ => {}
     }
     // Two signs that begin a comment elsewhere. After an operand, `//` would divide by a negation,
@@ -197,7 +197,7 @@ fn comment(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         site.is_glued(first + 1).then_some(signs)
     };
     let signs = (0..=site.at).find_map(begins)?;
-    explanation(format!("`{signs}` begins no comment"), COMMENT)
+    explanation(format!("`{signs}` does not begin a comment"), COMMENT)
 }
 
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones.
@@ -209,8 +209,8 @@ fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanat
         || colon(site.at)
         || site.found() == "=" && site.before() == ":";
     if is_label && named {
-        let message = "`:=` is no sign of PMI: an assignment is written with `=`";
-        return explanation(message, format!("write {name} = …; a colon stands after a label"));
+        let message = "`:=` is not a sign of PMI: an assignment is written with `=`";
+        return explanation(message, format!("write {name} = …; a colon follows a label"));
     }
     // In another statement, `:=` has made a label of this name.
     let made_label = problem.labels().first().is_some_and(|label| {
@@ -235,11 +235,11 @@ fn assignment(site: &ErrorSite<'_, '_>, problem: &Diagnostic) -> Option<Explanat
     };
     if compound {
         let sign = sign.trim_end_matches('=');
-        let message = format!("`{sign}=` is no assignment");
+        let message = format!("`{sign}=` is not an assignment");
         return explanation(message, format!("write {name} = {name} {sign} …"));
     }
     if matches!(sign, "+" | "-") && site.after() == sign {
-        let message = format!("`{sign}{sign}` is no assignment");
+        let message = format!("`{sign}{sign}` is not an assignment");
         return explanation(message, format!("write {name} = {name} {sign} 1"));
     }
     None
@@ -254,10 +254,13 @@ fn symbol(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         Some((signs, help))
     });
     if let Some((sign, help)) = known {
-        return explanation(format!("`{sign}` is no operator"), help);
+        return explanation(format!("`{sign}` is not an operator"), help);
     }
     if site.found() == "!" && site.code == "PMI-34" {
-        return explanation("`!` is OR, and stands between two operands", "NOT is written `/`: /A");
+        return explanation(
+            "`!` is OR, and is written between two operands",
+            "NOT is written `/`: /A",
+        );
     }
     None
 }
@@ -276,9 +279,9 @@ fn keyword(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     }
     let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
     if is_keyword && code == "PMI-10" && site.section.is_some() && site.after() != "=" {
-        let help = "statements stand after $END: write $END on a line of its own in front of the \
+        let help = "statements come after $END: write $END on a line of its own in front of the \
                     first one";
-        return explanation(format!("{first} stands in front of $END"), help);
+        return explanation(format!("{first} is in front of $END"), help);
     }
     let is_if = matches!(first, "IF" | "ELSEIF");
     if is_if && code == "PMI-11" && site.at == 1 {
@@ -293,7 +296,7 @@ fn keyword(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         if site.before() == ")" {
             return help(format!(
                 "write the condition, `{rest}` and ENDIF on lines of their own; one pair of \
-                 parentheses stands around the whole condition"
+                 parentheses encloses the whole condition"
             ));
         }
         return help(format!(
@@ -349,7 +352,7 @@ fn name(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     if ports && site.at == 1 && site.is_glued(1) && matches!(site.code, "PMI-11" | "PMI-30") {
         let whole = site.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
         if whole.contains(['-', '.']) {
-            let message = format!("`{whole}` is no name");
+            let message = format!("`{whole}` is not a name");
             return explanation(message, "a name is a letter and up to five letters and digits");
         }
     }
@@ -362,8 +365,8 @@ fn name(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     let last = match (kind, site.section) {
         ("M", Some(Section::MCode)) => 299,
         ("G", Some(Section::GCode)) => 199,
-        ("M", _) => return help("M codes stand after $MCODE"),
-        ("G", _) => return help("G codes stand after $GCODE"),
+        ("M", _) => return help("M codes are declared after $MCODE"),
+        ("G", _) => return help("G codes are declared after $GCODE"),
         _ => return None,
     };
     (number <= last).then(|| help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
@@ -396,7 +399,7 @@ fn address(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
             let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
             let (port, bit) = digits.split_once('.').filter(|(_, bit)| !bit.is_empty())?;
             explanation(
-                format!("`{written}` is no line of a port"),
+                format!("`{written}` is not a line of a port"),
                 format!("a line is written port/bit: {port}/{bit}"),
             )
         }
@@ -404,7 +407,7 @@ fn address(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         None => {
             let help = "declare a name for the line after $INPUT or $OUTPUT (NAME = port/bit) and \
                         write the name";
-            explanation(format!("the address `{written}` is no operand"), help)
+            explanation(format!("the address `{written}` is not an operand"), help)
         }
     }
 }
@@ -414,7 +417,7 @@ fn index(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
     let array = |index: usize| index.checked_sub(1).map_or("", |index| site.word(index));
     match (site.code, site.found()) {
         ("PMI-36", name) if site.after() == "(" => explanation(
-            format!("the index of {name} stands in parentheses"),
+            format!("the index of {name} is in parentheses"),
             format!("write {name}[…]"),
         ),
         ("PMI-11", "(") if site.at == 1 && site.section.is_none() => {

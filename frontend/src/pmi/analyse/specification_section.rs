@@ -112,8 +112,8 @@ impl<'a> SpecificationSection<'a> {
         let (word, span) = (cursor.slice(*token), cursor.span_of(*token));
         let earlier = self.seen.iter().find(|(seen, _)| *seen == section).map(|&(_, at)| at);
         if let Some(at) = earlier {
-            return Err(error(23, span, format!("{word} stands a second time"))
-                .label(at, "it stands here already")
+            return Err(error(23, span, format!("{word} is here a second time"))
+                .label(at, "it is here already")
                 .help("put all its statements after the first one")
                 .into());
         }

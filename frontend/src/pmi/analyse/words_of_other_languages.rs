@@ -6,13 +6,13 @@ use crate::pmi::read::section::Section;
 
 /// Operators that are words elsewhere.
 pub(super) fn operator(word: &str) -> Option<Explanation> {
-    explanation(format!("`{word}` is no operator"), HABITS.help("operator", word)?)
+    explanation(format!("`{word}` is not an operator"), HABITS.help("operator", word)?)
 }
 
 /// Truth values that are words elsewhere.
 pub(super) fn truth_value(word: &str) -> Option<Explanation> {
     let help = HABITS.help("truth value", word)?;
-    explanation(format!("{word} is no constant and no variable"), help)
+    explanation(format!("{word} is neither a constant nor a variable"), help)
 }
 
 /// A statement that begins with `first`, with `second` after it.

@@ -126,7 +126,7 @@ impl<'a> Cursor<'a> {
                     .help(format!("write it in capitals: {word}{}", short.to_ascii_uppercase()))
             }
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_uppercase()) => {
-                error(5, span, format!("`{short}` stands right after a number"))
+                error(5, span, format!("`{short}` directly follows a number"))
                     .help("a name starts with a letter, and a number has digits only")
             }
             Fault::Extraneous => error(5, span, format!("`{short}` has no meaning here"))
@@ -135,12 +135,12 @@ impl<'a> Cursor<'a> {
                 .help("shorten the name everywhere, or compile with `--limits none`"),
             Fault::Digits => error(28, span, "the number has more than nine digits")
                 .help("a number has at most nine digits; `--limits none` allows more"),
-            Fault::Fraction => error(30, span, format!("`{short}` is no whole number"))
+            Fault::Fraction => error(30, span, format!("`{short}` is not a whole number"))
                 .help("PMI knows whole numbers only; scale the value, and multiply first"),
             Fault::TooLarge => error(30, span, format!("`{short}` does not fit in a LONG"))
                 .help("the largest number is 2147483647"),
             Fault::HashInText => {
-                error(11, span, "`#` stands in a text, where it is taken for a continuation")
+                error(11, span, "`#` is in a text, where it is taken for a continuation")
                     .help("write the text without `#`")
             }
             Fault::OpenText => {

@@ -109,7 +109,7 @@ impl DeclarationReader {
             return Err(cursor.error_here(5, "").into());
         }
         let what = format!("a directive is expected, not {}", cursor.found());
-        let help = "start with $INPUT, $OUTPUT, $INTEGER…; $END stands before the logic";
+        let help = "start with $INPUT, $OUTPUT, $INTEGER…; $END comes before the logic";
         Err(cursor.error_here(3, what).help_if_none(help).into())
     }
 
@@ -137,7 +137,7 @@ impl DeclarationReader {
                      $KEY $MCODE $GCODE $TIMER $FLIPFLOP $AUXAXIS $INCLUDE $END"
                 .to_owned(),
         };
-        let problem = error(1, cursor.span_of(token), format!("`{word}` is no directive"));
+        let problem = error(1, cursor.span_of(token), format!("`{word}` is not a directive"));
         (DeclarationForm::Directive(None), Err(problem.help(help).into()))
     }
 
@@ -239,7 +239,7 @@ fn constant(cursor: &mut Cursor<'_>, ty: Type) -> Result<(i32, Span)> {
             (Kind::Name, "T") if ty == Type::Logical && !negative => 1,
             (Kind::Name, "F") if ty == Type::Logical && !negative => 0,
             (Kind::Name | Kind::Executive | Kind::Text, _) => {
-                let what = format!("{} is no constant of this type", cursor.found());
+                let what = format!("{} is not a constant of this type", cursor.found());
                 return Err(error(30, span, what).help(range_of(ty)).into());
             }
             _ => {
@@ -256,7 +256,7 @@ fn constant(cursor: &mut Cursor<'_>, ty: Type) -> Result<(i32, Span)> {
         Type::Long => (-2_147_483_647..=2_147_483_647).contains(&value),
     };
     if !fits {
-        let what = format!("{value} is no constant of this type");
+        let what = format!("{value} is not a constant of this type");
         return Err(error(30, span, what).help(range_of(ty)).into());
     }
     Ok((value as i32, span))
@@ -391,7 +391,7 @@ fn codes(cursor: &mut Cursor<'_>, letter: char, last: u32, found: &mut Vec<Token
             canonical && digits.parse::<u32>().is_ok_and(|number| number <= last)
         });
         if !valid {
-            return Err(error(24, span, format!("`{name}` is no {letter} code"))
+            return Err(error(24, span, format!("`{name}` is not one of the {letter} codes"))
                 .help(format!("they are @{letter}00 to @{letter}{last}"))
                 .into());
         }
@@ -426,7 +426,7 @@ fn timer(cursor: &mut Cursor<'_>, found: &mut Timer) -> Result {
         Some(("E", _)) => TimerKind::E,
         Some(("D", _)) => TimerKind::D,
         Some((other, _)) => {
-            return Err(error(21, span, format!("`{other}` is no type of timer"))
+            return Err(error(21, span, format!("`{other}` is not a type of timer"))
                 .help("E delays switching on, D switching off: E/TC/DC = 50")
                 .into());
         }
@@ -442,7 +442,7 @@ fn timer(cursor: &mut Cursor<'_>, found: &mut Timer) -> Result {
     expect(cursor, Kind::Eq, "=")?;
     let (preset, span) = number(cursor)?;
     if !(1..=32_767).contains(&preset) {
-        return Err(error(22, span, format!("{preset} is no delay"))
+        return Err(error(22, span, format!("{preset} is not a delay"))
             .help("a delay is 1 to 32767 units of 20 ms")
             .into());
     }

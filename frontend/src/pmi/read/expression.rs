@@ -165,7 +165,7 @@ impl<'p, 'c> ExpressionReader<'p, 'c> {
                     let adjacent = self.unary_names(*at, token);
                     return self.refuse(
                         34,
-                        format!("{adjacent} stand side by side"),
+                        format!("{adjacent} are next to each other"),
                         "put the second one and its operand in parentheses",
                     );
                 }
@@ -188,7 +188,7 @@ impl<'p, 'c> ExpressionReader<'p, 'c> {
             Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {
                 let what = format!("an operand is expected, not {}", self.cursor.found());
-                self.refuse(34, what, "a name, a number, T, F or a parenthesis stands here")
+                self.refuse(34, what, "a name, a number, T, F or a parenthesis is needed here")
             }
         }
     }
@@ -239,7 +239,7 @@ impl<'p, 'c> ExpressionReader<'p, 'c> {
         if RESERVED.contains(&name) && !matches!(name, "T" | "F") {
             return self.refuse(
                 34,
-                format!("{name} stands where an operand is expected"),
+                format!("{name} is where an operand is expected"),
                 "a keyword starts a statement",
             );
         }
@@ -293,11 +293,9 @@ impl<'p, 'c> ExpressionReader<'p, 'c> {
                         self.cursor.at += 1;
                         Ok((false, self.waiting.is_empty() && until == Until::Condition))
                     }
-                    Some(_) => self.refuse(
-                        34,
-                        "`)` stands where `]` is expected",
-                        "close the bracket first",
-                    ),
+                    Some(_) => {
+                        self.refuse(34, "`)` is where `]` is expected", "close the bracket first")
+                    }
                     None => self.refuse(32, "`)` has no `(`", "remove it, or open it further left"),
                 }
             }

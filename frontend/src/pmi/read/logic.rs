@@ -98,8 +98,8 @@ impl<'r, 'c> LogicReader<'r, 'c> {
             Some(Kind::Name | Kind::Executive) => return self.assignment(form),
             Some(Kind::Directive) => (
                 1,
-                format!("{} stands after $END", self.cursor.found()),
-                "directives belong in front of $END; only $INCLUDE may stand here",
+                format!("{} comes after $END", self.cursor.found()),
+                "directives belong in front of $END; only $INCLUDE is allowed here",
             ),
             Some(_) => (
                 9,
@@ -184,7 +184,7 @@ impl<'r, 'c> LogicReader<'r, 'c> {
                 .help("remove it, or open it further left")
                 .into()),
             Some(_) => {
-                let what = format!("{} stands after the condition", self.cursor.found());
+                let what = format!("{} follows the condition", self.cursor.found());
                 let help = "put the whole condition in one pair of parentheses, and statements in \
                             lines of their own";
                 Err(self.cursor.error_here(5, what).help_if_none(help).into())
@@ -198,7 +198,7 @@ impl<'r, 'c> LogicReader<'r, 'c> {
             return Ok(());
         }
         let help = help.unwrap_or("put it on a line of its own");
-        let what = format!("{} stands after {word}", self.cursor.found());
+        let what = format!("{} follows {word}", self.cursor.found());
         Err(self.cursor.error_here(5, what).help_if_none(help).into())
     }
 

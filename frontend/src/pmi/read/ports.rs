@@ -34,7 +34,7 @@ pub(super) fn port_lines(cursor: &mut Cursor<'_>, found: &mut PortLines) -> Resu
             group(cursor, port, low)?
         }
         Some(_) => {
-            let what = format!("{} stands after the line's bit", cursor.found());
+            let what = format!("{} follows the line's bit", cursor.found());
             let help = "a group of bits is written port/bit-bit/type, for instance 2/0-7/BCD";
             return Err(cursor.error_here(5, what).help_if_none(help).into());
         }
@@ -75,7 +75,7 @@ fn group(cursor: &mut Cursor<'_>, port: u16, low: u8) -> Result<Lines> {
         Some(("BCD", _)) => Format::Bcd,
         Some(("TWOC", _)) => Format::TwosComplement,
         Some((other, _)) => {
-            return Err(error(17, span, format!("`{other}` is no type of number"))
+            return Err(error(17, span, format!("`{other}` is not a type of number"))
                 .help("the types are B (binary), BCD and TWOC (two's complement)")
                 .into());
         }

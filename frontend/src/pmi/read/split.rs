@@ -220,7 +220,7 @@ impl Reader<'_> {
         } else if written.is_empty() {
             no_name(all)
         } else if written.contains(['"', '<', '>', '|', '*']) {
-            error(7, name, format!("`{written}` is no file name"))
+            error(7, name, format!("`{written}` is not a file name"))
                 .help("a file name has no quotes and none of < > | *")
         } else if self.budget.is_exceeded() {
             return;

@@ -85,7 +85,9 @@ fn family(row: &Row<'static>) -> Result<Family, TsvError> {
     let members = family.names();
     let ends = (members.first().map(String::as_str), members.last().map(String::as_str));
     if !first.starts_with('@') || ends != (Some(first), Some(last)) {
-        return Err(row.error("name", format!("`{names}` is no variable and no family of them")));
+        return Err(
+            row.error("name", format!("`{names}` is neither a variable nor a family of variables"))
+        );
     }
     Ok(family)
 }
@@ -279,27 +281,27 @@ mod tests {
         let mut seen = std::collections::HashSet::new();
         for name in families.iter().flat_map(Family::names) {
             assert!(name.len() <= 7, "{name}");
-            assert!(seen.insert(name.clone()), "{name} stands twice");
+            assert!(seen.insert(name.clone()), "{name} is there twice");
         }
     }
 
     #[test]
     fn a_wrong_row_is_named() {
         for (row, message) in [
-            ("@A\tbyte\tro\t0\t3.4\tx", "type: `byte` is none of: logical, integer, long"),
-            ("@A\tlong\two\t0\t3.4\tx", "class: `wo` is none of: ro, rw, reset"),
-            ("@A\tlong\tro\t101\t3.4\tx", "elements: `101` is no number from 0 to 100"),
+            ("@A\tbyte\tro\t0\t3.4\tx", "type: `byte` is not one of: logical, integer, long"),
+            ("@A\tlong\two\t0\t3.4\tx", "class: `wo` is not one of: ro, rw, reset"),
+            ("@A\tlong\tro\t101\t3.4\tx", "elements: `101` is not a number from 0 to 100"),
             ("@A\tlong\tro\t1\t3.4\tx", "elements: an array has at least two elements"),
             ("@A\tlong\tro\t0\t\tx", "section: the cell is empty"),
             (
                 "@A1-@B2\tlong\tro\t0\t3.4\tx",
-                "name: `@A1-@B2` is no variable and no family of them",
+                "name: `@A1-@B2` is neither a variable nor a family of variables",
             ),
             (
                 "@A2-@A1\tlong\tro\t0\t3.4\tx",
-                "name: `@A2-@A1` is no variable and no family of them",
+                "name: `@A2-@A1` is neither a variable nor a family of variables",
             ),
-            ("A\tlong\tro\t0\t3.4\tx", "name: `A` is no variable and no family of them"),
+            ("A\tlong\tro\t0\t3.4\tx", "name: `A` is neither a variable nor a family of variables"),
         ] {
             let table = format!("{}\n{row}\n", COLUMNS.join("\t"));
             let error = load(table.leak()).unwrap_err().to_string();

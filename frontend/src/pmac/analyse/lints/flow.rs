@@ -120,7 +120,7 @@ fn program(checked: &mut Checked<'_>, buffer: &Buffer, written: &Written) {
                     {
                         checked.add(next.at, |span| {
                             Diagnostic::warning("PMAC-W11", span, "no scan reaches this statement")
-                                .note("it stands after a WHILE that never ends")
+                                .note("it is after a WHILE that never ends")
                                 .help("give the WHILE a condition that ends it, or take it out")
                         });
                     }
