@@ -67,16 +67,24 @@
 //! read and printed again stays the same.
 //!
 //! Text is read in three steps, a file each: `lex` cuts it into tokens, `grammar` finds its
-//! structure, and `resolve` looks up what its names stand for.
+//! structure, and `resolve` looks up what its names mean. Only tests and fuzzing read text, so all
+//! of this but the printer is behind the feature `text`.
 
+#[cfg(feature = "text")]
 mod error;
+#[cfg(feature = "text")]
 mod grammar;
+#[cfg(feature = "text")]
 mod lex;
+#[cfg(feature = "text")]
 mod parse;
 mod print;
+#[cfg(feature = "text")]
 mod resolve;
 
+#[cfg(feature = "text")]
 pub use error::ParseError;
+#[cfg(feature = "text")]
 pub use parse::parse;
 pub use print::print;
 
