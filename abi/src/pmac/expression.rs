@@ -126,7 +126,9 @@ pub fn binary(op: Bin, a: f64, b: f64) -> f64 {
                     Bin::Or => i | j,
                     Bin::Xor => i ^ j,
                     _ if j > 0 => i.rem_euclid(j),
-                    _ => return by_fixed_point(op, a, b),
+                    Bin::Add | Bin::Sub | Bin::Mul | Bin::Div | Bin::Mod => {
+                        return by_fixed_point(op, a, b);
+                    }
                 }),
                 _ => by_fixed_point(op, a, b),
             }
@@ -141,7 +143,7 @@ fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
         Bin::And => arithmetic::and(a, b),
         Bin::Or => arithmetic::or(a, b),
         Bin::Xor => arithmetic::xor(a, b),
-        _ => arithmetic::modulo(a, b),
+        Bin::Add | Bin::Sub | Bin::Mul | Bin::Div | Bin::Mod => arithmetic::modulo(a, b),
     }
 }
 

@@ -70,7 +70,27 @@ impl Program {
                 Op::Call(label) => points.extend(self.target(label)),
                 Op::GotoIndirect(_) => points.extend(self.indirect_targets().filter(back)),
                 Op::CallIndirect(_) => points.extend(self.indirect_targets()),
-                _ => {}
+                Op::Set(_)
+                | Op::Clear(_)
+                | Op::Count { .. }
+                | Op::Load(_)
+                | Op::Store { .. }
+                | Op::Arith { .. }
+                | Op::Update { .. }
+                | Op::Shift { .. }
+                | Op::Bin
+                | Op::Bcd
+                | Op::Push(_)
+                | Op::Apply { .. }
+                | Op::If { .. }
+                | Op::Else { .. }
+                | Op::EndIf
+                | Op::Label(_)
+                | Op::Return
+                | Op::End(_)
+                | Op::Area { .. }
+                | Op::Text
+                | Op::Bad { .. } => {}
             }
         }
         points.sort_unstable();

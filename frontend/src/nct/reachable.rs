@@ -74,7 +74,23 @@ fn statements_from(program: &Program, entry: usize) -> Vec<usize> {
             Op::Call(label) => open.extend(program.target(label).into_iter().chain([next])),
             Op::CallIndirect(_) => open.extend(program.indirect_targets().chain([next])),
             Op::Return | Op::End(_) => {}
-            _ => open.push(next),
+            Op::Set(_)
+            | Op::Clear(_)
+            | Op::Count { .. }
+            | Op::Load(_)
+            | Op::Store { .. }
+            | Op::Arith { .. }
+            | Op::Update { .. }
+            | Op::Shift { .. }
+            | Op::Bin
+            | Op::Bcd
+            | Op::Push(_)
+            | Op::Apply { .. }
+            | Op::EndIf
+            | Op::Label(_)
+            | Op::Area { .. }
+            | Op::Text
+            | Op::Bad { .. } => open.push(next),
         }
     }
     is_reached.iter().enumerate().filter(|(_, reached)| **reached).map(|(at, _)| at).collect()

@@ -16,7 +16,16 @@ fn parts(download: &Download, stmt: &Stmt) -> Option<(Option<(Kind, u16)>, Expr)
         _ if stmt.integer => return None,
         StmtKind::Assign(Target::Var(kind, number), value) => (Some((kind, number)), value),
         StmtKind::If(condition, _) | StmtKind::While(condition, _) => (None, condition),
-        _ => return None,
+        StmtKind::Assign(..)
+        | StmtKind::Jump(_)
+        | StmtKind::EndWhile(_)
+        | StmtKind::Plc(..)
+        | StmtKind::Address(..)
+        | StmtKind::AddressBy(..)
+        | StmtKind::Text(..)
+        | StmtKind::Define(_)
+        | StmtKind::Word(..)
+        | StmtKind::Save => return None,
     };
     let mut names_m = false;
     for_each_named_m(download, std::slice::from_ref(stmt), &mut |_| names_m = true);

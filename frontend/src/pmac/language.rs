@@ -88,7 +88,7 @@ impl Language for Pmac {
     fn listing_comments(&self, tables: &Tables) -> Vec<String> {
         match tables {
             Tables::Pmac(tables) => super::reference::listing_comments::listing_comments(tables),
-            _ => Vec::new(),
+            Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
         }
     }
 }
@@ -123,7 +123,17 @@ impl CheckedProgram for Program {
     fn statements(&self) -> Vec<Option<Span>> {
         let place = |stmt: &Stmt| match stmt.kind {
             StmtKind::Jump(_) => None,
-            _ => Some(self.download.origins.place(stmt.at).0),
+            StmtKind::Assign(..)
+            | StmtKind::If(..)
+            | StmtKind::While(..)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::AddressBy(..)
+            | StmtKind::Text(..)
+            | StmtKind::Define(_)
+            | StmtKind::Word(..)
+            | StmtKind::Save => Some(self.download.origins.place(stmt.at).0),
         };
         let tasks = tasks(&self.download, &self.loaded);
         tasks.iter().flat_map(|(_, code)| code.iter().map(place)).collect()

@@ -64,7 +64,12 @@ impl Assigned {
                     }
                 }
             }
-            _ => {}
+            Action::Defaults(..)
+            | Action::Define(..)
+            | Action::Plc(..)
+            | Action::System(_)
+            | Action::Save
+            | Action::DeletePlcc(_) => {}
         }
     }
 }
@@ -84,7 +89,16 @@ pub(super) fn outputs<'a>(
         match stmt.kind {
             StmtKind::Assign(target, _) => assigned.target(target),
             StmtKind::Word(space, address, _) => assigned.word(space, address),
-            _ => {}
+            StmtKind::If(..)
+            | StmtKind::Jump(_)
+            | StmtKind::While(..)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::AddressBy(..)
+            | StmtKind::Text(..)
+            | StmtKind::Define(_)
+            | StmtKind::Save => {}
         }
     }
     let layout = &loaded.layout;

@@ -69,7 +69,7 @@ impl<O: Observer> Run<'_, O> {
                     match gate {
                         Arith::And => a & b,
                         Arith::Or => a | b,
-                        _ => a ^ b,
+                        Arith::Add | Arith::Sub | Arith::Mul | Arith::Div | Arith::Xor => a ^ b,
                     }
                 }
                 None => false,
@@ -178,7 +178,7 @@ impl<O: Observer> Run<'_, O> {
                         Arith::And => (old & with, None),
                         Arith::Or => (old | with, None),
                         Arith::Xor => (old ^ with, None),
-                        _ => {
+                        Arith::Add | Arith::Sub | Arith::Mul | Arith::Div => {
                             let (value, carry) = sum(op, old, with);
                             (value, Some(carry))
                         }

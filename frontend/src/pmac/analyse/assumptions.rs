@@ -73,7 +73,15 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
                     mark(number);
                 }
             }
-            _ => {}
+            StmtKind::If(..)
+            | StmtKind::Jump(_)
+            | StmtKind::While(..)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::AddressBy(..)
+            | StmtKind::Text(..)
+            | StmtKind::Save => {}
         }
     }
 }

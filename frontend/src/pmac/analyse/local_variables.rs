@@ -46,7 +46,16 @@ fn is_integer(kind: &StmtKind, ops: &[Op], with_point: &[usize]) -> bool {
             (*expr, true)
         }
         StmtKind::If(expr, _) | StmtKind::While(expr, _) => (*expr, false),
-        _ => return false,
+        StmtKind::Assign(..)
+        | StmtKind::Jump(_)
+        | StmtKind::EndWhile(_)
+        | StmtKind::Plc(..)
+        | StmtKind::Address(..)
+        | StmtKind::AddressBy(..)
+        | StmtKind::Text(..)
+        | StmtKind::Define(_)
+        | StmtKind::Word(..)
+        | StmtKind::Save => return false,
     };
     let start = expr.start as usize;
     let ops = ops.get(start..start + expr.len as usize).unwrap_or(&[]);

@@ -30,7 +30,9 @@ pub(super) fn binary(op: Bin, left: f64, right: f64) -> f64 {
                 Bin::Or => f64::from(i | j),
                 Bin::Xor => f64::from(i ^ j),
                 _ if j > 0 => f64::from(i.rem_euclid(j)),
-                _ => arithmetic::modulo(left, right),
+                Bin::Add | Bin::Sub | Bin::Mul | Bin::Div | Bin::Mod => {
+                    arithmetic::modulo(left, right)
+                }
             }
         }
     }

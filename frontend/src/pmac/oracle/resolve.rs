@@ -188,7 +188,13 @@ impl<'a> Resolver<'a> {
         let range = append(self.download.ops(expr), &mut operations, |op| match op {
             Op::Const(value) => Some(Operand::Constant(value)),
             Op::Var(kind, number) => Some(self.variable(kind, number)),
-            _ => None,
+            Op::Indirect(_)
+            | Op::Neg
+            | Op::Bin(_)
+            | Op::Call(_)
+            | Op::Cmp(_)
+            | Op::Both
+            | Op::Either => None,
         });
         self.tables.operations = operations;
         range
@@ -199,7 +205,13 @@ impl<'a> Resolver<'a> {
         let range = append(self.download.ops(expr), &mut operations, |op| match op {
             Op::Const(value) => Some(IntegerOperand::Constant(value as i32)),
             Op::Var(_, number) => Some(self.l_operand(number)),
-            _ => None,
+            Op::Indirect(_)
+            | Op::Neg
+            | Op::Bin(_)
+            | Op::Call(_)
+            | Op::Cmp(_)
+            | Op::Both
+            | Op::Either => None,
         });
         self.tables.integer_operations = operations;
         range

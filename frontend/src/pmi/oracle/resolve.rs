@@ -70,11 +70,18 @@ impl<'a> Resolver<'a> {
         let scalar = |op: &Op| match *op {
             Op::LoadAt(id, index) => location(checked, layout, id, index),
             Op::Load(id) | Op::Element(id) => location(checked, layout, id, 0),
-            _ => Location { offset: u32::MAX, ty: Type::Logical },
+            Op::Const(_) | Op::Neg { .. } | Op::Not | Op::Binary(_) => {
+                Location { offset: u32::MAX, ty: Type::Logical }
+            }
         };
         let elements = |op: &Op| match *op {
             Op::Element(id) => array(checked, layout, id),
-            _ => Array { first: scalar(op), elements: 0 },
+            Op::Const(_)
+            | Op::Load(_)
+            | Op::LoadAt(..)
+            | Op::Neg { .. }
+            | Op::Not
+            | Op::Binary(_) => Array { first: scalar(op), elements: 0 },
         };
         self.rows.add(checked.ops(ops), scalar, elements)
     }

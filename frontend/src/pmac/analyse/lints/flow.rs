@@ -35,7 +35,15 @@ impl Written {
                 StmtKind::Assign(target, _) => this.add(target),
                 // Memory that is written by its address may be that of any variable.
                 StmtKind::Word(..) | StmtKind::Define(_) => this.any = [true; 2],
-                _ => {}
+                StmtKind::If(..)
+                | StmtKind::Jump(_)
+                | StmtKind::While(..)
+                | StmtKind::EndWhile(_)
+                | StmtKind::Plc(..)
+                | StmtKind::Address(..)
+                | StmtKind::AddressBy(..)
+                | StmtKind::Text(..)
+                | StmtKind::Save => {}
             }
         }
         for online in &checked.download.online {

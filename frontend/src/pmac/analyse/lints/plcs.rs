@@ -68,7 +68,15 @@ fn conditional(buffer: &Buffer) -> Vec<bool> {
             StmtKind::If(_, target) => until = until.max(target),
             StmtKind::Jump(target) => until = until.max(target),
             StmtKind::While(..) => waits = true,
-            _ => {}
+            StmtKind::Assign(..)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::AddressBy(..)
+            | StmtKind::Text(..)
+            | StmtKind::Define(_)
+            | StmtKind::Word(..)
+            | StmtKind::Save => {}
         }
     }
     conditional
