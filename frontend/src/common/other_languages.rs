@@ -62,6 +62,11 @@ impl Habits {
         Some(help.replace("{}", written))
     }
 
+    /// Whether something is written in a context.
+    pub(crate) fn has(&self, context: &str, written: &str) -> bool {
+        self.help(context, written).is_some()
+    }
+
     /// The help for what is written in the first of these contexts that has it.
     pub(crate) fn help_in(&self, contexts: &[&str], written: &str) -> Option<String> {
         contexts.iter().find_map(|context| self.help(context, written))

@@ -3,50 +3,13 @@
 
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
+use crate::pmac::read::other_languages::HABITS;
+
 /// How many errors of a download are looked at.
 const LOOKED_AT: usize = 200;
 
 /// How many bytes of a line are looked at.
 const LINE: usize = 300;
-
-/// The data structures of Power PMAC: the first part of their names, after which an index in
-/// brackets or a point comes.
-const STRUCTURES: &[&str] = &[
-    "motor",
-    "coord",
-    "sys",
-    "gate1",
-    "gate2",
-    "gate3",
-    "gateio",
-    "acc24e",
-    "acc24e2",
-    "acc24e2a",
-    "acc24e3",
-    "acc28e",
-    "acc36e",
-    "acc65e",
-    "acc68e",
-    "acc84e",
-    "enctable",
-    "comptable",
-    "camtable",
-    "bricklv",
-    "brickac",
-    "clipper",
-    "ecat",
-    "macro",
-    "plc",
-    "bgcplc",
-    "useralgo",
-    "tdata",
-    "ldata",
-    "gather",
-    "cc3",
-];
-
-/// The words with which Power PMAC's declarations begin.
-const DECLARATIONS: &[&str] = &["global", "csglobal", "ptr", "local"];
 
 /// Replaces all diagnostics of each file that is a program for Power PMAC by one error.
 pub(crate) fn one_error_a_file(sources: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
@@ -80,7 +43,7 @@ pub(crate) fn one_error_a_file(sources: &SourceMap, diagnostics: &mut Vec<Diagno
 fn is_power_pmac(line: &str) -> bool {
     let code = line.split("//").next().unwrap_or("").to_ascii_lowercase();
     let mut words = code.split_whitespace();
-    let declares = words.next().is_some_and(|first| DECLARATIONS.contains(&first))
+    let declares = words.next().is_some_and(|first| HABITS.has("power pmac declaration", first))
         && words.next().is_some_and(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()));
     declares || code.match_indices('.').any(|(at, _)| ends_with_structure(&code, at))
 }
@@ -96,7 +59,7 @@ fn ends_with_structure(code: &str, point: usize) -> bool {
     };
     let start = name.trim_end_matches(|c: char| c.is_ascii_alphanumeric()).len();
     let name = name.get(start..).unwrap_or("");
-    STRUCTURES.contains(&name) && after.starts_with(|c: char| c.is_ascii_alphabetic())
+    HABITS.has("power pmac structure", name) && after.starts_with(|c: char| c.is_ascii_alphabetic())
 }
 
 #[cfg(test)]

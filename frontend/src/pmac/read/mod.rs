@@ -22,7 +22,7 @@ pub(crate) mod download;
 pub(crate) mod expr;
 mod macros;
 pub(crate) mod online;
-mod other_languages;
+pub(crate) mod other_languages;
 pub(crate) mod preprocess;
 mod ranges;
 mod recover;

@@ -16,7 +16,7 @@ use crate::common::{Controller, Explanation, Habits, Surroundings, explanation, 
 const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
 
 /// What they write in other words.
-pub(super) static HABITS: LazyLock<Habits> = LazyLock::new(|| {
+pub(crate) static HABITS: LazyLock<Habits> = LazyLock::new(|| {
     let file = "frontend/src/pmac/read/other_languages.tsv";
     tsv::built_in(Habits::load(file, include_str!("other_languages.tsv")))
 });

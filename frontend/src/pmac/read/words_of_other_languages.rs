@@ -21,24 +21,16 @@ pub(super) fn directive(site: &ErrorSite<'_>) -> Option<Explanation> {
         return None;
     }
     if with_sign {
-        return match name.as_str() {
-            "if" | "elif" | "elseif" => explanation(
-                format!("`#{name}` is not a directive"),
-                "there are #ifdef and #ifndef, #else, #endif",
-            ),
-            "def" | "defin" | "defines" | "defined" | "defien" | "deifne" => explanation(
-                format!("`#{name}` is not a directive"),
-                format!("write #define {rest}"),
-            ),
-            "inc" | "includ" | "inlcude" | "import" | "using" => explanation(
-                format!("`#{name}` is not a directive"),
-                format!("write #include {rest}"),
-            ),
-            glued if glued.starts_with("define") && glued.len() > "define".len() => explanation(
+        return match HABITS.help("directive", &name) {
+            Some(help) => {
+                let message = format!("`#{name}` is not a directive");
+                explanation(message, help.replace("{rest}", rest))
+            }
+            None if name.starts_with("define") && name != "define" => explanation(
                 format!("`{first}` is not a directive"),
                 "put a blank between #define and the name",
             ),
-            _ => None,
+            None => None,
         };
     }
     match name.as_str() {
@@ -177,6 +169,7 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         ("command", !after.trim_start().starts_with('=')),
         ("instruction", is_instruction),
         ("switch", first && blank),
+        ("filler", !site.before.contains("=") || *code == "PMAC-3"),
         ("end", first && letters == word && (ends_line || after.starts_with(" PLC"))),
     ];
     for (context, _) in contexts.iter().filter(|(_, is_it)| *is_it) {
@@ -184,20 +177,19 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
             return no_word(&help);
         }
     }
+    if (letters != word || word.len() > 1)
+        && let Some(what) = HABITS.help("move", letters)
+    {
+        return help(what);
+    }
+    if first && let Some(help) = HABITS.help("declaration", letters) {
+        return explanation(format!("`{}` declares nothing", site.word), help);
+    }
     match letters {
-        "THEN" | "DO" | "BEGIN" if !site.before.contains("=") || *code == "PMAC-3" => {
-            let help = format!("leave {letters} out: the statements follow the condition directly");
-            no_word(&help)
-        }
         "DWELL" | "DELAY" | "WAIT" | "SLEEP" | "PAUSE"
             if letters == word || letters == "DELAY" || letters == "DWELL" =>
         {
             no_word(wait(site.controller))
-        }
-        "LINEAR" | "RAPID" | "X" | "Y" | "Z" | "G" | "F" | "T"
-            if letters != word || word.len() > 1 =>
-        {
-            help("moves belong in motion programs; a PLC starts one with COMMAND\"&1B1R\"")
         }
         "ENABLE" | "DISABLE" | "ENA" | "DIS" => {
             let number: String = after.trim().chars().take_while(char::is_ascii_digit).collect();
@@ -213,15 +205,6 @@ pub(super) fn statement(site: &ErrorSite<'_>) -> Option<Explanation> {
         }
         "PLC" if site.begins_line() => {
             help("write OPEN PLC 5 CLEAR, and CLOSE after its statements")
-        }
-        "VAR" | "INT" | "DIM" | "REAL" | "BOOL" | "DOUBLE" | "FLOAT" | "LONG" | "CONST"
-        | "END_VAR" | "LET" | "WORD"
-            if site.begins_line() =>
-        {
-            explanation(
-                format!("`{}` declares nothing", site.word),
-                "variables exist without a declaration: P0 to P1023; #define COUNT P1 names one",
-            )
         }
         "P" | "Q" | "M" | "I" if letters == word && *code == "PMAC-3" && site.begins_line() => {
             let rest = after.trim_start();
