@@ -42,8 +42,8 @@ impl<'a> Scan<'a> {
 /// Where a suspended task goes on: the number of a place, counted from 0 in the source's order
 /// over all places at which this task can be suspended.
 ///
-/// It is the same in every engine, at every optimisation level and in every specialisation of the
-/// code, so that a task which one engine has suspended can go on in another. In PMAC the places
+/// It is the same in every engine and at every optimisation level, so that a task which one engine
+/// has suspended can go on in another. In PMAC the places
 /// are the WHILE statements of the PLC; in NCT they are the labels that a
 /// backward jump or a call may lead to, the same for all modules, since a module is suspended
 /// there when its time or number of backward jumps and calls is used up.
@@ -59,19 +59,11 @@ pub trait Engine {
     /// task does not have is [`TrapCode::Internal`](crate::TrapCode::Internal), and nothing is
     /// executed.
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome;
-
-    /// Is called when a tick begins, while no task runs. An engine may replace its code here: one
-    /// that runs PMAC's code has it recompiled when the image no longer holds what it assumes.
-    fn begin_tick(&mut self, _image: &mut [u8]) {}
 }
 
 impl<E: Engine + ?Sized> Engine for alloc::boxed::Box<E> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         (**self).call(task, from, scan)
-    }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        (**self).begin_tick(image);
     }
 }
 

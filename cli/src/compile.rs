@@ -7,7 +7,7 @@ use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
     BrokenInvariant, CrossReference, FileLoader, LowerError, Lowered, Options,
 };
-use plcc_frontend::{CheckedProgram, Recompilable, language};
+use plcc_frontend::{CheckedProgram, language};
 use plcc_ir::passes::PassTimes;
 use plcc_ir::{Module, Statement};
 use plcc_load::{self, Artifact, ArtifactError, Attached};
@@ -60,12 +60,6 @@ impl Checked {
     /// compiler chooses.
     pub fn explain_arithmetic(&self) -> Option<String> {
         self.0.explain_arithmetic()
-    }
-
-    /// The program for a compiler that makes other code for it while it runs, where its code
-    /// assumes what the program may change.
-    pub fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
-        self.0.recompilable()
     }
 
     /// Where each variable is read, written and tested.

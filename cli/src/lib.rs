@@ -34,7 +34,6 @@ mod input;
 pub mod later_code;
 mod object_args;
 mod output;
-pub mod recompile;
 pub mod recorded;
 mod replay_input;
 mod report;

@@ -44,17 +44,10 @@ const MOVES: &str = "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM101->Y:$BC01,0,1
     M2=M2+M1\nSEND\"X\"\nCLOSE\nOPEN PLCC 2 CLEAR\nM2=M2+1\nCLOSE\n";
 
 #[test]
-fn recompiled_code_gives_the_same_results() {
+fn programs_that_move_definitions_give_the_same_results() {
     let folder = Folder::with(&[("m.pmc", MOVES)]);
     let mut all = vec![];
-    for option in [
-        "--engine interp",
-        "--engine aot",
-        "--recompile-after never",
-        "--recompile-after 0",
-        "--recompile-after 7 --opt none",
-        "",
-    ] {
+    for option in ["--engine interp", "--engine aot", "--opt none", ""] {
         let done = folder
             .plcc(&format!(
                 "run m.pmc --ticks 900 {option} --watch M1,M2,P1 --trace - --events e.jsonl \
@@ -64,8 +57,7 @@ fn recompiled_code_gives_the_same_results() {
         all.push([done.stdout, folder.read("e.jsonl"), folder.read("d.json"), done.stderr]);
     }
     assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:#?}");
-    folder.plcc("run m.pmc --ticks 1 --recompile-after soon").exits(2).says(&["or never"]);
-    folder.plcc("run m.pmc --realtime --watchdog 1h --ticks 300 --recompile-after 3").exits(0);
+    folder.plcc("run m.pmc --realtime --watchdog 1h --ticks 300").exits(0);
 }
 
 #[test]
@@ -149,13 +141,8 @@ fn mistakes_on_the_command_line_are_explained_in_plain_words() {
 
 #[test]
 fn options_without_effect_are_warned_of() {
-    let folder = Folder::with(&[("a.pmi", COUNTER), ("c.pmc", PLC1)]);
-    for (line, option) in [
-        ("a.pmi --time", "--time"),
-        ("a.pmi --repeat", "--repeat"),
-        ("a.pmi --recompile-after 5", "--recompile-after"),
-        ("c.pmc --recompile-after 5 --engine interp", "--recompile-after"),
-    ] {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    for (line, option) in [("a.pmi --time", "--time"), ("a.pmi --repeat", "--repeat")] {
         let done = folder.plcc(&format!("run {line} --ticks 1")).exits(0);
         let warning = format!("warning: {option} changes nothing: ");
         assert!(done.stderr.starts_with(&warning), "{line}: {}", done.stderr);

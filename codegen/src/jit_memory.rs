@@ -3,7 +3,7 @@
 //! Its [`ArenaMemoryProvider`] protects the pages, makes the instruction caches coherent and
 //! flushes the pipelines of all processors. The rest of the crate is not used: `JITModule` wants
 //! code with relocations and keeps its memory until the process ends, while [`JitMemory`] gives it
-//! back when it is dropped, so that a PMAC program may be recompiled any number of times.
+//! back when it is dropped, so that a process may compile any number of programs.
 #![allow(unsafe_code)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -5,7 +5,6 @@
 
 use std::fmt;
 
-use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
@@ -159,26 +158,6 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
     fn explain_arithmetic(&self) -> Option<String> {
         None
     }
-
-    /// The program in a form that can be compiled again while it runs. `None` for languages whose
-    /// code makes no [assumptions](Assumption).
-    fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
-        None
-    }
-}
-
-/// A program whose code holds assumptions that the program itself may invalidate: PMAC's
-/// definitions of M-variables.
-pub trait Recompilable: Send {
-    /// The assumptions of the code that [`CheckedProgram::lower`] makes.
-    fn assumptions(&self) -> &[Assumption];
-
-    /// The same program with other assumptions. Tables, tasks and resume points are the same, so
-    /// that a task that was suspended in the old code goes on in the new.
-    ///
-    /// # Errors
-    /// When the program is too long, or the compiler finds its own data inconsistent.
-    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, LowerError>;
 }
 
 #[cfg(test)]

@@ -42,4 +42,4 @@ pub mod nct;
 pub mod pmac;
 pub mod pmi;
 
-pub use language::{CheckedProgram, LANGUAGES, Language, Recompilable, Topic, language};
+pub use language::{CheckedProgram, LANGUAGES, Language, Topic, language};

@@ -70,8 +70,7 @@ pub struct Replayed {
 ///
 /// The executive is made of the recorded program with the recorded options; `session::replay` does
 /// that. The engine is given to each step anew, so that ticks may be skipped quickly in compiled code and the
-/// interesting one run in the statement interpreter. Native code of a PMAC must not be
-/// [recompiled](plcc_runtime::pmac::Recompiling) meanwhile.
+/// interesting one run in the statement interpreter.
 pub struct Replayer<'r> {
     ticks: RunTicks<'r>,
     state: ReplayState,

@@ -198,15 +198,8 @@ impl NativeEngine {
         Ok(())
     }
 
-    /// Whether both engines have the same number of tasks, with as many resume points each, as all engines of
-    /// one program have; then a task that one has suspended can go on in the other.
-    pub fn has_same_tasks_as(&self, other: &Self) -> bool {
-        let count = |task: &ResumeLabels| task.count();
-        self.tasks.iter().map(count).eq(other.tasks.iter().map(count))
-    }
-
     /// Whether a host function has panicked, after which every scan is refused.
-    pub fn host_panicked(&self) -> bool {
+    fn host_panicked(&self) -> bool {
         self.image_size == usize::MAX
     }
 

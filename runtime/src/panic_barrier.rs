@@ -37,8 +37,4 @@ impl Engine for PanicBarrier<'_> {
             Outcome::trap(TrapCode::HostPanic)
         })
     }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        self.engine.begin_tick(image);
-    }
 }

@@ -60,10 +60,6 @@ pub struct Assumption {
 
 /// Code assumes the definition.
 const ASSUMED: u8 = 1;
-/// Code names the variable.
-const NAMED: u8 = 2;
-/// Its definition has changed since [`Definitions::take_changed`] was asked.
-const CHANGED: u8 = 4;
 
 /// A definition's code as it is compared with others: without the value that the code of a `*`
 /// variable also holds, which changes by assignments.
@@ -87,8 +83,9 @@ impl<'a> Definitions<'a> {
         read_u64(self.image, self.layout.definition_offset(number))
     }
 
-    fn flags(&self, number: u32) -> u8 {
-        read_u8(self.image, self.layout.assumption_flags + number)
+    /// Whether code assumes an M-variable's definition.
+    fn is_assumed(&self, number: u32) -> bool {
+        read_u8(self.image, self.layout.assumption_flags + number) & ASSUMED != 0
     }
 
     fn set_flags(&mut self, number: u32, flags: u8) {
@@ -115,14 +112,7 @@ impl<'a> Definitions<'a> {
         }
         let reference = without_value(read_u64(self.image, layout.reference_offset(number)));
         write_u8(self.image, layout.differing_definitions + number, u8::from(reference != new));
-        let flags = self.flags(number);
-        if flags & NAMED == 0 {
-            return;
-        }
-        self.set_flags(number, flags | CHANGED);
-        let epoch = read_u32(self.image, layout.epoch);
-        write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
-        if flags & ASSUMED != 0 {
+        if self.is_assumed(number) {
             let invalid = self.invalid_assumptions();
             let invalid = if old == reference { invalid.saturating_add(1) } else { invalid };
             let invalid = if new == reference { invalid.saturating_sub(1) } else { invalid };
@@ -135,40 +125,11 @@ impl<'a> Definitions<'a> {
         read_u32(self.image, self.layout.invalid_assumptions)
     }
 
-    /// A counter of 32 bits, which wraps: it is incremented whenever the definition of an M-variable
-    /// changes that code names.
-    pub fn epoch(&self) -> u32 {
-        read_u32(self.image, self.layout.epoch)
-    }
-
     /// Whether an M-variable's definition differs from its reference: what code assumes, or, where
     /// code assumes nothing, what it was after load. The number wraps.
     pub fn differs_from_reference(&self, number: u32) -> bool {
         read_u8(self.image, self.layout.differing_definitions + (number & (self.layout.count - 1)))
             != 0
-    }
-
-    /// Whether code assumes an M-variable's definition. The number wraps.
-    pub fn is_assumed(&self, number: u32) -> bool {
-        self.flags(number & (self.layout.count - 1)) & ASSUMED != 0
-    }
-
-    /// Whether the definition of an M-variable that code names has changed since the last time
-    /// this was asked. The number wraps.
-    pub fn take_changed(&mut self, number: u32) -> bool {
-        let number = number & (self.layout.count - 1);
-        let flags = self.flags(number);
-        self.set_flags(number, flags & !CHANGED);
-        flags & CHANGED != 0
-    }
-
-    /// No longer counts changes of an M-variable's definition that code does not assume, so that
-    /// [`Self::epoch`] and [`Self::take_changed`] do not show them. The number wraps.
-    pub fn ignore(&mut self, number: u32) {
-        let number = number & (self.layout.count - 1);
-        if self.flags(number) & ASSUMED == 0 {
-            self.set_flags(number, 0);
-        }
     }
 
     /// Makes the definitions as they are now the reference, as after load; code assumes nothing.
@@ -181,7 +142,6 @@ impl<'a> Definitions<'a> {
             self.set_flags(number, 0);
         }
         write_u32(self.image, layout.invalid_assumptions, 0);
-        write_u32(self.image, layout.epoch, 0);
     }
 
     /// Takes over what code assumes from another image of the same layout, on which the same code
@@ -194,16 +154,14 @@ impl<'a> Definitions<'a> {
             let differs = without_value(assumed_code) != without_value(self.code(number));
             write_u64(self.image, layout.reference_offset(number), assumed_code);
             write_u8(self.image, layout.differing_definitions + number, u8::from(differs));
-            let kept = read_u8(other, layout.assumption_flags + number) & (NAMED | ASSUMED);
-            let changed = if kept & NAMED != 0 { self.flags(number) & CHANGED } else { 0 };
-            self.set_flags(number, kept | changed);
+            let kept = read_u8(other, layout.assumption_flags + number) & ASSUMED;
+            self.set_flags(number, kept);
             invalid += u32::from(differs && kept & ASSUMED != 0);
         }
         write_u32(self.image, layout.invalid_assumptions, invalid);
     }
 
-    /// Records that the code that runs from now on assumes these definitions and names these
-    /// M-variables, and no others.
+    /// Records that the code that runs from now on assumes these definitions, and no others.
     pub fn assume(&mut self, assumptions: &[Assumption]) {
         let layout = self.layout;
         for number in 0..layout.count {
@@ -212,10 +170,7 @@ impl<'a> Definitions<'a> {
         let mut invalid = 0;
         for assumed in assumptions {
             let number = assumed.number & (layout.count - 1);
-            let Some(definition) = assumed.definition else {
-                self.set_flags(number, NAMED);
-                continue;
-            };
+            let Some(definition) = assumed.definition else { continue };
             let (assumed_code, now) =
                 (without_value(definition.encode()), without_value(self.code(number)));
             write_u64(self.image, layout.reference_offset(number), assumed_code);
@@ -224,7 +179,7 @@ impl<'a> Definitions<'a> {
                 layout.differing_definitions + number,
                 u8::from(assumed_code != now),
             );
-            self.set_flags(number, NAMED | ASSUMED);
+            self.set_flags(number, ASSUMED);
             invalid += u32::from(assumed_code != now);
         }
         write_u32(self.image, layout.invalid_assumptions, invalid);
@@ -250,37 +205,19 @@ mod tests {
             definitions.set_code(number, P1.encode());
         }
         definitions.set_reference();
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (0, 0));
+        assert_eq!(definitions.invalid_assumptions(), 0);
         let assumed = |number, definition| Assumption { number, definition };
         definitions.assume(&[assumed(1, Some(P1)), assumed(2, None), assumed(3, Some(P1))]);
         for number in 0..4 {
             definitions.set_code(number, P2.encode());
         }
-        // M0 is not named, and nothing is assumed of M2.
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (3, 2));
-        let changed = [0, 1, 2, 3].map(|number| definitions.take_changed(number));
-        assert_eq!(changed, [false, true, true, true]);
-        assert!(!definitions.take_changed(1));
+        // Nothing is assumed of M0 and M2.
+        assert_eq!(definitions.invalid_assumptions(), 2);
         definitions.set_code(1, Definition::Dp { address: 7 }.encode());
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (4, 2));
+        assert_eq!(definitions.invalid_assumptions(), 2);
         definitions.set_code(1, P1.encode());
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (5, 1));
-        assert!(!definitions.differs_from_reference(1) && definitions.differs_from_reference(3));
-        // The new code assumes the definitions as they are now, but for M1's, which changed again.
-        definitions.assume(&[assumed(1, Some(P2)), assumed(3, Some(P2))]);
         assert_eq!(definitions.invalid_assumptions(), 1);
-        assert!(definitions.differs_from_reference(1) && !definitions.differs_from_reference(3));
-        definitions.set_code(1, P2.encode());
-        assert_eq!(definitions.invalid_assumptions(), 0);
-        assert!(definitions.is_assumed(1) && !definitions.is_assumed(2));
-        definitions.assume(&[assumed(1, Some(P2)), assumed(2, None)]);
-        let epoch = definitions.epoch();
-        definitions.ignore(1);
-        definitions.ignore(2);
-        for number in [1, 2] {
-            definitions.set_code(number, P1.encode());
-        }
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (epoch + 1, 1));
+        assert!(!definitions.differs_from_reference(1) && definitions.differs_from_reference(3));
     }
 
     #[test]
@@ -292,10 +229,11 @@ mod tests {
         definitions.set_reference();
         definitions.assume(&[Assumption { number: 5, definition: Some(Definition::Star) }]);
         definitions.set_code(5, 13);
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (0, 0));
+        assert_eq!(definitions.invalid_assumptions(), 0);
         definitions.set_code(5, P1.encode());
+        assert_eq!(definitions.invalid_assumptions(), 1);
         definitions.set_code(5, 14);
-        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (2, 0));
+        assert_eq!(definitions.invalid_assumptions(), 0);
     }
 
     #[test]

@@ -90,10 +90,8 @@ pub const fn context(compiled: bool, number: u32) -> u32 {
 pub mod exec {
     /// [`Layout::invalid_assumptions`](super::Layout::invalid_assumptions).
     pub const INVALID_ASSUMPTIONS: u32 = 0;
-    /// [`Layout::epoch`](super::Layout::epoch).
-    pub const EPOCH: u32 = 4;
     /// The first Q-variables of the addressed coordinate systems, 32 bits for each
-    /// [context](super::context()).
+    /// [context](super::context()). The four bytes before it are not used.
     pub const Q_BASES: u32 = 8;
 
     /// The offset of a context's first Q-variable.
@@ -131,9 +129,6 @@ pub struct Layout {
     pub assumption_flags: u32,
     /// A `u32`: the number of M-variables whose definition differs from what code assumes.
     pub invalid_assumptions: u32,
-    /// A `u32` that is incremented whenever the definition of an M-variable changes that code
-    /// names.
-    pub epoch: u32,
     /// For each [context] a `u32`: the number of the first Q-variable of its addressed
     /// coordinate system.
     pub q_base: u32,
@@ -162,7 +157,6 @@ impl Layout {
         let differing_definitions = words + ADDRESS_SIZE * resident(windows(controller));
         let assumption_flags = differing_definitions + count;
         let invalid_assumptions = assumption_flags + count;
-        let epoch = invalid_assumptions + exec::EPOCH;
         let q_base = invalid_assumptions + exec::Q_BASES;
         let end = invalid_assumptions + exec::q_base(CONTEXTS);
         let size = end.next_multiple_of(REGION_ALIGNMENT);
@@ -179,7 +173,6 @@ impl Layout {
             differing_definitions,
             assumption_flags,
             invalid_assumptions,
-            epoch,
             q_base,
             size,
         }

@@ -17,10 +17,8 @@ use crate::object_args::ObjectArgs;
 pub(crate) use machine::{HalArgs, IoArgs};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
-pub(crate) use values::{
-    ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs, RecompileAfter,
-};
-use values::{define, denied, dialect, lint, recompile_after};
+pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs};
+use values::{define, denied, dialect, lint};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -410,11 +408,6 @@ pub(crate) struct RunCommand {
 
     #[command(flatten)]
     pub(crate) passes: PassArgs,
-
-    /// PMAC, --engine jit: how many ticks the definitions of M-variables must have stayed
-    /// unchanged before a program that has moved some is compiled again [default: 100]
-    #[arg(long, value_name = "TICKS|never", value_parser = recompile_after)]
-    pub(crate) recompile_after: Option<RecompileAfter>,
 
     /// PMAC: leaves out PLCs whose IFs or WHILEs do not match, and runs the others
     #[arg(long)]

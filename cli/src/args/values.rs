@@ -146,23 +146,6 @@ pub(super) fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// How long changed definitions must stay as they are before the program is compiled again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RecompileAfter {
-    Never,
-    Ticks(u32),
-}
-
-pub(super) fn recompile_after(text: &str) -> Result<RecompileAfter, String> {
-    match text {
-        "never" => Ok(RecompileAfter::Never),
-        _ => text
-            .parse()
-            .map(RecompileAfter::Ticks)
-            .map_err(|_| "a whole number of ticks, or never, is expected".into()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;

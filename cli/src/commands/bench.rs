@@ -9,7 +9,6 @@ use plcc_abi::{Engine, Program};
 use plcc_frontend::common::Options;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
-use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Event, Executive};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -20,7 +19,6 @@ use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{Input, SourceSettings};
 use crate::later_code::{Jit, jit_in_parts};
 use crate::output;
-use crate::recompile::recompiling;
 use crate::report::{Count, Destination, Report};
 use engine::Timed;
 use figures::{Figures, Samples};
@@ -82,9 +80,8 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let make_aot = |checked: &Checked| checked.compiled(opt, compile::aot).map(drop);
     let aot_ms = compile_ms(args, &settings.options, make_aot)?;
     let Jit { engine: jit, bytes_of_code: jit_bytes, .. } = jit_in_parts(&checked)?;
-    let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default(), None);
     let engines: [(&'static str, Box<dyn Engine>); 3] =
-        [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
+        [("interp", checked.interpreter()), ("jit", Box::new(jit)), ("aot", Box::new(aot))];
     let mut runs = Vec::new();
     for (name, engine) in engines {
         runs.push(run(name, engine, &lowered.program, args, &settings)?);

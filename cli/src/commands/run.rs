@@ -12,15 +12,13 @@ use plcc_host::session;
 use plcc_load::Artifact;
 use plcc_record::RecordedProgram;
 use plcc_runtime::NativeEngine;
-use plcc_runtime::pmac::Settings;
 
-use crate::args::{EngineArg, FormatArg, RecompileAfter, RunCommand};
+use crate::args::{EngineArg, FormatArg, RunCommand};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
 use crate::later_code::jit_in_parts;
 use crate::output;
-use crate::recompile::recompiling;
 use crate::recorded::recorded_sources;
 use crate::report::{Count, Destination, Report, count_of};
 
@@ -65,7 +63,6 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
         }
     };
     report.show(&program.sources, &shown, to)?;
-    warn_of_idle_recompiling(&checked, args, report);
     let (tables, mut engine) = match engine(&checked, args) {
         Ok(engine) => engine,
         Err(error) => return report.not_compiled(error, &program.sources, to),
@@ -83,19 +80,6 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     };
     let run = RunArgs { reads, program: recorded, ..args.run.clone() };
     Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
-}
-
-/// Warns where `--recompile-after` does nothing: in another engine than the JIT, or for a program
-/// whose code assumes nothing that changes while it runs.
-fn warn_of_idle_recompiling(checked: &Checked, args: &RunCommand, report: &Report) {
-    if args.recompile_after.is_none() {
-        return;
-    }
-    if args.engine.unwrap_or_default() != EngineArg::Jit {
-        report.warn("--recompile-after changes nothing: only --engine jit compiles again");
-    } else if checked.recompilable().is_none() {
-        report.warn("--recompile-after changes nothing: only PMAC programs are compiled again");
-    }
 }
 
 /// The engine that the options name, with the tables of the program.
@@ -122,16 +106,7 @@ fn engine(
                 let made = jit_in_parts(|| checked.lower(), opt)?;
                 (made.program, made.engine)
             };
-            let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
-            let engine: Box<dyn Engine> = match args.recompile_after {
-                Some(RecompileAfter::Never) => Box::new(native),
-                Some(RecompileAfter::Ticks(rest)) => {
-                    let settings = Settings { settled_after: rest, ..standard };
-                    recompiling(checked, &program, native, opt, settings, gdb)
-                }
-                None => recompiling(checked, &program, native, opt, standard, gdb),
-            };
-            (program, engine)
+            (program, Box::new(native))
         }
         EngineArg::Aot => {
             let (lowered, engine) = checked.compiled(opt, |lowered| match args.run.gdb {
@@ -197,7 +172,6 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
         ("--opt", args.opt.is_some()),
         ("--passes", args.passes.passes.is_some()),
-        ("--recompile-after", args.recompile_after.is_some()),
         ("--keep-going", args.keep_going),
         ("-I", !source.include.is_empty()),
     ];

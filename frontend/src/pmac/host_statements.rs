@@ -1,7 +1,6 @@
 //! The statements that general code can have executed by the host: assignments to one variable and
 //! conditions, in PLCs, that name an M-variable. They are numbered in the order of the tasks, then of
-//! the statements. The numbers do not depend on which definitions code assumes, so that code which
-//! was recompiled for other definitions finds the same statements in the executive's tables.
+//! the statements.
 
 use plcc_abi::pmac::{Kind, Statement};
 

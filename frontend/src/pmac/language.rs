@@ -1,6 +1,5 @@
 //! PMAC's implementation of the traits that every language has.
 
-use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
@@ -14,7 +13,7 @@ use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Recompilable, Topic};
+use crate::language::{CheckedProgram, Language, Topic};
 
 /// The PLC language of PMAC and Turbo PMAC.
 #[derive(Clone, Copy, Debug)]
@@ -145,19 +144,5 @@ impl CheckedProgram for Program {
 
     fn explain_arithmetic(&self) -> Option<String> {
         Some(self.explain_arithmetic())
-    }
-
-    fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
-        Some(Box::new(self.clone()))
-    }
-}
-
-impl Recompilable for Program {
-    fn assumptions(&self) -> &[Assumption] {
-        self.assumptions()
-    }
-
-    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, LowerError> {
-        self.lower_for(assumptions)
     }
 }

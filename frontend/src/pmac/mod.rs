@@ -111,7 +111,11 @@ impl Program {
     /// # Errors
     /// The program is too long, or the compiler has a defect.
     pub fn lower(&self) -> Result<Lowered, LowerError> {
-        self.lower_for(&self.loaded.assumed)
+        let module = lower::lower(&self.download, &self.loaded, &self.sources)?;
+        let names = self.files().map(str::to_owned).collect();
+        let tasks = module.tasks.clone();
+        let program = tables::program(&self.download, &self.loaded, names, tasks);
+        Ok(Lowered { program, module, return_stack: None })
     }
 
     /// The M-variables that PLCs name, by rising number, with the definitions that the code of
@@ -119,21 +123,6 @@ impl Program {
     /// changes itself are listed without one.
     pub fn assumptions(&self) -> &[Assumption] {
         &self.loaded.assumed
-    }
-
-    /// The same program as code that assumes other definitions of M-variables. Variables that have
-    /// no definition in `assumed` are reached through the host. The executive's tables and the
-    /// resume points are the same in every specialisation, so a task that was suspended in one can
-    /// go on in another.
-    ///
-    /// # Errors
-    /// The program is too long, or the compiler has a defect.
-    pub fn lower_for(&self, assumed: &[Assumption]) -> Result<Lowered, LowerError> {
-        let module = lower::lower(&self.download, &self.loaded, &self.sources, assumed)?;
-        let names = self.files().map(str::to_owned).collect();
-        let tasks = module.tasks.clone();
-        let program = tables::program(&self.download, &self.loaded, names, tasks);
-        Ok(Lowered { program, module, return_stack: None })
     }
 
     /// The statement interpreter, as an engine like the others.

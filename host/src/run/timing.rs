@@ -256,10 +256,6 @@ impl Engine for TimedEngine<'_> {
         }
         outcome
     }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        self.engine.begin_tick(image);
-    }
 }
 
 #[cfg(test)]

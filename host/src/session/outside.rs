@@ -76,10 +76,6 @@ impl Engine for TimedByName {
         }
         outcome
     }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        self.engine.begin_tick(image);
-    }
 }
 
 /// Reads an artifact for an online change. With a key it must be signed, as the artifact that the run

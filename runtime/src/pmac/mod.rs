@@ -9,7 +9,6 @@ mod carry_over;
 mod forces;
 mod host;
 mod outputs;
-mod recompile;
 mod save;
 mod state;
 #[cfg(test)]
@@ -44,7 +43,6 @@ use crate::{
     Value, ValueError, Variable, VariableKey,
 };
 use host::PmacHost;
-pub use recompile::{Recompiler, Recompiling, Settings};
 use state::{State, Status};
 use tick::Clocks;
 use watchdog::WatchdogTimer;
@@ -213,7 +211,6 @@ impl Executive for PmacExecutive {
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
         self.decisions.begin_tick();
-        engine.begin_tick(&mut self.image);
         self.apply_forces();
         let result = self.servo_cycle(engine);
         self.apply_forces();

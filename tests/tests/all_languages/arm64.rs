@@ -112,10 +112,6 @@ impl Engine for Recorder<'_> {
         self.scans += 1;
         outcome
     }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        self.engine.begin_tick(image);
-    }
 }
 
 /// A program as an object for ARM64, with what it did here.

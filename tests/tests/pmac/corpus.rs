@@ -17,9 +17,9 @@ use plcc_tests::compile::{EngineKind, add, compile_sources};
 /// Servo cycles that each file runs for.
 const TICKS: u32 = 500;
 /// Downloaded after a file, so that all programs in it run.
-const ENABLE: &str = "CLOSE\nI5=3\nENABLE PLC 0..31\nENABLE PLCC 0..31\n";
+pub(crate) const ENABLE: &str = "CLOSE\nI5=3\nENABLE PLC 0..31\nENABLE PLCC 0..31\n";
 
-fn corpus() -> Vec<PathBuf> {
+pub(crate) fn corpus() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/pmac");
     let known = ["pmc", "pmac", "plc"];
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
@@ -34,12 +34,12 @@ fn corpus() -> Vec<PathBuf> {
     files
 }
 
-fn name(path: &Path) -> String {
+pub(crate) fn name(path: &Path) -> String {
     path.file_name().unwrap().to_string_lossy().into_owned()
 }
 
 /// The options of a file: Turbo PMAC by its name, templates by `defines.tsv`.
-fn options(path: &Path) -> Options {
+pub(crate) fn options(path: &Path) -> Options {
     let name = name(path);
     let controller = if name.contains("turbo") { Controller::Turbo } else { Controller::Pmac };
     let table = std::fs::read_to_string(path.with_file_name("defines.tsv")).unwrap();
@@ -87,7 +87,7 @@ fn the_corpus_has_every_encoding_and_line_end() {
 
 /// What the machine and the operator do in a tick: mostly bits of M-variables, now and then a
 /// counter, a timer that is done, a state asked for.
-fn stimulus(rng: &mut Rng, names: &[String]) -> Vec<(usize, String)> {
+pub(crate) fn stimulus(rng: &mut Rng, names: &[String]) -> Vec<(usize, String)> {
     let mut rows = Vec::new();
     if names.is_empty() {
         return rows;

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc::later_code::jit_in_parts;
-use plcc::recompile::PmacRecompiler;
 use plcc_abi::{Engine, pmac::Layout};
 use plcc_codegen::{OptLevel, Optimization, Target, compile};
 use plcc_diag::SourceMap;
@@ -14,7 +13,7 @@ use plcc_frontend::{
 use plcc_load::Artifact;
 use plcc_random::seeds;
 use plcc_runtime::native::NativeEngine;
-use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiling, Settings};
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, Purpose};
 use plcc_tests::as_if_long;
 use plcc_tests::gen_pmac::{generate, generate_for};
@@ -70,31 +69,6 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
     let in_parts = |opt| -> Result<Box<dyn Engine>, Failure> {
         Ok(Box::new(jit_in_parts(|| Ok(lowered.clone()), opt).map_err(Failure::refused)?.engine))
     };
-    // Recompiled whenever a definition has changed; M-variables that do not settle are left to
-    // the host.
-    let recompiling = |settings| -> Result<Box<dyn Engine>, Failure> {
-        let made = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed);
-        let made = made.map_err(Failure::refused)?;
-        let program = Box::new(checked.clone());
-        let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
-        let assumptions = checked.assumptions();
-        Ok(Box::new(Recompiling::new(made.engine, assumptions, controller, compiler, settings)))
-    };
-    let every_time = Settings {
-        settled_after: 0,
-        patience: 99,
-        max_recompilations: 999,
-        max_per_variable: 255,
-        in_thread: false,
-    };
-    let few_times = Settings {
-        settled_after: 2,
-        patience: 4,
-        max_recompilations: 3,
-        max_per_variable: 2,
-        in_thread: false,
-    };
-    let in_thread = Settings { in_thread: true, ..every_time };
     let engines = [
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
@@ -108,9 +82,6 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
         ("ir, byte-bits", Box::new(plcc_ir::interp::Interpreter::new(bytes))),
         ("aot none", artifact(OptLevel::None)?),
         ("aot speed", artifact(OptLevel::Speed)?),
-        ("recompiled", recompiling(every_time)?),
-        ("recompiled a few times", recompiling(few_times)?),
-        ("recompiled in a thread", recompiling(in_thread)?),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
@@ -126,23 +97,6 @@ fn place(offset: usize, controller: Controller) -> String {
     let regions = layout.regions();
     let region = regions.iter().rev().find(|r| r.offset <= offset).unwrap();
     format!("{}[{}]", region.name, (offset - region.offset) / 8)
-}
-
-/// The offset of the first byte in which two images differ. `recompiled` says that one engine
-/// recompiles; then the bytes that describe the state of its code are not compared.
-fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, recompiled: bool) -> Option<usize> {
-    let all = [(0, layout.size)];
-    let state = [
-        (0, layout.reference_definitions),
-        (layout.thumbwheels, layout.differing_definitions),
-        (layout.q_base, layout.size),
-    ];
-    let stretches = if recompiled { &state[..] } else { &all[..] };
-    stretches.iter().find_map(|&(start, end)| {
-        let (start, end) = (start as usize, end as usize);
-        let (a, b) = (&ours[start..end], &theirs[start..end]);
-        (a != b).then(|| start + a.iter().zip(b).position(|(a, b)| a != b).unwrap())
-    })
 }
 
 /// Runs a download with a stimulus in all engines and compares them after every tick. Returns the
@@ -165,7 +119,6 @@ pub(super) fn run(
             (tick.parse().unwrap(), name, value)
         })
         .collect();
-    let layout = Layout::new(controller);
     let mut all = vec![];
     for tick in 0..ticks {
         let mut results = vec![];
@@ -184,8 +137,8 @@ pub(super) fn run(
         let (first, others) = machines.split_first().unwrap();
         for (machine, result) in others.iter().zip(&results[1..]) {
             let (ours, theirs) = (first.executive.image(), machine.executive.image());
-            let recompiled = machine.name.starts_with("recompiled");
-            if let Some(at) = difference(ours, theirs, &layout, recompiled) {
+            if ours != theirs {
+                let at = ours.iter().zip(theirs).position(|(a, b)| a != b).unwrap();
                 let value = |image: &[u8]| plcc_abi::image::read_f64(image, at as u32 & !7);
                 return Err(Failure::Differs(format!(
                     "tick {tick} {}: {} is {:?}, not {:?}",

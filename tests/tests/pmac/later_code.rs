@@ -4,8 +4,7 @@
 
 use plcc::compile::{Optimized, code};
 use plcc::later_code::jit_in_parts;
-use plcc_abi::pmac::{Assumption, Controller, Definition, Definitions, Field, Format, Layout};
-use plcc_abi::{Code, CodeMemory, Engine, Outcome, ResumePoint, Scan};
+use plcc_abi::{Code, CodeMemory, Engine};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
@@ -32,26 +31,6 @@ struct Pair {
     engine: NativeEngine,
     executive: PmacExecutive,
     lowered: Lowered,
-    /// What the code assumes, if it is not what it assumed at load, until that is in the image.
-    assumed: Vec<Assumption>,
-}
-
-/// An engine that runs code for other definitions than before.
-struct Assuming<'a> {
-    engine: &'a mut dyn Engine,
-    assumed: &'a [Assumption],
-}
-
-impl Engine for Assuming<'_> {
-    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        self.engine.call(task, from, scan)
-    }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        if !self.assumed.is_empty() {
-            Definitions::new(image, &Layout::new(Controller::Pmac)).assume(self.assumed);
-        }
-    }
 }
 
 impl Pair {
@@ -65,18 +44,14 @@ impl Pair {
             engine: jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine,
             executive: executive(),
             lowered,
-            assumed: vec![],
         }
     }
 
     fn run(&mut self, ticks: u32) {
         for tick in 0..ticks {
             let (mut expected, mut events) = (vec![], vec![]);
-            let assumed = std::mem::take(&mut self.assumed);
-            let mut interpreter = Assuming { engine: self.interpreter.as_mut(), assumed: &assumed };
-            self.oracle.tick(&mut interpreter, &mut expected).unwrap();
-            let mut engine = Assuming { engine: &mut self.engine, assumed: &assumed };
-            self.executive.tick(&mut engine, &mut events).unwrap();
+            self.oracle.tick(self.interpreter.as_mut(), &mut expected).unwrap();
+            self.executive.tick(&mut self.engine, &mut events).unwrap();
             assert_eq!(events, expected, "tick {tick}");
             assert!(self.oracle.image() == self.executive.image(), "tick {tick}");
             assert!(self.oracle.checkpoint() == self.executive.checkpoint(), "tick {tick}");
@@ -137,28 +112,6 @@ fn code_is_made_when_a_definition_is_moved_from_outside() {
         pair.set("Y:$BC01", address);
         pair.run(10);
     }
-}
-
-/// A command of the program that changes a definition which code assumes: that of code that was compiled again.
-#[test]
-fn code_is_made_when_a_command_moves_a_definition() {
-    let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM1=1\n\
-         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nCOMMAND\"M1->X:$07F4,0,24\"\nENDIF\nM2=M2+M1\nCLOSE\n";
-    let program = check(source);
-    let mut pair = Pair::new(source);
-    let mut assumed = program.assumptions().to_vec();
-    for assumption in assumed.iter_mut().filter(|assumption| assumption.number == 1) {
-        assert_eq!(assumption.definition, None, "the command is seen");
-        let field = Field { offset: 0, width: 24, format: Format::U };
-        assumption.definition = Some(Definition::X { address: 0x07F0, field });
-    }
-    let lowered = program.lower_for(&assumed).unwrap();
-    pair.engine = jit_in_parts(|| Ok(lowered.clone()), OptLevel::Speed).unwrap().engine;
-    pair.assumed = assumed;
-    pair.run(3);
-    assert!(!pair.engine.has_later_code());
-    pair.run(20);
-    assert!(pair.engine.has_later_code());
 }
 
 /// A control goes on from a checkpoint that was taken after a definition had moved, in engines that have made no general

@@ -11,4 +11,5 @@ mod explain;
 mod function_lengths;
 mod idioms;
 mod later_code;
-mod recompile;
+mod moved;
+mod moved_count;

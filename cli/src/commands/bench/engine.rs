@@ -58,8 +58,4 @@ impl Engine for Timed {
         }
         outcome
     }
-
-    fn begin_tick(&mut self, image: &mut [u8]) {
-        self.engine.begin_tick(image);
-    }
 }

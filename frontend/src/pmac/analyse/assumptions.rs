@@ -3,7 +3,7 @@
 //! A definition says where in memory an M-variable lies, and a program may change it while it runs.
 //! Specialised code assumes the definitions after load and reaches those places directly. The image
 //! records whether they still hold: when one has changed, code reaches M-variables through the
-//! host, and the executive may have the program recompiled.
+//! host.
 
 use plcc_abi::pmac::{
     Assumption, Definition, Definitions, DirectAccess, Kind, Layout, Place, Space, View,

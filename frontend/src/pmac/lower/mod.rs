@@ -21,7 +21,7 @@ mod variables;
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{exec, region};
-use plcc_abi::pmac::{Assumption, DirectAccess, Field, Layout, Range};
+use plcc_abi::pmac::{DirectAccess, Field, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
@@ -79,11 +79,7 @@ fn has_address_statements(kind: TaskKind, code: &[Stmt]) -> bool {
         })
 }
 
-/// Lowers a download. Its specialised code assumes the definitions of M-variables in `assumed`; if
-/// that is empty, there is general code only.
-///
-/// A task's resume points are its WHILE statements, in their order. They are the same whatever is
-/// assumed, so a task may be suspended in one module and go on in another of the same download.
+/// Lowers a download. A task's resume points are its WHILE statements, in their order.
 ///
 /// # Errors
 /// If the download is too long, or breaks a rule that the parser and the analyses promise to keep.
@@ -92,7 +88,6 @@ pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
     sources: &SourceMap,
-    assumed: &[Assumption],
 ) -> Result<Module, LowerError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
@@ -122,7 +117,7 @@ pub(crate) fn lower(
         regions,
         sources,
         ranges: &loaded.ranges,
-        places_of_m: assumptions::places(&layout, assumed),
+        places_of_m: assumptions::places(&layout, &loaded.assumed),
         task_count: 0,
         context: 0,
         has_address_statements: false,
@@ -225,8 +220,6 @@ impl Lowerer<'_> {
             .iter()
             .map(|stmt| matches!(stmt.kind, StmtKind::While(..)).then(|| self.builder.place()))
             .collect();
-        // These labels are made before any that depend on assumptions, so that they are the same in
-        // every module of the download.
         let points: Vec<Place> = resumes.iter().copied().flatten().collect();
         self.builder.resume_points(self.task_count, &points);
         self.task_count += 1;
