@@ -95,12 +95,8 @@ fn regions() -> Vec<Region> {
 }
 
 /// The operations with one integer, and its types.
-const INTEGER_UNARY: [(UnaryOp, &[Type]); 4] = [
-    (UnaryOp::Not, &INTEGERS),
-    (UnaryOp::Neg, &INTEGERS),
-    (UnaryOp::SpreadBits, &[Type::I64]),
-    (UnaryOp::GatherBits, &[Type::I64]),
-];
+const INTEGER_UNARY: [(UnaryOp, &[Type]); 2] =
+    [(UnaryOp::Not, &INTEGERS), (UnaryOp::Neg, &INTEGERS)];
 
 /// Where a value of a type lies: its address in the IR, and its offset in the image.
 fn place(ty: Type, offset: u32) -> (Address, u32) {

@@ -8,8 +8,8 @@ use plcc_abi::{HostFn, TrapCode};
 
 use crate::func::ValueData;
 use crate::{
-    Address, Args, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData,
-    IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    Address, Args, BinaryOp, BitGroups, Block, BlockCall, BlockData, ConvertOp, FloatCond,
+    FuncData, InstData, IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 /// A function under construction and the block that instructions are appended to.
@@ -240,6 +240,21 @@ impl FuncBuilder {
     /// Appends a store to the process image.
     pub fn store(&mut self, at: Address, value: Value) {
         self.push(InstData::Store { at, value });
+    }
+
+    /// Gives the function local bits, at least as many.
+    pub fn local_bits(&mut self, count: u32) {
+        self.func.local_bits = self.func.local_bits.max(count);
+    }
+
+    /// Puts groups of bits of a word, an `i32`, into local bits.
+    pub fn unpack(&mut self, word: Value, to: BitGroups) {
+        self.push(InstData::Unpack { word, to });
+    }
+
+    /// A word, an `i32`, with the bits of groups of local bits.
+    pub fn pack(&mut self, from: BitGroups) -> Value {
+        self.push_with_result(InstData::Pack { from })
     }
 
     /// Appends the question whether the scan has taken longer than it may; gives an `i1`.

@@ -70,7 +70,7 @@ impl Value {
 }
 
 impl RegionId {
-    /// The region of [local bits](crate::Module::local_bits), which is not one of the process image.
+    /// The region of [local bits](crate::FuncData::local_bits), which is not one of the process image.
     pub const LOCAL_BITS: Self = Self(u32::MAX);
 }
 

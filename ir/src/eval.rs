@@ -30,8 +30,6 @@ pub fn unary(op: UnaryOp, ty: Type, x: i64) -> i64 {
     match op {
         UnaryOp::Not => ty.wrap(!x),
         UnaryOp::Neg => ty.wrap(x.wrapping_neg()),
-        UnaryOp::SpreadBits => (0..8).map(|bit| (x >> bit & 1) << (8 * bit)).sum(),
-        UnaryOp::GatherBits => (0..8).map(|bit| (x >> (8 * bit) & 1) << bit).sum(),
         UnaryOp::Fneg => bits(-float(x)),
         UnaryOp::Fabs => bits(float(x).abs()),
         UnaryOp::Fsqrt => bits(float(x).sqrt()),

@@ -25,9 +25,13 @@
 
 use plcc_abi::TrapCode;
 
-use crate::{
-    Block, Inst, InstData, Label, PrimaryMap, RegionId, SecondaryMap, StatementId, Type, Value,
-};
+use crate::{Block, Inst, InstData, Label, PrimaryMap, SecondaryMap, StatementId, Type, Value};
+
+/// The name under which accesses name local bits in text.
+pub(crate) const LOCAL_BITS_NAME: &str = "local_bits";
+
+/// A function has no more local bits than this, so that its stack frame stays smaller than a page.
+pub(crate) const MAX_LOCAL_BITS: u32 = 2048;
 
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,6 +232,7 @@ pub struct BlockData {
 #[derive(Clone, Debug, Default)]
 pub struct FuncData {
     pub(crate) name: String,
+    pub(crate) local_bits: u32,
     pub(crate) entries: Vec<(Label, Block)>,
     pub(crate) blocks: PrimaryMap<Block, BlockData>,
     pub(crate) insts: PrimaryMap<Inst, InstData>,
@@ -279,14 +284,12 @@ impl FuncData {
         counts
     }
 
-    /// Whether it accesses [local bits](crate::Module::local_bits).
-    pub(crate) fn has_local_bits(&self) -> bool {
-        self.insts.values().any(|data| match data {
-            InstData::Load { at, .. } | InstData::Store { at, .. } => {
-                at.region == RegionId::LOCAL_BITS
-            }
-            _ => false,
-        })
+    /// How many local bits it has: truth values in a byte each, which lie in its stack frame and not in the process image. They
+    /// mean nothing when the function is entered, and are lost when it is left. Loads and stores reach one as an
+    /// address in [`RegionId::LOCAL_BITS`](crate::RegionId::LOCAL_BITS), [`Pack`](InstData::Pack) and [`Unpack`](InstData::Unpack) all of a word. Only
+    /// passes make them (`byte-bits`).
+    pub fn local_bits(&self) -> u32 {
+        self.local_bits
     }
 
     /// The number of instructions, those that are in no block included.
@@ -393,7 +396,8 @@ impl FuncData {
             InstData::Binary { args, .. } | InstData::Select { args, .. } => Some(self.ty(args[0])),
             InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::IsLate => Some(Type::I1),
             InstData::Convert { to, .. } => Some(*to),
-            InstData::Store { .. } => None,
+            InstData::Pack { .. } => Some(Type::I32),
+            InstData::Store { .. } | InstData::Unpack { .. } => None,
             InstData::HostCall { function, .. } => function.signature().1.map(|ty| match ty {
                 HostType::I32 => Type::I32,
                 HostType::I64 => Type::I64,

@@ -15,15 +15,14 @@
 //! | choice | `select` | an `i1` and two of one type |
 //! | conversions | [`ConvertOp`] | from one type to another |
 //! | process image | `load`, `store` | an [`Address`] |
+//! | local bits | `load`, `store`, `unpack`, `pack` | an [`Address`] among them, [`BitGroups`] |
 //! | time | `is_late` | gives an `i1` |
 //! | host | `hostcall` | the [signature](HostFn::signature) of the [`HostFn`] |
-
-use std::ops::Range;
 
 use plcc_abi::{HostFn, IntegerForm};
 
 use crate::words::{operations, words};
-use crate::{RegionId, Type, Value};
+use crate::{Address, BitGroups, Type, Value};
 
 /// The types of an operation's operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +31,6 @@ pub enum Operands {
     Integer,
     /// Integers and truth values.
     AnyInteger,
-    /// `i64`.
-    I64,
     /// Doubles.
     Double,
 }
@@ -44,7 +41,6 @@ impl Operands {
         match self {
             Self::Integer => ty.is_int() && ty != Type::I1,
             Self::AnyInteger => ty.is_int(),
-            Self::I64 => ty == Type::I64,
             Self::Double => ty == Type::F64,
         }
     }
@@ -57,12 +53,6 @@ operations! {
         Not = "not" on AnyInteger,
         /// 0 minus the operand, wrapping around.
         Neg = "neg" on Integer,
-        /// Of an `i64` the eight lowest bits, each in a byte of its own that is 0 or 1; the lowest bit in
-        /// the lowest byte.
-        SpreadBits = "spread_bits" on I64,
-        /// Of an `i64` the lowest bit of each byte, as the eight lowest bits of the result, which has no
-        /// others; that of the lowest byte is the lowest bit.
-        GatherBits = "gather_bits" on I64,
         /// The double with its sign bit inverted, also if it is NaN.
         Fneg = "fneg" on Double,
         /// The double with its sign bit cleared, also if it is NaN.
@@ -291,62 +281,6 @@ impl Args {
     }
 }
 
-/// The part of an address that is computed at run time: an element of an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Index {
-    /// The number of the element, an `i32` that is taken as unsigned.
-    pub value: Value,
-    /// The distance between elements in bytes.
-    pub scale: u32,
-    /// How many elements there are, at least one. An index of `count` or more is taken as 0, so an
-    /// access stays in its region whatever the index is. If an index out of bounds is an error of
-    /// the language, the front end emits a comparison and a trap before the access.
-    pub count: u32,
-}
-
-/// Where a load or store goes: `region:offset`, or `region:offset[index * scale, count]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Address {
-    /// The region of the process image.
-    pub region: RegionId,
-    /// Bytes from the region's start, of element 0 where there is an index.
-    pub offset: u32,
-    /// The element, where the address is one in an array.
-    pub index: Option<Index>,
-    /// Whether the access has an effect outside the program, as one of a hardware register has.
-    /// Such an access is neither moved, merged nor dropped.
-    pub volatile: bool,
-}
-
-impl Address {
-    /// The address of a fixed place.
-    pub fn fixed(region: RegionId, offset: u32) -> Self {
-        Self { region, offset, index: None, volatile: false }
-    }
-
-    /// The address of element `value` of an array of `count` elements that are `scale` bytes apart.
-    pub fn indexed(region: RegionId, offset: u32, value: Value, scale: u32, count: u32) -> Self {
-        Self { region, offset, index: Some(Index { value, scale, count }), volatile: false }
-    }
-
-    /// The same address, for a volatile access.
-    pub fn volatile(mut self) -> Self {
-        self.volatile = true;
-        self
-    }
-
-    /// The bytes that an access of a type may touch, whatever its index is, as offsets from the
-    /// region's start.
-    pub fn extent(&self, ty: Type) -> Range<u64> {
-        let start = u64::from(self.offset);
-        let span = match self.index {
-            Some(index) => u64::from(index.scale) * u64::from(index.count.saturating_sub(1)),
-            None => 0,
-        };
-        start..start + span + u64::from(ty.bytes())
-    }
-}
-
 /// An instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum InstData {
@@ -420,6 +354,18 @@ pub enum InstData {
         /// The value.
         value: Value,
     },
+    /// Puts groups of bits of a word into local bits, each of which is 0 or 1 then. There is no result.
+    Unpack {
+        /// The word, an `i32`.
+        word: Value,
+        /// The groups.
+        to: BitGroups,
+    },
+    /// An `i32` that has the lowest bit of each local bit of some groups at its place in the word, and 0 elsewhere.
+    Pack {
+        /// The groups.
+        from: BitGroups,
+    },
     /// Whether the scan has taken longer than it may, an `i1`: the [epoch](plcc_abi::deadline) has
     /// reached the scan's limit. Code that jumps back asks this, and leaves if it is true.
     IsLate,
@@ -451,8 +397,10 @@ impl InstData {
     /// Calls `f` for each operand, in their order; `f` may replace it.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
-            Self::Iconst { .. } | Self::Fconst { .. } | Self::IsLate => {}
-            Self::Unary { op: _, arg } | Self::Convert { op: _, to: _, arg } => f(arg),
+            Self::Iconst { .. } | Self::Fconst { .. } | Self::Pack { .. } | Self::IsLate => {}
+            Self::Unary { op: _, arg }
+            | Self::Convert { op: _, to: _, arg }
+            | Self::Unpack { word: arg, to: _ } => f(arg),
             Self::Binary { op: _, args }
             | Self::Icmp { cond: _, args }
             | Self::Fcmp { cond: _, args } => args.iter_mut().for_each(f),
@@ -470,14 +418,19 @@ impl InstData {
     }
 
     /// Whether the instruction does more than give a result, so that it must stay even if its
-    /// result is not used: stores, volatile loads, and calls of host functions that are not pure.
+    /// result is not used: stores, unpacking, volatile loads, and calls of host functions that are not pure.
     /// `IsLate` counts as one of these, since it may give another result each time.
     pub fn has_effect(&self) -> bool {
         match self {
-            Self::Store { .. } | Self::IsLate => true,
+            Self::Store { .. } | Self::Unpack { .. } | Self::IsLate => true,
             Self::Load { ty: _, at } => at.volatile,
             Self::HostCall { function, args: _ } => !function.is_pure(),
             _ => false,
         }
+    }
+
+    /// Whether the result depends on what was stored before: in the process image or in local bits.
+    pub fn reads_memory(&self) -> bool {
+        matches!(self, Self::Load { .. } | Self::Pack { .. })
     }
 }

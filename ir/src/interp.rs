@@ -44,8 +44,8 @@ impl Interpreter {
         let module = module.into();
         let labels = module.label_targets();
         let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
-        let local_bits = vec![0; module.local_bits.as_ref().map_or(0, |local| local.size as usize)];
-        Self { module, labels, tasks, values: SecondaryMap::new(), local_bits, operations: 0 }
+        let values = SecondaryMap::new();
+        Self { module, labels, tasks, values, local_bits: vec![], operations: 0 }
     }
 
     /// How many operations have been executed since the engine was made: instructions and ends of
@@ -72,7 +72,8 @@ impl Interpreter {
         self.values.clear();
         self.values.resize(func.value_count());
         // They mean nothing yet, so that anything may be in them.
-        self.local_bits.fill(0x55);
+        self.local_bits.clear();
+        self.local_bits.resize(func.local_bits() as usize, 0x55);
         loop {
             let data = func.block(block);
             self.operations = self.operations.saturating_add(data.insts.len() as u64 + 1);
@@ -165,6 +166,20 @@ impl Interpreter {
                     _ => write(scan.image, self.image_offset(at), ty, number),
                 }
                 0
+            }
+            InstData::Unpack { word, to } => {
+                let word = self.get(word);
+                for group in to.iter() {
+                    for (bit, number) in to.bits(group).zip(8 * group..) {
+                        write(&mut self.local_bits, bit as u32, Type::I1, word >> number & 1);
+                    }
+                }
+                0
+            }
+            InstData::Pack { from } => {
+                let bits = from.iter().flat_map(|group| from.bits(group).zip(8 * group..));
+                let bit = |(bit, number)| read(&self.local_bits, bit as u32, Type::I1) << number;
+                Type::I32.wrap(bits.map(bit).fold(0, |word, bit| word | bit))
             }
             InstData::IsLate => i64::from(scan.limit.is_late()),
             InstData::HostCall { function, args } => {

@@ -51,6 +51,7 @@
 //! assert_eq!((outcome, image[0]), (Outcome::End, 1));
 //! ```
 
+pub mod address;
 #[allow(
     clippy::indexing_slicing,
     reason = "nodes index tables made for them, blocks those of verified functions"
@@ -80,15 +81,14 @@ pub mod types;
 pub mod verify;
 mod words;
 
+pub use address::{Address, BitGroups, Index};
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};
 pub use entities::{
     Block, Func, Inst, Label, PrimaryMap, RegionId, SecondaryMap, StatementId, Value,
 };
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
-pub use inst::{
-    Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, Operands, UnaryOp,
-};
+pub use inst::{Args, BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Operands, UnaryOp};
 pub use interp::Interpreter;
 pub use module::{Module, SourceFile, Statement};
 pub use types::Type;

@@ -13,16 +13,6 @@ use crate::{Block, Func, FuncData, Label, PrimaryMap, RegionId, StatementId, Ter
 /// where conditional statements end.
 const MAX_EMPTY_BLOCKS: usize = 64;
 
-/// The name of the region of local bits.
-pub(crate) const LOCAL_BITS_NAME: &str = "local_bits";
-
-/// There are no more local bits than this, so that the stack frame of a function stays smaller than a page.
-pub(crate) const MAX_LOCAL_BITS: u32 = 2048;
-
-/// The number of offsets between the image and the local bits. It is more than an address reaches from a base
-/// register.
-const LOCAL_BITS_GAP: u32 = 4096;
-
 /// A source file, kept for the comments of listings and for line tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourceFile {
@@ -67,11 +57,6 @@ pub struct Module {
     /// executive keeps that up, and so must program code. Passes assume it, as they do for
     /// [`finite_regions`](Self::finite_regions).
     pub word_regions: Vec<RegionId>,
-    /// The local bits, if functions have any: a region of truth values that lies in the stack frame of
-    /// the function that is executed, not in the process image. They mean nothing when a function is entered,
-    /// and are lost when it is left. [`RegionId::LOCAL_BITS`] stands for this region. Only passes make it
-    /// (`byte-bits`); [`Module::local_bits_of`] says how.
-    pub local_bits: Option<plcc_abi::Region>,
     /// The tasks, which can be called from outside, each with the label where it starts.
     pub tasks: Vec<Task>,
     /// How many labels there are. They are numbered from 0, and each is at one block of one
@@ -151,19 +136,9 @@ impl Module {
         Some(SourceLine { file: statement.file, line: statement.line })
     }
 
-    /// The name, offset and size of a region; `None` if there is no such region.
+    /// The name, offset and size of a region; `None` if there is no such region, as for local bits.
     pub fn region(&self, region: RegionId) -> Option<&plcc_abi::Region> {
-        match region {
-            RegionId::LOCAL_BITS => self.local_bits.as_ref(),
-            region => self.regions.get(region.index()),
-        }
-    }
-
-    /// A region of `size` local bits for a process image of `image_size` bytes. It gets offsets of its own
-    /// after the image, and a gap in between, so that accesses of the two are told apart by their offsets.
-    pub fn local_bits_of(image_size: u32, size: u32) -> plcc_abi::Region {
-        let offset = image_size.saturating_add(LOCAL_BITS_GAP);
-        plcc_abi::Region { name: LOCAL_BITS_NAME.into(), offset, size, bits: true }
+        self.regions.get(region.index())
     }
 
     /// The first line of a statement's text, for comments; empty if its source is not kept.

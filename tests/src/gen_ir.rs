@@ -3,8 +3,8 @@
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, SourceLine, TrapCode, TrapSite};
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, RegionId,
-    SourceFile, Statement, Type, UnaryOp, Value,
+    Address, BinaryOp, BitGroups, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place,
+    RegionId, SourceFile, Statement, Type, UnaryOp, Value,
 };
 
 use plcc_random::Rng;
@@ -258,9 +258,10 @@ impl Gen {
     }
 
     fn action(&mut self) {
-        match self.rng.below(23) {
+        match self.rng.below(24) {
             20 | 21 => self.bits_of_word(),
             22 => self.states(),
+            23 => self.local_bits(),
             0..8 => self.store(),
             8 => self.host_call(),
             9 | 10 => self.diamond(),
@@ -271,6 +272,45 @@ impl Gen {
                 self.op(ty, 2);
             }
         }
+    }
+
+    /// Unpacks a word, reads and writes some of its bits as local bits, and packs it.
+    fn local_bits(&mut self) {
+        let first = 8 * self.rng.below(4) as u32;
+        let groups = BitGroups { first, groups: 1 + self.rng.below(15) as u8 };
+        let word = self.value(Type::I32);
+        let b = self.b.func();
+        b.local_bits(first + 32);
+        b.unpack(word, groups);
+        let bits: Vec<u32> =
+            groups.iter().flat_map(|group| groups.bits(group)).map(|bit| bit as u32).collect();
+        for _ in 0..1 + self.rng.below(6) {
+            let at = Address::fixed(RegionId::LOCAL_BITS, *self.rng.pick(&bits));
+            match self.rng.below(4) {
+                0 => {
+                    let word = self.value(Type::I32);
+                    self.b.func().unpack(word, groups);
+                }
+                1 => {
+                    let value = self.value(Type::I1);
+                    self.b.func().store(at, value);
+                }
+                2 => {
+                    let value = self.b.func().load(Type::I1, at);
+                    self.pool.push((value, Type::I1));
+                }
+                _ => {
+                    let groups = groups.iter().filter(|_| self.rng.chance(70));
+                    let groups = groups.fold(0, |groups, group| groups | 1 << group);
+                    if groups != 0 {
+                        let value = self.b.func().pack(BitGroups { first, groups });
+                        self.pool.push((value, Type::I32));
+                    }
+                }
+            }
+        }
+        let value = self.b.func().pack(groups);
+        self.pool.push((value, Type::I32));
     }
 
     fn store(&mut self) {
@@ -560,9 +600,6 @@ impl Gen {
                 let ops: &[UnaryOp] = match ty {
                     Type::F64 => &FLOAT_OPS,
                     Type::I1 => &[UnaryOp::Not],
-                    Type::I64 => {
-                        &[UnaryOp::Not, UnaryOp::Neg, UnaryOp::SpreadBits, UnaryOp::GatherBits]
-                    }
                     _ => &[UnaryOp::Not, UnaryOp::Neg],
                 };
                 let op = *self.rng.pick(ops);

@@ -15,8 +15,6 @@ impl Lowering<'_> {
             UnaryOp::Not if ty == Type::I1 => self.builder.ins().bxor_imm_u(x, 1),
             UnaryOp::Not => self.builder.ins().bnot(x),
             UnaryOp::Neg => self.builder.ins().ineg(x),
-            UnaryOp::SpreadBits => self.spread_bits(x),
-            UnaryOp::GatherBits => self.gather_bits(x),
             UnaryOp::Fneg => self.builder.ins().fneg(x),
             UnaryOp::Fabs => self.builder.ins().fabs(x),
             UnaryOp::Fsqrt => self.builder.ins().sqrt(x),

@@ -10,28 +10,36 @@ use plcc_ir::passes::thresholds::base_registers::{
 };
 use plcc_ir::{FuncData, InstData, Module};
 
+use super::memory::{LOCAL_PLACES, local_place, place};
+
 /// The bytes that a distance of one signed byte reaches: 128 before the base to 127 after it.
-const REACH: u32 = 256;
-/// The offsets in the image, or of local bits after it, that a function's base registers best hold.
+const REACH: i64 = 256;
+
+/// The [places](super::memory) that a function's base registers best hold.
 /// A function with local bits always has a base for them. Any other base is for a part of the image that is
 /// accessed often enough, and only x86-64 has such bases.
-pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<u32> {
+pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<i64> {
     let mut places = vec![];
-    let local_start = module.local_bits.as_ref().map_or(u32::MAX, |local| local.offset);
     for (_, block) in func.blocks() {
         for &inst in &block.insts {
-            if let InstData::Load { at, .. } | InstData::Store { at, .. } = func.inst(inst)
-                && at.index.is_none()
-                && let Some(region) = module.region(at.region)
-                && let Some(place) = region.offset.checked_add(at.offset)
-                && place >= REACH / 2
-            {
-                places.push(place);
+            match *func.inst(inst) {
+                InstData::Load { ty: _, at } | InstData::Store { at, value: _ } => {
+                    if at.index.is_none()
+                        && let Some(place) = place(module, at)
+                        && place >= REACH / 2
+                    {
+                        places.push(place);
+                    }
+                }
+                InstData::Unpack { word: _, to: groups } | InstData::Pack { from: groups } => {
+                    places.extend(groups.iter().map(|group| local_place(groups.bits(group).start)));
+                }
+                _ => {}
             }
         }
     }
     places.sort_unstable();
-    let first_local = places.partition_point(|&place| place < local_start);
+    let first_local = places.partition_point(|&place| place < LOCAL_PLACES);
     let has_local_bits = first_local < places.len();
     let mut found = vec![];
     if has_local_bits {
@@ -57,7 +65,7 @@ pub(super) fn bases(module: &Module, func: &FuncData, is_x86: bool) -> Vec<u32> 
 
 /// The longest run of offsets in a sorted list that one base reaches: the index of its first, and
 /// that after its last. Of several equally long ones the first.
-fn longest_run(places: &[u32]) -> Option<(usize, usize)> {
+fn longest_run(places: &[i64]) -> Option<(usize, usize)> {
     let mut end = 0;
     let mut best = None;
     for (first, &start) in places.iter().enumerate() {

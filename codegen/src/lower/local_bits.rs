@@ -1,14 +1,14 @@
 //! Local bits: truth values in the stack frame of a function (the pass `byte-bits` of IR), and the two
-//! operations that turn eight bits of a word into eight of them, and back.
+//! instructions that turn groups of eight bits of a word into local bits, and back.
 //!
-//! On x86-64, the operations of a word are done on vectors, for up to 16 bits at once:
+//! On x86-64 they are done on vectors, for up to two groups at once:
 //!
 //! ```text
-//! spread_bits   punpcklbw, pshuflw, pshufd   a byte of the word in each of eight bytes
-//!               pand                         of each byte one bit: 1, 2, 4, … 128
-//!               pminub                       1 in the place of the bit, if it is 1
-//! gather_bits   psllw                        the lowest bit of each byte to its highest
-//!               pmovmskb                     the highest bits of all bytes
+//! unpack   punpcklbw, pshuflw, pshufd   a byte of the word in each of eight bytes
+//!          pand                         of each byte one bit: 1, 2, 4, … 128
+//!          pminub                       1 in the place of the bit, if it is 1
+//! pack     psllw                        the lowest bit of each byte to its highest
+//!          pmovmskb                     the highest bits of all bytes
 //! ```
 
 use cranelift_codegen::ir::{
@@ -16,284 +16,149 @@ use cranelift_codegen::ir::{
     Value as ClifValue, types,
 };
 use cranelift_frontend::FunctionBuilder;
-use plcc_ir::tables::{FastMap, FastSet};
-use plcc_ir::{
-    Address, BinaryOp, ConvertOp, FuncData, Inst, InstData, Module, RegionId, SecondaryMap, Type,
-    UnaryOp, Value,
-};
+use plcc_ir::{BitGroups, FuncData, Value};
 
-use super::memory::flags;
+use super::memory::{flags, local_place};
 use super::{LowerResult, Lowering};
 
 /// That many bytes follow the last local bit, since a truth value may be loaded with the bytes after it.
 const PADDING: u32 = 8;
 
+/// The local bits of a group.
+const GROUP: i64 = 8;
+
 /// Of a vector of bytes, the bit that each byte stands for.
 const BIT_OF_BYTE: [u8; 16] = [1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128];
 
-/// The local bits of a function.
-pub(super) struct LocalBits {
-    /// The number of bytes up to the last one that the function accesses.
-    pub(super) size: u32,
-    /// The first of the offsets that stand for them, after those of the image.
-    pub(super) offset: i64,
-    /// The part of the stack frame, if the function has local bits.
-    pub(super) slot: Option<StackSlot>,
-    /// The words that are unpacked at once, by the last of their stores.
-    unpacked: FastMap<Inst, Unpacked>,
-    /// The other stores of these words, for which nothing is written.
-    left_out: FastSet<Inst>,
-    /// The ORs that join two neighbouring groups of eight bits, with the address of the first.
-    joined: FastMap<Inst, Address>,
+/// The part of the stack frame for a function's local bits, if it has any.
+pub(super) fn stack_slot(func: &FuncData, builder: &mut FunctionBuilder<'_>) -> Option<StackSlot> {
+    let size = func.local_bits();
+    (size > 0).then(|| {
+        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, size + PADDING, 4);
+        builder.create_sized_stack_slot(data)
+    })
 }
 
-/// A word that is unpacked.
-#[derive(Clone)]
-struct Unpacked {
-    /// An integer of 32 or 64 bits that holds it.
-    word: Value,
-    /// The groups of eight bits, in rising order, each with the address of its first local bit.
-    groups: Vec<(u8, Address)>,
-}
-
-impl LocalBits {
-    /// Those of a function, for which a part of its stack frame is reserved.
-    pub(super) fn new(
-        module: &Module,
-        func: &FuncData,
-        builder: &mut FunctionBuilder<'_>,
-        is_x86: bool,
-    ) -> Self {
-        let mut this = Self {
-            size: 0,
-            offset: i64::MAX,
-            slot: None,
-            unpacked: FastMap::default(),
-            left_out: FastSet::default(),
-            joined: FastMap::default(),
-        };
-        let Some(region) = &module.local_bits else { return this };
-        this.offset = i64::from(region.offset);
-        let insts = func.blocks().flat_map(|(_, block)| &block.insts);
-        let end = |&inst: &Inst| {
-            local_access(func, inst).map_or(0, |(at, ty)| at.offset.saturating_add(ty.bytes()))
-        };
-        this.size = insts.map(end).max().unwrap_or(0).min(region.size);
-        if this.size == 0 {
-            return this;
-        }
-        let data = StackSlotData::new(StackSlotKind::ExplicitSlot, this.size + PADDING, 4);
-        this.slot = Some(builder.create_sized_stack_slot(data));
-        if is_x86 {
-            let uses = func.use_counts();
-            for (_, block) in func.blocks() {
-                this.find_unpacked(func, &block.insts);
-                this.find_joined(func, &block.insts, &uses);
-            }
-        }
-        this
-    }
-
-    /// Finds the words of a block whose groups of bits are unpacked one after the other.
-    fn find_unpacked(&mut self, func: &FuncData, insts: &[Inst]) {
-        let mut current: Option<(Unpacked, Vec<Inst>)> = None;
-        for &inst in insts {
-            let next = match *func.inst(inst) {
-                InstData::Store { at, value } => match unpacked_group(func, at, value) {
-                    Some(next) => Some((at, next)),
-                    None => {
-                        self.finish(current.take());
-                        continue;
-                    }
-                },
-                InstData::Load { .. } => {
-                    self.finish(current.take());
-                    continue;
-                }
-                data if data.has_effect() => {
-                    self.finish(current.take());
-                    continue;
-                }
-                _ => None,
-            };
-            let Some((at, (word, group))) = next else { continue };
-            match &mut current {
-                Some((unpacked, stores))
-                    if unpacked.word == word
-                        && unpacked.groups.last().is_some_and(|last| last.0 < group) =>
-                {
-                    unpacked.groups.push((group, at));
-                    stores.push(inst);
-                }
-                _ => {
-                    self.finish(current.take());
-                    current = Some((Unpacked { word, groups: vec![(group, at)] }, vec![inst]));
-                }
-            }
-        }
-        self.finish(current);
-    }
-
-    /// Enters a word whose groups were found: all are unpacked at the last of their stores, and the other stores are left out.
-    fn finish(&mut self, found: Option<(Unpacked, Vec<Inst>)>) {
-        if let Some((unpacked, mut stores)) = found
-            && let Some(last) = stores.pop()
-        {
-            self.left_out.extend(stores);
-            self.unpacked.insert(last, unpacked);
+/// Cuts groups into runs of one or two neighbours: the first of each run, and whether there is a second.
+fn runs(groups: BitGroups) -> Vec<(u32, bool)> {
+    let mut runs: Vec<(u32, bool)> = vec![];
+    for group in groups.iter() {
+        match runs.last_mut() {
+            Some((first, is_pair @ false)) if *first + 1 == group => *is_pair = true,
+            _ => runs.push((group, false)),
         }
     }
-
-    /// Finds the ORs of a block that join two groups of bits.
-    fn find_joined(&mut self, func: &FuncData, insts: &[Inst], uses: &SecondaryMap<Value, u32>) {
-        // The groups that were gathered since anything was last stored in the local bits.
-        let mut gathered: FastMap<Value, Address> = FastMap::default();
-        let is_used_once = |value: Value| uses[value] == 1;
-        for &inst in insts {
-            if let InstData::Store { at, .. } = func.inst(inst) {
-                if at.region == RegionId::LOCAL_BITS {
-                    gathered.clear();
-                }
-                continue;
-            }
-            let Some(result) = func.result(inst) else { continue };
-            let address = |value: Value| gathered.get(&value).copied();
-            match *func.inst(inst) {
-                InstData::Load { ty: Type::I64, at } if at.region == RegionId::LOCAL_BITS => {
-                    gathered.insert(result, at);
-                }
-                InstData::Unary { op: UnaryOp::GatherBits, arg }
-                | InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {
-                    if let Some(at) = address(arg).filter(|_| is_used_once(arg)) {
-                        gathered.insert(result, at);
-                    }
-                }
-                InstData::Binary { op: BinaryOp::Or, args: [low, shifted] } => {
-                    if let Some(InstData::Binary { op: BinaryOp::Shl, args: [high, by] }) =
-                        func.def_inst(shifted)
-                        && func.constant(*by) == Some(8)
-                        && [low, *high].into_iter().all(|part| is_gathered(func, part))
-                        && [low, shifted, *high].into_iter().all(is_used_once)
-                        && let (Some(first), Some(second)) = (address(low), address(*high))
-                        && first.offset.checked_add(8) == Some(second.offset)
-                    {
-                        self.joined.insert(inst, first);
-                    }
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// Whether nothing is to be written for an instruction.
-    pub(super) fn leaves_out(&self, inst: Inst) -> bool {
-        self.left_out.contains(&inst)
-    }
-}
-
-/// The address and type of an access of local bits.
-fn local_access(func: &FuncData, inst: Inst) -> Option<(Address, Type)> {
-    let (at, ty) = match *func.inst(inst) {
-        InstData::Load { ty, at } => (at, ty),
-        InstData::Store { at, value } => (at, func.ty(value)),
-        _ => return None,
-    };
-    (at.region == RegionId::LOCAL_BITS).then_some((at, ty))
-}
-
-/// If a store to an address puts a group of bits of a word there: the word, and the number of the group among those of its
-/// lowest 32 bits.
-fn unpacked_group(func: &FuncData, at: Address, value: Value) -> Option<(Value, u8)> {
-    let &InstData::Unary { op: UnaryOp::SpreadBits, arg } = func.def_inst(value)? else {
-        return None;
-    };
-    if at.region != RegionId::LOCAL_BITS {
-        return None;
-    }
-    if let Some(&InstData::Binary { op: BinaryOp::Lshr, args: [word, by] }) = func.def_inst(arg)
-        && let Some(by @ (8 | 16 | 24)) = func.constant(by)
-    {
-        return Some((word, by as u8 / 8));
-    }
-    Some((arg, 0))
-}
-
-/// Whether a value is an integer of 32 bits that a group was gathered into.
-fn is_gathered(func: &FuncData, value: Value) -> bool {
-    matches!(func.def_inst(value), Some(InstData::Convert { op: ConvertOp::Trunc, .. }))
-        && func.ty(value) == Type::I32
+    runs
 }
 
 impl Lowering<'_> {
-    /// Writes the store of an instruction together with others of the same word, if they are unpacked at once; gives
-    /// whether that was done.
-    pub(super) fn unpacked_word(&mut self, inst: Inst) -> LowerResult<bool> {
-        let Some(Unpacked { word, groups }) = self.local_bits.unpacked.get(&inst).cloned() else {
-            return Ok(false);
+    /// Puts groups of bits of a word into local bits.
+    pub(super) fn unpack(&mut self, word: Value, to: BitGroups) -> LowerResult<()> {
+        let word = self.value(word)?;
+        let spread = match self.is_x86 {
+            true => self.bytes_twice(word),
+            false => self.builder.ins().uextend(types::I64, word),
         };
-        let word = match self.func.def_inst(word) {
-            Some(&InstData::Convert { op: ConvertOp::Zext, to: _, arg })
-                if self.func.ty(arg) == Type::I32 =>
-            {
-                self.value(arg)?
-            }
-            _ => {
-                let word = self.value(word)?;
-                self.builder.ins().ireduce(types::I32, word)
-            }
-        };
-        let lanes = self.builder.ins().scalar_to_vector(types::I32X4, word);
-        let bytes = self.builder.ins().bitcast(types::I8X16, byte_order(), lanes);
-        // Each byte of the word twice, one after the other.
-        let twice = self.shuffle(bytes, |byte| byte / 2 + 16 * (byte % 2));
-        let mut rest = groups.as_slice();
-        while let Some((&(group, at), others)) = rest.split_first() {
-            let next = others.first().copied();
-            let is_pair = next
-                == at.offset.checked_add(8).map(|offset| (group + 1, Address { offset, ..at }));
-            let second = if is_pair { group + 1 } else { group };
-            let pairs = [group, group, second, second];
-            let low = self.shuffle(twice, |byte| match pairs.get(usize::from(byte / 2)) {
-                Some(pair) => 2 * pair + byte % 2,
-                None => byte,
-            });
-            let all = match is_pair {
-                true => self.shuffle(low, |byte| byte % 4 + 4 * (byte / 8)),
-                false => low,
-            };
-            let bits = self.byte_constant(&BIT_OF_BYTE);
-            let kept = self.builder.ins().band(all, bits);
-            let ones = self.byte_constant(&[1; 16]);
-            let truths = self.builder.ins().umin(kept, ones);
-            let value = match is_pair {
-                true => truths,
-                false => {
-                    let halves = self.builder.ins().bitcast(types::F64X2, byte_order(), truths);
-                    self.builder.ins().extractlane(halves, 0)
+        for (group, is_pair) in runs(to) {
+            let start = local_place(to.bits(group).start);
+            if self.is_x86 {
+                let truths = self.truths_of(spread, group, is_pair);
+                let size = if is_pair { 2 * GROUP } else { GROUP };
+                self.lower_waiting_loads(Some(start..start + size))?;
+                let (base, offset) = self.group_address(to, group)?;
+                if is_pair {
+                    // This says that the second group is there, too.
+                    self.group_address(to, group + 1)?;
                 }
-            };
-            let start = self.image_offset(Type::I64, at)?;
-            self.lower_waiting_loads(Some(start..start + if is_pair { 16 } else { 8 }))?;
-            let (base, offset) = self.address(Type::I64, at)?;
-            self.builder.ins().store(flags(), value, base, offset);
-            rest = others.get(usize::from(is_pair)..).unwrap_or_default();
+                self.builder.ins().store(flags(), truths, base, offset);
+                continue;
+            }
+            for group in group..=group + u32::from(is_pair) {
+                let low = self.builder.ins().ushr_imm_u(spread, i64::from(8 * group));
+                let truths = self.spread_bits(low);
+                let start = local_place(to.bits(group).start);
+                self.lower_waiting_loads(Some(start..start + GROUP))?;
+                let (base, offset) = self.group_address(to, group)?;
+                self.builder.ins().store(flags(), truths, base, offset);
+            }
         }
-        Ok(true)
+        Ok(())
     }
 
-    /// The result of an OR that joins two groups of bits, which are gathered at once; `None` if it does
-    /// something else.
-    pub(super) fn joined_groups(&mut self, inst: Inst) -> LowerResult<Option<ClifValue>> {
-        let Some(&at) = self.local_bits.joined.get(&inst) else { return Ok(None) };
-        let second = Address { offset: at.offset.saturating_add(8), ..at };
-        self.image_offset(Type::I64, second)?;
-        let (base, offset) = self.address(Type::I64, at)?;
-        let bytes = self.builder.ins().load(types::I8X16, flags(), base, offset);
-        Ok(Some(self.lowest_bits(bytes, types::I32)))
+    /// A word with the bits of groups of local bits, and 0 elsewhere.
+    pub(super) fn pack(&mut self, from: BitGroups) -> LowerResult<ClifValue> {
+        let mut packed = None;
+        for (group, is_pair) in runs(from) {
+            let (base, offset) = self.group_address(from, group)?;
+            let bits = if is_pair && self.is_x86 {
+                self.group_address(from, group + 1)?;
+                let bytes = self.builder.ins().load(types::I8X16, flags(), base, offset);
+                self.lowest_bits(bytes, types::I32)
+            } else {
+                let mut bits = self.packed_group(base, offset);
+                if is_pair {
+                    let (base, offset) = self.group_address(from, group + 1)?;
+                    let second = self.packed_group(base, offset);
+                    let second = self.builder.ins().ishl_imm_u(second, GROUP);
+                    bits = self.builder.ins().bor(bits, second);
+                }
+                bits
+            };
+            let bits = match group {
+                0 => bits,
+                _ => self.builder.ins().ishl_imm_u(bits, GROUP * i64::from(group)),
+            };
+            packed = Some(match packed {
+                Some(others) => self.builder.ins().bor(others, bits),
+                None => bits,
+            });
+        }
+        Ok(match packed {
+            Some(packed) => packed,
+            None => self.builder.ins().iconst(types::I32, 0),
+        })
+    }
+
+    /// The local bits of one group, as the lowest bits of an integer of 32 bits.
+    fn packed_group(&mut self, base: ClifValue, offset: i32) -> ClifValue {
+        let bytes = self.builder.ins().load(types::I64, flags(), base, offset);
+        let bits = self.gather_bits(bytes);
+        self.builder.ins().ireduce(types::I32, bits)
+    }
+
+    /// A vector with each byte of a word twice, one after the other.
+    fn bytes_twice(&mut self, word: ClifValue) -> ClifValue {
+        let lanes = self.builder.ins().scalar_to_vector(types::I32X4, word);
+        let bytes = self.builder.ins().bitcast(types::I8X16, byte_order(), lanes);
+        self.shuffle(bytes, |byte| byte / 2 + 16 * (byte % 2))
+    }
+
+    /// The local bits of one or two groups, as they are stored; `twice` has each byte of the word twice.
+    fn truths_of(&mut self, twice: ClifValue, group: u32, is_pair: bool) -> ClifValue {
+        let group = group as u8;
+        let second = group + u8::from(is_pair);
+        let pairs = [group, group, second, second];
+        let low = self.shuffle(twice, |byte| match pairs.get(usize::from(byte / 2)) {
+            Some(pair) => 2 * pair + byte % 2,
+            None => byte,
+        });
+        let all = match is_pair {
+            true => self.shuffle(low, |byte| byte % 4 + 4 * (byte / 8)),
+            false => low,
+        };
+        let bits = self.byte_constant(&BIT_OF_BYTE);
+        let kept = self.builder.ins().band(all, bits);
+        let ones = self.byte_constant(&[1; 16]);
+        let truths = self.builder.ins().umin(kept, ones);
+        if is_pair {
+            return truths;
+        }
+        let halves = self.builder.ins().bitcast(types::F64X2, byte_order(), truths);
+        self.builder.ins().extractlane(halves, 0)
     }
 
     /// The eight lowest bits of an integer of 64 bits, each in a byte of its own.
-    pub(super) fn spread_bits(&mut self, x: ClifValue) -> ClifValue {
+    fn spread_bits(&mut self, x: ClifValue) -> ClifValue {
         // In each byte of a multiple of the bits, one of them is kept. Then 127 is added to each byte, which makes
         // its highest bit 1 if the byte is not 0.
         let low = self.builder.ins().band_imm_u(x, 0xFF);
@@ -309,7 +174,7 @@ impl Lowering<'_> {
     }
 
     /// The lowest bit of each byte of an integer of 64 bits, side by side.
-    pub(super) fn gather_bits(&mut self, x: ClifValue) -> ClifValue {
+    fn gather_bits(&mut self, x: ClifValue) -> ClifValue {
         if self.is_x86 {
             let lanes = self.builder.ins().scalar_to_vector(types::I64X2, x);
             return self.lowest_bits(lanes, types::I64);

@@ -1,11 +1,32 @@
-//! Loads and stores in the process image.
+//! Loads and stores in the process image, and of local bits.
+//!
+//! A *place* tells the two apart by one number: an offset in the image, or, from [`LOCAL_PLACES`] on, the number of a local
+//! bit.
 
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
 use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
-use plcc_ir::{Address, ConvertOp, FuncData, InstData, RegionId, SecondaryMap, Type, Value};
+use plcc_ir::{
+    Address, BitGroups, ConvertOp, FuncData, InstData, Module, RegionId, SecondaryMap, Type, Value,
+};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
+
+/// The place of the first local bit. No offset in the image is as large.
+pub(super) const LOCAL_PLACES: i64 = 1 << 32;
+
+/// The place of a local bit.
+pub(super) fn local_place(bit: u64) -> i64 {
+    LOCAL_PLACES.saturating_add_unsigned(bit)
+}
+
+/// The place that an address has without its index; `None` if its region is not there.
+pub(super) fn place(module: &Module, at: Address) -> Option<i64> {
+    match at.region {
+        RegionId::LOCAL_BITS => Some(local_place(at.offset.into())),
+        region => Some(i64::from(module.region(region)?.offset) + i64::from(at.offset)),
+    }
+}
 
 /// A base register: a value that the whole function uses; or a variable, where the value is computed again after calls
 /// in cold blocks. Each block where ways meet then takes it as a parameter, which takes long to compile where such
@@ -28,13 +49,12 @@ impl Lowering<'_> {
         let offset = std::mem::offset_of!(ScanContext, image) as i32;
         let image = self.builder.ins().load(pointer, flags, self.context, offset);
         self.image = self.define_base(self.image, image);
-        let local =
-            self.local_bits.slot.map(|slot| self.builder.ins().stack_addr(pointer, slot, 0));
+        let local = self.local_bits.map(|slot| self.builder.ins().stack_addr(pointer, slot, 0));
         for index in 0..self.bases.len() {
             let (place, base) = self.bases[index];
             // By a subtraction: Cranelift would fold an addition back into every address.
-            let (start, from) = match local.filter(|_| place >= self.local_bits.offset) {
-                Some(local) => (local, self.local_bits.offset),
+            let (start, from) = match local.filter(|_| place >= LOCAL_PLACES) {
+                Some(local) => (local, LOCAL_PLACES),
                 None => (image, 0),
             };
             let less = self.builder.ins().iconst(pointer, from - place);
@@ -62,14 +82,26 @@ impl Lowering<'_> {
         }
     }
 
-    /// The base value and the offset from it for a local bit, whose offset after the image is given.
-    fn local_address(&mut self, offset: i64) -> LowerResult<(ClifValue, i32)> {
+    /// The base value and the offset from it for a local bit at a place.
+    fn local_address(&mut self, place: i64) -> LowerResult<(ClifValue, i32)> {
         let missing = || InvalidIr("the function has no local bits".into());
-        let start = self.local_bits.offset;
-        let base = self.bases.iter().find(|(place, _)| *place >= start);
-        let &(place, base) = base.ok_or_else(missing)?;
-        let distance = i32::try_from(offset - place).map_err(|_| missing())?;
+        let base = self.bases.iter().find(|(of, _)| *of >= LOCAL_PLACES);
+        let &(of, base) = base.ok_or_else(missing)?;
+        let distance = i32::try_from(place - of).map_err(|_| missing())?;
         Ok((self.base(base)?, distance))
+    }
+
+    /// The base value and the offset from it for the local bits of a group.
+    pub(super) fn group_address(
+        &mut self,
+        groups: BitGroups,
+        group: u32,
+    ) -> LowerResult<(ClifValue, i32)> {
+        let bits = groups.bits(group);
+        if bits.end > u64::from(self.func.local_bits()) {
+            return Err(InvalidIr("it reaches beyond the local bits".into()));
+        }
+        self.address_of_place(local_place(bits.start))
     }
 
     pub(super) fn load(&mut self, ty: Type, at: Address) -> LowerResult<ClifValue> {
@@ -102,7 +134,7 @@ impl Lowering<'_> {
 
     pub(super) fn store(&mut self, at: Address, value: Value) -> LowerResult<()> {
         let ty = self.func.ty(value);
-        let start = self.image_offset(ty, at)?;
+        let start = self.place(ty, at)?;
         let extent = at.extent(ty);
         let value = self.value(value)?;
         let stored = start..start + (extent.end - extent.start) as i64;
@@ -112,52 +144,60 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The offset in the image of an address without its index; local bits lie after the image. Code is safe to
-    /// run only if each access stays in its region whatever the index is, so this checks it, though the
-    /// verifier has done so before.
-    pub(super) fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
-        let region = self.module.region(at.region);
-        let region = region.ok_or_else(|| InvalidIr("its region is not there".into()))?;
+    /// The place of an address without its index. Code is safe to run only if each access stays in its region whatever
+    /// the index is, so this checks it, though the verifier has done so before.
+    pub(super) fn place(&self, ty: Type, at: Address) -> LowerResult<i64> {
         let last = at
             .index
             .map_or(0, |index| u64::from(index.count.saturating_sub(1)) * u64::from(index.scale));
         let end = u64::from(at.offset) + last + u64::from(ty.bytes());
-        let region_end = u64::from(region.offset) + u64::from(region.size);
-        let is_in_image = region_end <= u64::from(self.module.image_size);
-        let is_local = at.region == RegionId::LOCAL_BITS && end <= u64::from(self.local_bits.size);
-        if end > u64::from(region.size) || !is_in_image && !is_local {
-            return Err(InvalidIr(format!("it leaves its region `{}`", region.name)));
+        if at.region == RegionId::LOCAL_BITS {
+            if end > u64::from(self.func.local_bits()) || at.index.is_some() {
+                return Err(InvalidIr("it reaches beyond the local bits".into()));
+            }
+        } else {
+            let region = self.module.region(at.region);
+            let region = region.ok_or_else(|| InvalidIr("its region is not there".into()))?;
+            let region_end = u64::from(region.offset) + u64::from(region.size);
+            if end > u64::from(region.size) || region_end > u64::from(self.module.image_size) {
+                return Err(InvalidIr(format!("it leaves its region `{}`", region.name)));
+            }
         }
-        Ok(i64::from(region.offset) + i64::from(at.offset))
+        place(self.module, at).ok_or_else(|| InvalidIr("its region is not there".into()))
     }
 
     /// The base value and the offset from it that a load or store uses for an address.
     pub(super) fn address(&mut self, ty: Type, at: Address) -> LowerResult<(ClifValue, i32)> {
-        let offset = self.image_offset(ty, at)?;
-        let base = match at.index {
-            Some(index) => {
-                let moved = self.index(index)?;
-                let image = self.base(self.image)?;
-                self.builder.ins().iadd(image, moved)
-            }
-            None => {
-                let near = |place: i64| i8::try_from(offset - place).ok().map(i32::from);
-                let based = |&(place, base): &(i64, Base)| Some((base, near(place)?));
-                if near(0).is_none()
-                    && let Some((base, offset)) = self.bases.iter().find_map(based)
-                {
-                    return Ok((self.base(base)?, offset));
-                }
-                if at.region == RegionId::LOCAL_BITS {
-                    return self.local_address(offset);
-                }
-                self.base(self.image)?
-            }
-        };
-        Ok(match i32::try_from(offset) {
-            Ok(offset) => (base, offset),
-            Err(_) => (self.builder.ins().iadd_imm_s(base, offset), 0),
-        })
+        let place = self.place(ty, at)?;
+        let Some(index) = at.index else { return self.address_of_place(place) };
+        let moved = self.index(index)?;
+        let image = self.base(self.image)?;
+        let base = self.builder.ins().iadd(image, moved);
+        Ok(self.at_distance(base, place))
+    }
+
+    /// The same for a place.
+    fn address_of_place(&mut self, place: i64) -> LowerResult<(ClifValue, i32)> {
+        let near = |of: i64| i8::try_from(place - of).ok().map(i32::from);
+        let based = |&(of, base): &(i64, Base)| Some((base, near(of)?));
+        if near(0).is_none()
+            && let Some((base, distance)) = self.bases.iter().find_map(based)
+        {
+            return Ok((self.base(base)?, distance));
+        }
+        if place >= LOCAL_PLACES {
+            return self.local_address(place);
+        }
+        let image = self.base(self.image)?;
+        Ok(self.at_distance(image, place))
+    }
+
+    /// A base value with a distance from it that an instruction can hold.
+    fn at_distance(&mut self, base: ClifValue, distance: i64) -> (ClifValue, i32) {
+        match i32::try_from(distance) {
+            Ok(distance) => (base, distance),
+            Err(_) => (self.builder.ins().iadd_imm_s(base, distance), 0),
+        }
     }
 }
 

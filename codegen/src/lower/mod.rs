@@ -21,7 +21,7 @@ mod vectors;
 
 use cranelift_codegen::ir::{
     AbiParam, Block as ClifBlock, Function, InstBuilder, MemFlagsData, Signature, SourceLoc,
-    UserFuncName, Value as ClifValue, types,
+    StackSlot, UserFuncName, Value as ClifValue, types,
 };
 use cranelift_codegen::isa::{CallConv, TargetIsa};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
@@ -34,7 +34,6 @@ use target_lexicon::Architecture;
 
 use crate::{CodegenOptions, InternalError};
 use double_constants::DoubleConstants;
-use local_bits::LocalBits;
 use memory::Base;
 use truth_values::TruthValues;
 use variable_checks::VariableChecks;
@@ -77,7 +76,7 @@ pub(crate) fn function(
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
     // These techniques are written for the instructions of this architecture.
     let options = if is_x86 { options } else { CodegenOptions::NONE };
-    let local_bits = LocalBits::new(module, func, &mut builder, is_x86);
+    let local_bits = local_bits::stack_slot(func, &mut builder);
     let places = base_registers::bases(module, func, is_x86);
     let changes = has_cold_calls(func) && !func.is_optimized_for_size();
     let mut base = || match changes {
@@ -85,7 +84,7 @@ pub(crate) fn function(
         false => Base::Fixed(None),
     };
     let image = base();
-    let bases = places.into_iter().map(|place| (i64::from(place), base())).collect();
+    let bases = places.into_iter().map(|place| (place, base())).collect();
     let double_constants = double_constants::choose(func, &mut builder, options);
     let uses = func.use_counts();
     let blocks: PrimaryMap<Block, ClifBlock> =
@@ -181,10 +180,10 @@ struct Lowering<'a> {
     context: ClifValue,
     /// The address of the process image.
     image: Base,
-    /// The base registers, each with the offset in the image that it points to.
+    /// The base registers, each with the [place](memory) that it points to.
     bases: Vec<(i64, Base)>,
-    /// The function's local bits.
-    local_bits: LocalBits,
+    /// The part of the stack frame for the function's local bits.
+    local_bits: Option<StackSlot>,
     /// The block that is being lowered.
     ir_block: Block,
     /// What is known of the indices of arrays.
@@ -327,9 +326,6 @@ impl Lowering<'_> {
         if self.vectors.leaves_out(inst) {
             return self.stored_row(inst);
         }
-        if self.local_bits.leaves_out(inst) || self.unpacked_word(inst)? {
-            return Ok(());
-        }
         if let Some(result) = self.func.result(inst)
             && match data {
                 InstData::Load { ty, at } => self.load_truth(result, ty, at, block)?,
@@ -346,10 +342,7 @@ impl Lowering<'_> {
             InstData::Unary { op, arg } => Some(self.unary(op, arg)?),
             InstData::Binary { op, args } => {
                 let uses = self.func.result(inst).map_or(0, |result| self.use_count(result));
-                match self.joined_groups(inst)? {
-                    Some(joined) => Some(joined),
-                    None => Some(self.binary(op, args, uses)?),
-                }
+                Some(self.binary(op, args, uses)?)
             }
             InstData::Icmp { cond, args } => Some(self.icmp(cond, args)?),
             InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)?),
@@ -370,6 +363,11 @@ impl Lowering<'_> {
                 self.store(at, value)?;
                 None
             }
+            InstData::Unpack { word, to } => {
+                self.unpack(word, to)?;
+                None
+            }
+            InstData::Pack { from } => Some(self.pack(from)?),
             InstData::IsLate => Some(self.is_late()),
             InstData::HostCall { function, args } => self.host_call(function, args.as_slice())?,
         };

@@ -19,7 +19,7 @@ use plcc_ir::passes::thresholds::STORED_RECENTLY;
 use plcc_ir::tables::FastMap;
 use plcc_ir::{Address, BinaryOp, Block, FuncData, SecondaryMap, Type, Value};
 
-use super::memory::flags;
+use super::memory::{LOCAL_PLACES, flags};
 use super::{LowerResult, Lowering};
 use crate::CodegenOptions;
 
@@ -97,7 +97,7 @@ impl Lowering<'_> {
         if !truths.enabled || ty != Type::I1 || at.volatile || at.index.is_some() {
             return Ok(false);
         }
-        let offset = self.image_offset(ty, at)?;
+        let offset = self.place(ty, at)?;
         let truths = &mut self.truth_values;
         if truths.uses[result] == (1, block) {
             truths.waiting.push((result, at, offset));
@@ -208,7 +208,7 @@ impl Lowering<'_> {
                 .is_some_and(|&then| truths.current - then < STORED_RECENTLY)
         };
         let are_readable =
-            offset + 4 <= i64::from(self.module.image_size) || offset >= self.local_bits.offset;
+            offset + 4 <= i64::from(self.module.image_size) || offset >= LOCAL_PLACES;
         are_readable && !(offset..offset + 4).any(recent)
     }
 

@@ -192,7 +192,7 @@ impl Lowering<'_> {
             Some(other) if are_neighbours(&check.at, &other.at) => {
                 let (base, distance) = self.address(Type::F64, check.at)?;
                 // This says that the second double lies in its region, too.
-                self.image_offset(Type::F64, other.at)?;
+                self.place(Type::F64, other.at)?;
                 self.builder.ins().load(types::F64X2, flags(), base, distance)
             }
             _ => {

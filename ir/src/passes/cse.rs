@@ -59,7 +59,7 @@ pub(super) fn run(func: &mut FuncData) {
 
 /// Whether the result of an instruction depends on its operands only.
 fn is_mergeable(data: &InstData) -> bool {
-    !matches!(data, InstData::Load { .. }) && !data.has_effect()
+    !data.reads_memory() && !data.has_effect()
 }
 
 /// The key of an instruction in the table: the operands of a commutative operation are brought into

@@ -184,6 +184,24 @@ impl<'a> Walk<'a> {
             }
             // A store through an index: which bytes it writes is not known, and it reads none.
             InstData::Store { at, value: _ } if !at.volatile => false,
+            InstData::Unpack { word: _, to } => {
+                let (stamp, mut are_dead) = (self.stamp, true);
+                for group in to.iter() {
+                    let bytes = self.bytes.group(*to, group);
+                    self.marked.extend(bytes.clone().map(|byte| byte as u32));
+                    let marks = self.bytes.marks_mut(bytes);
+                    are_dead &= !marks.is_empty() && marks.iter().all(|mark| *mark == stamp);
+                    marks.fill(stamp);
+                }
+                are_dead
+            }
+            InstData::Pack { from } => {
+                for group in from.iter() {
+                    let bytes = self.bytes.group(*from, group);
+                    self.bytes.marks_mut(bytes).fill(0);
+                }
+                false
+            }
             InstData::Load { ty, at } if !at.volatile => {
                 let bytes = self.bytes.bytes(at, *ty);
                 if bytes.len() > MAX_LOADED_BYTES {

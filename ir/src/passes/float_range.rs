@@ -215,9 +215,7 @@ impl FloatRange {
                 }
                 Self::Real { low, high, nan: false, minus_zero }
             }
-            (UnaryOp::Not | UnaryOp::Neg | UnaryOp::SpreadBits | UnaryOp::GatherBits, _) => {
-                Self::ANY
-            }
+            (UnaryOp::Not | UnaryOp::Neg, _) => Self::ANY,
         }
     }
 

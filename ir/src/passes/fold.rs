@@ -178,7 +178,11 @@ impl Fold<'_> {
                 let mut fixed = *data;
                 self.fix_constant_index(&mut fixed).then_some(Rewrite::Inst(fixed))
             }
-            InstData::Store { .. } | InstData::HostCall { .. } | InstData::IsLate => None,
+            InstData::Store { .. }
+            | InstData::Unpack { .. }
+            | InstData::Pack { .. }
+            | InstData::HostCall { .. }
+            | InstData::IsLate => None,
         }
     }
 

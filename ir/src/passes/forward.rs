@@ -168,6 +168,13 @@ impl State<'_> {
                     true
                 }
                 InstData::Store { at, value } => !self.store(func, &at, value),
+                InstData::Unpack { word: _, to } => {
+                    for group in to.iter() {
+                        let bytes = self.bytes.group(to, group);
+                        self.forget(bytes.start, bytes.end);
+                    }
+                    true
+                }
                 InstData::HostCall { function, args: _ } => {
                     if !function.is_pure() {
                         self.first_fact = self.facts.len();

@@ -223,6 +223,8 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         InstData::Store { at, value: _ } if !at.volatile && at.index.is_none() => Some(STORE_COST),
         InstData::Load { .. }
         | InstData::Store { .. }
+        | InstData::Unpack { .. }
+        | InstData::Pack { .. }
         | InstData::HostCall { .. }
         | InstData::IsLate => None,
     }

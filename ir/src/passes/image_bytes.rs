@@ -7,7 +7,8 @@
 
 use std::ops::Range;
 
-use crate::{Address, Module, PrimaryMap, RegionId, Type};
+use crate::func::MAX_LOCAL_BITS;
+use crate::{Address, BitGroups, Module, PrimaryMap, RegionId, Type};
 
 /// Where the regions are in the image, and the marks.
 pub(super) struct ImageBytes {
@@ -24,11 +25,10 @@ pub(super) struct ImageBytes {
 impl ImageBytes {
     /// The bytes of a module's image, without marks.
     pub(super) fn new(module: &Module) -> Self {
-        let local = module.local_bits.as_ref();
-        let end = local.map_or(module.image_size, |local| local.offset + local.size);
+        let end = module.image_size.saturating_add(MAX_LOCAL_BITS);
         Self {
             bases: module.regions.iter().map(|region| region.offset.into()).collect(),
-            local_base: local.map_or(0, |local| local.offset.into()),
+            local_base: module.image_size.into(),
             marks: vec![0; end as usize],
             stamp: 0,
         }
@@ -42,6 +42,12 @@ impl ImageBytes {
         };
         let Range { start, end } = at.extent(ty);
         (base + start) as usize..(base + end) as usize
+    }
+
+    /// The addresses of the bytes of the local bits of a group.
+    pub(super) fn group(&self, groups: BitGroups, group: u32) -> Range<usize> {
+        let Range { start, end } = groups.bits(group);
+        (self.local_base + start) as usize..(self.local_base + end) as usize
     }
 
     /// The marks of some bytes. Bytes outside the image have none and are left out.

@@ -10,7 +10,7 @@ use super::dead_stores::DeadBytes;
 use super::image_bytes::ImageBytes;
 use super::pass::{Pass, Variant};
 use super::pass_options::{PassOptions, PassSet};
-use super::{byte_bits, thresholds};
+use super::thresholds;
 use crate::threads::in_threads;
 use crate::{FuncData, Module, verify};
 
@@ -84,10 +84,6 @@ pub(super) fn each(
         options.reload_bits && module.usual_instructions() > thresholds::RELOAD_BITS_FROM;
     let is_long = length >= thresholds::LONG_FROM;
     let PassOptions { passes, by_length, .. } = options;
-    if passes.contains(Pass::ByteBits) && !module.word_regions.is_empty() {
-        let size = byte_bits::LOCAL_BITS;
-        module.local_bits.get_or_insert_with(|| Module::local_bits_of(module.image_size, size));
-    }
     let variant = Variant {
         reload_bits,
         combine_bits: false,
@@ -113,9 +109,6 @@ pub(super) fn each(
         }
         done
     });
-    if !module.funcs.iter().any(FuncData::has_local_bits) {
-        module.local_bits = None;
-    }
 }
 
 /// Functions with their numbers, of which each thread takes the next when it has done one.

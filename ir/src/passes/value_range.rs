@@ -182,6 +182,7 @@ impl ValueRanges {
     fn possible_ones_of(&self, func: &FuncData, data: &InstData, all: u64) -> u64 {
         match *data {
             InstData::Iconst { ty: _, value } => value as u64,
+            InstData::Pack { from } => from.mask().into(),
             InstData::Binary { op, args: [a, b] } => {
                 let by = func.constant(b).map(|by| by as u64 & all);
                 self.possible_ones_of_binary(

@@ -14,10 +14,10 @@ use chumsky::primitive::select;
 use plcc_abi::{HostFn, SourceLine, TrapCode, TrapSite};
 
 use super::lex::{Token, unescaped};
-use crate::module::LOCAL_BITS_NAME;
+use crate::func::LOCAL_BITS_NAME;
 use crate::{
-    Address, Args, BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond, Label,
-    RegionId, SourceFile, Statement, StatementId, Terminator, Type, UnaryOp, Value,
+    Address, Args, BinaryOp, BitGroups, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond,
+    Label, RegionId, SourceFile, Statement, StatementId, Terminator, Type, UnaryOp, Value,
 };
 
 /// What is at the top of the text.
@@ -28,8 +28,6 @@ pub(super) enum Item {
     /// [`Module::finite_regions`](crate::Module::finite_regions), and whether `words24` does, for
     /// [`Module::word_regions`](crate::Module::word_regions).
     Region(plcc_abi::Region, bool, bool),
-    /// `local_bits`: the number of [local bits](crate::Module::local_bits).
-    LocalBits(u32),
     /// `task`: its name, the label where it starts, and those of its resume points.
     Task(String, Label, Vec<Label>),
     /// `fn`.
@@ -45,6 +43,8 @@ pub(super) enum Item {
 /// A function.
 pub(super) struct Func {
     pub(super) name: String,
+    /// How many [local bits](crate::FuncData::local_bits) it has.
+    pub(super) local_bits: u32,
     pub(super) blocks: Vec<BlockText>,
 }
 
@@ -175,10 +175,8 @@ fn one_of_words<'t, T: Copy + 't>(
 /// The whole text.
 pub(super) fn module<'t>() -> impl Grammar<'t, Vec<Item>> {
     let image = keyword("image").ignore_then(number("a size in bytes")).map(Item::Image);
-    let local_bits =
-        keyword(LOCAL_BITS_NAME).ignore_then(number("how many there are")).map(Item::LocalBits);
-    let items = choice((image, region(), local_bits, task(), trap_site(), statement()))
-        .then_ignore(end_of_line());
+    let items =
+        choice((image, region(), task(), trap_site(), statement())).then_ignore(end_of_line());
     choice((items, function().map(Item::Func), file())).repeated().collect().then_ignore(end())
 }
 
@@ -246,10 +244,16 @@ fn file<'t>() -> impl Grammar<'t, Item> {
 
 fn function<'t>() -> impl Grammar<'t, Func> {
     let name = quoted("the function's name");
-    let head = keyword("fn").ignore_then(name).then_ignore(sign('{')).then_ignore(end_of_line());
+    let local_bits = keyword(LOCAL_BITS_NAME).ignore_then(number("how many there are")).or_not();
+    let head = keyword("fn").ignore_then(name).then(local_bits);
+    let head = head.then_ignore(sign('{')).then_ignore(end_of_line());
     let foot = sign('}').then_ignore(end_of_line());
     let blocks = block_text().repeated().collect();
-    head.then(blocks).then_ignore(foot).map(|(name, blocks)| Func { name, blocks })
+    head.then(blocks).then_ignore(foot).map(|((name, local_bits), blocks)| Func {
+        name,
+        local_bits: local_bits.unwrap_or(0),
+        blocks,
+    })
 }
 
 fn block_text<'t>() -> impl Grammar<'t, BlockText> {
@@ -281,7 +285,9 @@ fn line<'t>() -> impl Grammar<'t, Line> {
         .map(|((value, ty), data)| Line::Inst(Some((value, ty)), with_type(data, ty)));
     let store = keyword("store").ignore_then(address()).then_ignore(sign(',')).then(self::value());
     let store = store.map(|(at, value)| InstData::Store { at, value });
-    let alone = choice((store, host_call())).map(|data| Line::Inst(None, data));
+    let unpack = keyword("unpack").ignore_then(self::value()).then_ignore(sign(','));
+    let unpack = unpack.then(bit_groups()).map(|(word, to)| InstData::Unpack { word, to });
+    let alone = choice((store, unpack, host_call())).map(|data| Line::Inst(None, data));
     choice((with_result, location.map(Line::Location), alone)).labelled("an instruction")
 }
 
@@ -314,6 +320,7 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
     let fcmp = keyword("fcmp").ignore_then(floats).then(pair());
     let select = keyword("select").ignore_then(value()).then_ignore(sign(',')).then(pair());
     let load = keyword("load").ignore_then(address());
+    let pack = keyword("pack").ignore_then(bit_groups());
     let is_late = keyword("is_late").map(|_| InstData::IsLate);
     choice((
         load.map(|at| InstData::Load { ty: PLACEHOLDER, at }),
@@ -325,8 +332,23 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
         fconst.map(|bits| InstData::Fconst { bits }),
         fcmp.map(|(cond, args)| InstData::Fcmp { cond, args }),
         select.map(|(cond, args)| InstData::Select { cond, args }),
+        pack.map(|from| InstData::Pack { from }),
         is_late,
     ))
+}
+
+/// The local bits of groups of eight bits: `local_bits:24[0, 2]`.
+fn bit_groups<'t>() -> impl Grammar<'t, BitGroups> {
+    let first = sign(':').ignore_then(number("the number of a local bit"));
+    let group = word("a group of eight bits (0 to 3)", |word| {
+        word.parse().ok().filter(|group| *group < BitGroups::COUNT)
+    });
+    let groups = group.separated_by(sign(',')).at_least(1).collect::<Vec<u32>>();
+    let groups = groups.delimited_by(sign('['), sign(']'));
+    keyword(LOCAL_BITS_NAME).ignore_then(first).then(groups).map(|(first, groups)| {
+        let groups = groups.into_iter().fold(0, |groups, group| groups | 1 << group);
+        BitGroups { first, groups }
+    })
 }
 
 /// A double's bits.

@@ -49,8 +49,9 @@
 //! - `finite` at the end of a region's line (`region p at 0 size 8 finite`) says that the region
 //!   holds only doubles that are finite and never -0.
 //! - `words24` there says that it holds words of four bytes whose highest byte is 0.
-//! - `local_bits 48` below the regions says that functions have that many
-//!   [local bits](crate::Module::local_bits); an access names them as a region, `local_bits:7`.
+//! - `local_bits 48` after a function's name says that it has that many [local bits](crate::FuncData::local_bits). An access
+//!   names one as if they were a region, `local_bits:7`. `unpack v0, local_bits:24[0, 2]` and `v1: i32 = pack
+//!   local_bits:24[0, 2]` reach those of groups of eight bits of a word whose bit 0 belongs to `local_bits:24`.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume

@@ -4,10 +4,10 @@ use std::fmt::{self, Write};
 
 use plcc_abi::{SourceLine, TrapSite};
 
-use crate::module::LOCAL_BITS_NAME;
+use crate::func::LOCAL_BITS_NAME;
 use crate::{
-    Address, Block, BlockCall, FuncData, InstData, Module, PrimaryMap, RegionId, SecondaryMap,
-    StatementId, Terminator, Value,
+    Address, BitGroups, Block, BlockCall, FuncData, InstData, Module, PrimaryMap, RegionId,
+    SecondaryMap, StatementId, Terminator, Value,
 };
 
 /// The column in which a comment begins. After a longer line it follows at once.
@@ -30,9 +30,6 @@ fn write_module(out: &mut String, module: &Module) -> fmt::Result {
         out.push_str(if finite { " finite" } else { "" });
         let words = module.word_regions.contains(&RegionId(number));
         out.push_str(if words { " words24\n" } else { "\n" });
-    }
-    if let Some(local) = &module.local_bits {
-        writeln!(out, "{LOCAL_BITS_NAME} {}", local.size)?;
     }
     for task in &module.tasks {
         write!(out, "task {} L{}", quoted(&task.name), task.entry)?;
@@ -95,6 +92,12 @@ fn escaped(text: &str) -> String {
     out
 }
 
+/// The local bits of groups of eight bits: `local_bits:24[0, 2]`.
+fn bit_groups(groups: BitGroups) -> String {
+    let numbers: Vec<String> = groups.iter().map(|group| group.to_string()).collect();
+    format!("{LOCAL_BITS_NAME}:{}[{}]", groups.first, numbers.join(", "))
+}
+
 struct Printer<'a> {
     module: &'a Module,
     func: &'a FuncData,
@@ -130,7 +133,11 @@ impl<'a> Printer<'a> {
     }
 
     fn function(&self, out: &mut String) -> fmt::Result {
-        writeln!(out, "fn {} {{", quoted(self.func.name()))?;
+        write!(out, "fn {}", quoted(self.func.name()))?;
+        match self.func.local_bits() {
+            0 => writeln!(out, " {{")?,
+            count => writeln!(out, " {LOCAL_BITS_NAME} {count} {{")?,
+        }
         let mut labels = PrimaryMap::from(vec![vec![]; self.func.block_count()]);
         for &(label, block) in self.func.entries() {
             if let Some(labels) = labels.get_mut(block) {
@@ -216,6 +223,10 @@ impl<'a> Printer<'a> {
             InstData::Store { at, value: stored } => {
                 write!(out, "store {}, {}", self.address(&at), value(stored))
             }
+            InstData::Unpack { word, to } => {
+                write!(out, "unpack {}, {}", value(word), bit_groups(to))
+            }
+            InstData::Pack { from } => write!(out, "pack {}", bit_groups(from)),
             InstData::IsLate => write!(out, "is_late"),
             InstData::HostCall { function, args } => {
                 write!(out, "hostcall {}({})", function.name(), self.values(args.as_slice()))
@@ -236,6 +247,9 @@ impl<'a> Printer<'a> {
     }
 
     fn region(&self, region: RegionId) -> String {
+        if region == RegionId::LOCAL_BITS {
+            return LOCAL_BITS_NAME.to_owned();
+        }
         self.module.region(region).map_or_else(|| region.to_string(), |data| data.name.clone())
     }
 

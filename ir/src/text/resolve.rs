@@ -11,8 +11,7 @@ use plcc_abi::Task;
 use super::error::ParseError;
 use super::grammar::{BlockText, Func, Item, Line, Param, number_in_name};
 use super::lex::{Token, Tokens};
-use crate::func::ValueData;
-use crate::module::LOCAL_BITS_NAME;
+use crate::func::{LOCAL_BITS_NAME, ValueData};
 use crate::{
     Block, BlockData, FuncData, Inst, InstData, Label, Module, RegionId, StatementId, Terminator,
     Type, Value, ValueDef,
@@ -39,9 +38,6 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
                 }
                 module.regions.push(region);
             }
-            Item::LocalBits(size) => {
-                module.local_bits = Some(Module::local_bits_of(module.image_size, size));
-            }
             Item::Task(name, entry, points) => {
                 labels.push(entry);
                 labels.extend(&points);
@@ -58,7 +54,11 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
                     module: &module,
                     labels: &mut labels,
                     values: HashMap::new(),
-                    func: FuncData { name: text.name.clone(), ..FuncData::default() },
+                    func: FuncData {
+                        name: text.name.clone(),
+                        local_bits: text.local_bits,
+                        ..FuncData::default()
+                    },
                 };
                 func.define(&text)?;
                 func.fill(text)?;
@@ -230,7 +230,7 @@ impl FuncResolver<'_> {
             Some(Token::Word(word)) => *word,
             _ => "",
         };
-        if name == LOCAL_BITS_NAME && self.module.local_bits.is_some() {
+        if name == LOCAL_BITS_NAME {
             return Ok(RegionId::LOCAL_BITS);
         }
         match self.module.regions.iter().position(|region| region.name == name) {

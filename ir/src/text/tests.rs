@@ -88,7 +88,7 @@ fn mistakes_are_told_with_their_place() {
     }
     assert_eq!(
         parse("| x").unwrap_err().to_string(),
-        "1:1: expected `file`, `fn`, `image`, `local_bits`, `region`, `statement`, `task`, `trap_site` or the end of the text, \
+        "1:1: expected `file`, `fn`, `image`, `region`, `statement`, `task`, `trap_site` or the end of the text, \
          found a line of text"
     );
     assert_eq!(parse("task \"x").unwrap_err().column, 6);

@@ -7,8 +7,8 @@ use plcc_abi::HostType;
 
 use super::error::Errors;
 use crate::{
-    Address, Block, FuncData, InstData, Label, Module, RegionId, StatementId, Terminator, Type,
-    Value, ValueDef,
+    Address, BitGroups, Block, FuncData, InstData, Label, Module, RegionId, StatementId,
+    Terminator, Type, Value, ValueDef,
 };
 
 pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Errors) {
@@ -102,6 +102,12 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
         }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
+        InstData::Unpack { word, to } => when_broken(
+            ty(word) != Type::I32,
+            format_args!("it unpacks an {}, not an i32", ty(word)),
+        )
+        .or_else(|| groups_mistake(func, to)),
+        InstData::Pack { from } => groups_mistake(func, from),
         InstData::IsLate => None,
         InstData::HostCall { function, args } => {
             let (wanted, _) = function.signature();
@@ -132,6 +138,9 @@ fn access_mistake(
     ty: Type,
     store: bool,
 ) -> Option<String> {
+    if at.region == RegionId::LOCAL_BITS {
+        return local_bit_mistake(func, at, ty);
+    }
     let Some(region) = module.region(at.region) else {
         return Some(format!("{} is not there", at.region));
     };
@@ -142,9 +151,6 @@ fn access_mistake(
             "accesses bytes {start}..{end} of {}, which has {size} bytes",
             region.name
         ));
-    }
-    if at.region == RegionId::LOCAL_BITS && (at.index.is_some() || at.volatile) {
-        return Some("accesses the local bits by an index, or as volatile".into());
     }
     if let Some(index) = at.index {
         if func.ty(index.value) != Type::I32 {
@@ -157,11 +163,35 @@ fn access_mistake(
     if ty == Type::I1 && !region.bits {
         return Some(format!("accesses an i1 in {}, which is not a region of bits", region.name));
     }
-    let is_group = at.region == RegionId::LOCAL_BITS && ty == Type::I64;
-    if store && region.bits && ty != Type::I1 && !is_group {
+    if store && region.bits && ty != Type::I1 {
         return Some(format!("stores an {ty} in {}, which is a region of bits", region.name));
     }
     None
+}
+
+/// What is wrong with an access to a local bit; `None` if it keeps the rules.
+fn local_bit_mistake(func: &FuncData, at: &Address, ty: Type) -> Option<String> {
+    let count = func.local_bits();
+    if at.index.is_some() || at.volatile {
+        Some("accesses a local bit by an index, or as volatile".into())
+    } else if ty != Type::I1 {
+        Some(format!("accesses an {ty} among the local bits"))
+    } else if at.offset >= count {
+        Some(format!("accesses local bit {}, but there are {count}", at.offset))
+    } else {
+        None
+    }
+}
+
+/// What is wrong with the groups of local bits that an instruction packs or unpacks; `None` if they keep the rules.
+fn groups_mistake(func: &FuncData, groups: BitGroups) -> Option<String> {
+    let count = func.local_bits();
+    if groups.groups == 0 || u32::from(groups.groups) >> BitGroups::COUNT != 0 {
+        return Some("it has no groups of bits, or such as a word has not".into());
+    }
+    let end = groups.iter().map(|group| groups.bits(group).end).max().unwrap_or(0);
+    (end > u64::from(count))
+        .then(|| format!("it reaches up to local bit {}, but there are {count}", end - 1))
 }
 
 /// Checks the operands, labels and blocks of a terminator.

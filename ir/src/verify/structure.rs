@@ -1,7 +1,7 @@
 //! Rules 1 to 5: regions, tasks and labels of the module, and the tables of each function.
 
 use super::error::Errors;
-use crate::module::MAX_LOCAL_BITS;
+use crate::func::MAX_LOCAL_BITS;
 use crate::{FuncData, Module, PrimaryMap};
 
 pub(super) fn check_module(module: &Module, is_whole: bool, errors: &mut Errors) {
@@ -31,12 +31,6 @@ fn check_regions(module: &Module, errors: &mut Errors) {
     for &words in &module.word_regions {
         if module.region(words).is_none_or(|region| region.bits) {
             errors.push(format!("{words} is to hold words, but is not there or holds bits"));
-        }
-    }
-    if let Some(local) = &module.local_bits {
-        let wanted = Module::local_bits_of(module.image_size, local.size);
-        if *local != wanted || local.size > MAX_LOCAL_BITS {
-            errors.push(format!("{} is not a region of local bits", local.name));
         }
     }
     let mut spans = vec![];
@@ -102,6 +96,9 @@ fn check_labels(module: &Module, is_whole: bool, errors: &mut Errors) {
 /// the other rules be checked.
 pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
+    if func.local_bits() > MAX_LOCAL_BITS {
+        errors.push(format!("has more local bits than {MAX_LOCAL_BITS}"));
+    }
     for (label, block) in func.entries() {
         match func.blocks.get(*block) {
             None => errors.push(format!("{label} is at {block}, which is not there")),

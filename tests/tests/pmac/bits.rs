@@ -141,7 +141,7 @@ fn is_changed(source: &str) -> bool {
     let program = pmac::check(&mut sources, &[file], &loader, &options).0.unwrap();
     let mut module = program.lower().unwrap().module;
     passes::optimize(&mut module, plcc_tests::as_if_long().passes);
-    module.local_bits.is_some()
+    module.funcs().any(|(_, func)| func.local_bits() > 0)
 }
 
 #[test]

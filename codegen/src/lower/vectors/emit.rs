@@ -131,8 +131,8 @@ impl Lowering<'_> {
     fn row_offset(&self, at: Address, ty: Type, lanes: usize) -> LowerResult<i64> {
         let last = at.offset.checked_add((lanes as u32 - 1) * ty.bytes());
         let last = last.ok_or_else(|| InvalidIr("a row leaves its region".into()))?;
-        self.image_offset(ty, Address { offset: last, ..at })?;
-        self.image_offset(ty, at)
+        self.place(ty, Address { offset: last, ..at })?;
+        self.place(ty, at)
     }
 
     /// The vector of a node.
@@ -158,7 +158,7 @@ impl Lowering<'_> {
                 self.splat(scalar, self.func.ty(value), format)
             }
             Node::SplatLoad(at, ty, format) => {
-                self.image_offset(ty, at)?;
+                self.place(ty, at)?;
                 let (base, offset) = self.address(ty, at)?;
                 let scalar = self.builder.ins().load(clif_type(ty), flags(), base, offset);
                 self.splat(scalar, ty, format)
@@ -365,7 +365,7 @@ impl Lowering<'_> {
         let zero = self.builder.func.dfg.constants.insert(ConstantData::from(&[0u8; 16][..]));
         let mut all = self.builder.ins().vconst(by, zero);
         for (&at, lane) in addresses.iter().zip(0u8..) {
-            self.image_offset(ty, at)?;
+            self.place(ty, at)?;
             let (base, offset) = self.address(ty, at)?;
             let value = self.builder.ins().load(clif_type(ty), flags(), base, offset);
             all = self.builder.ins().insertlane(all, value, lane * step);

@@ -16,6 +16,7 @@ use plcc_ir::{
     Address, Block, FuncData, Inst, InstData, Module, PrimaryMap, SecondaryMap, Type, Value,
 };
 
+use super::super::memory;
 use super::row::{Chain, Format, Node, StoredRow, Vectors};
 
 /// Operations are followed to this depth from a store.
@@ -34,8 +35,8 @@ pub(super) struct Store {
     /// Its place in the block.
     pub(super) position: u32,
     pub(super) at: Address,
-    /// Its offset in the image.
-    pub(super) offset: u32,
+    /// Its [place](memory).
+    pub(super) offset: i64,
     pub(super) ty: Type,
     pub(super) value: Value,
     /// Equal for values that are computed by the same operations.
@@ -87,10 +88,10 @@ pub(super) struct Planner<'a> {
     pub(super) positions: PrimaryMap<Inst, u32>,
     /// How often each value is used by what is not left out.
     pub(super) uses: SecondaryMap<Value, u32>,
-    /// For each byte of the image the positions of the block's accesses, and whether they are stores.
-    pub(super) accesses: FastMap<u32, Vec<(u32, bool)>>,
+    /// For each [place](memory) the positions of the block's accesses, and whether they are stores.
+    pub(super) accesses: FastMap<i64, Vec<(u32, bool)>>,
     /// The block's accesses through an index: their positions, their bytes, and whether they are stores.
-    pub(super) indexed: Vec<(u32, Range<u32>, bool)>,
+    pub(super) indexed: Vec<(u32, Range<i64>, bool)>,
     /// The positions of instructions that have other effects, or may see the effects of others.
     pub(super) effects: Vec<u32>,
     /// The rows of the block that are computed already, or will be for the row that is being entered.
@@ -192,8 +193,8 @@ impl Planner<'_> {
         for (index, store) in stores.iter().enumerate() {
             let overlaps = |other: Option<&Store>| {
                 other.is_some_and(|other| {
-                    other.offset < store.offset + store.ty.bytes()
-                        && store.offset < other.offset + other.ty.bytes()
+                    other.offset < store.offset + i64::from(store.ty.bytes())
+                        && store.offset < other.offset + i64::from(other.ty.bytes())
                 })
             };
             if overlaps(stores.get(index + 1)) || overlaps(stores.get(index.wrapping_sub(1))) {
@@ -204,7 +205,7 @@ impl Planner<'_> {
                     if run.last().is_some_and(|last| {
                         last.ty == store.ty
                             && last.at.region == store.at.region
-                            && last.offset + last.ty.bytes() == store.offset
+                            && last.offset + i64::from(last.ty.bytes()) == store.offset
                     }) =>
                 {
                     run.push(*store);
@@ -309,7 +310,9 @@ impl Planner<'_> {
                 InstData::Load { ty, at } => (at, ty, false),
                 InstData::Store { at, value } => (at, self.func.ty(value), true),
                 _ => {
-                    if data.has_effect() || matches!(data, InstData::HostCall { .. }) {
+                    if data.has_effect()
+                        || matches!(data, InstData::HostCall { .. } | InstData::Pack { .. })
+                    {
                         self.effects.push(position);
                     }
                     continue;
@@ -329,16 +332,16 @@ impl Planner<'_> {
         }
     }
 
-    /// The offset in the image of an address.
-    fn offset(&self, at: &Address) -> Option<u32> {
-        self.module.region(at.region)?.offset.checked_add(at.offset)
+    /// The [place](memory) of an address.
+    fn offset(&self, at: &Address) -> Option<i64> {
+        memory::place(self.module, *at)
     }
 
-    /// The bytes of the image that an access may touch.
-    pub(super) fn bytes(&self, at: &Address, ty: Type) -> Option<Range<u32>> {
-        let base = u64::from(self.module.region(at.region)?.offset);
+    /// The places that an access may touch.
+    pub(super) fn bytes(&self, at: &Address, ty: Type) -> Option<Range<i64>> {
+        let start = memory::place(self.module, *at)?;
         let extent = at.extent(ty);
-        Some(u32::try_from(base + extent.start).ok()?..u32::try_from(base + extent.end).ok()?)
+        Some(start..start.checked_add_unsigned(extent.end - extent.start)?)
     }
 
     /// Enters a row of stores, if it is one.
@@ -387,7 +390,7 @@ impl Planner<'_> {
         &self,
         start: u32,
         end: u32,
-        bytes: &Range<u32>,
+        bytes: &Range<i64>,
         stores: bool,
     ) -> bool {
         self.indexed.iter().any(|(position, touched, is_store)| {

@@ -3,7 +3,7 @@
 use super::super::graph::Graph;
 use super::super::thresholds::byte_bits::{COLD, MIN_SAVED, PACK_GROUP, STATE, UNPACK_GROUP};
 use super::analysis::{Access, Found};
-use super::word::{Word, WordSet};
+use super::word::WordSet;
 use crate::{Block, FuncData, Inst, InstData, IntCond, PrimaryMap, Terminator};
 
 /// Whether a block ends with a branch that tests whether a number, of which there are more than two, is a constant.
@@ -173,7 +173,7 @@ impl Flow {
         self.for_each_place(func, graph, found, |block, packed, unpacked| {
             let frequency = frequencies[block];
             for (number, (word, cost)) in found.words.iter().zip(&mut costs).enumerate() {
-                let groups = |bits: u32| Word::groups(bits).count() as u32;
+                let groups = |bits: u32| word.groups(bits).iter().count() as u32;
                 let packing = (packed >> number & 1) as u32 * groups(word.written) * PACK_GROUP;
                 let unpacking = (unpacked >> number & 1) as u32 * groups(word.used) * UNPACK_GROUP;
                 cost.0 += frequency * (packing + unpacking) as f32;

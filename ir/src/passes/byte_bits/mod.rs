@@ -7,23 +7,19 @@
 //! ```text
 //! block0 (L0):                            block0 (L0):
 //!     v0: i32 = load words:0                  v0: i32 = load words:0
-//!     v1: i32 = lshr v0, 5                    v1: i64 = zext v0
-//!     v2: i32 = and v1, 1                     v2: i64 = spread_bits v1
-//!     …                                       store local_bits:0, v2
-//!                                  ==>        v3: i1 = load local_bits:5
-//!     v7: i32 = load words:0                  v4: i32 = zext v3
+//!     v1: i32 = lshr v0, 5                    unpack v0, local_bits:0[0]
+//!     v2: i32 = and v1, 1                     v1: i1 = load local_bits:5
+//!     …                                       v2: i32 = zext v1
+//!                                  ==>        …
+//!     v7: i32 = load words:0                  store local_bits:2, v3
 //!     v8: i32 = and v7, 0xFFFFFB              …
-//!     v9: i32 = or v8, v6                     store local_bits:2, v5
-//!     store words:0, v9                       …
-//!     return                                  v6: i64 = load local_bits:0
-//!                                             v7: i64 = gather_bits v6
-//!                                             v8: i32 = trunc v7
-//!                                             v9: i32 = load words:0
-//!                                             …  (the low eight bits of v9 are replaced by those of v8)
+//!     v9: i32 = or v8, v6                     v4: i32 = pack local_bits:0[0]
+//!     store words:0, v9                       v5: i32 = load words:0
+//!     return                                  …  (the low eight bits of v5 are replaced by those of v4)
 //!                                             return
 //! ```
 //!
-//! The bits of a word are *unpacked* into [local bits](crate::Module::local_bits) where a function is entered, and
+//! The bits of a word are *unpacked* into [local bits](crate::FuncData::local_bits) where a function is entered, and
 //! *packed* again where it is left and its word may have been changed. They are also packed before whatever may see the image, and
 //! unpacked after it, since that may have changed them: a call of the host, a volatile access, a test of the time
 //! limit. So nobody sees a word that is not up to date.
@@ -42,14 +38,15 @@ mod rewrite;
 mod word;
 
 use super::graph::Graph;
+use crate::func::MAX_LOCAL_BITS;
 use crate::{FuncData, RegionId};
-pub(super) use word::LOCAL_BITS;
-use word::{WORD_BITS, WordSet};
+use word::{MAX_WORDS, WORD_BITS, WordSet};
 
 /// Runs the pass; returns whether it changed anything. Words of `regions` have a highest byte that is 0. With
 /// `always`, bits become bytes also where that does not pay.
 pub(super) fn run(func: &mut FuncData, regions: &[RegionId], always: bool) -> bool {
-    if regions.is_empty() || func.is_optimized_for_size() && !always {
+    let has_room = func.local_bits <= MAX_LOCAL_BITS - MAX_WORDS as u32 * WORD_BITS;
+    if regions.is_empty() || !has_room || func.is_optimized_for_size() && !always {
         return false;
     }
     let graph = Graph::new(func);
@@ -66,13 +63,15 @@ pub(super) fn run(func: &mut FuncData, regions: &[RegionId], always: bool) -> bo
     if chosen == 0 {
         return false;
     }
-    let mut slot = 0;
+    // Those that the function has already are left alone.
+    let mut slot = func.local_bits;
     for (number, word) in found.words.iter_mut().enumerate() {
         word.slot = slot;
         if chosen >> number & 1 == 1 {
             slot += WORD_BITS;
         }
     }
+    func.local_bits = slot;
     rewrite::rewrite(func, &graph, &found, &flow, chosen);
     true
 }

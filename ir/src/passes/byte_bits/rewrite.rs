@@ -7,7 +7,7 @@ use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
 use super::word::{WORD_BITS, Word, WordSet};
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, StatementId,
-    Terminator, Type, UnaryOp, Value,
+    Terminator, Type, Value,
 };
 
 /// Changes a function for the words of a set.
@@ -159,39 +159,20 @@ impl Writer<'_> {
     fn unpack(&mut self, words: WordSet) {
         self.for_each(words, |this, word| {
             let value = this.insert_load(Type::I32, word.at);
-            let wide = this.insert_convert(ConvertOp::Zext, Type::I64, value);
-            for group in Word::groups(word.used) {
-                let arg = match group {
-                    0 => wide,
-                    _ => this.insert_with(BinaryOp::Lshr, wide, i64::from(8 * group)),
-                };
-                let value = this.insert_unary(UnaryOp::SpreadBits, arg);
-                this.insert_store(word.local_bit(8 * group), value);
-            }
+            this.insert(InstData::Unpack { word: value, to: word.groups(word.used) });
         });
     }
 
     /// Appends what packs words.
     fn pack(&mut self, words: WordSet) {
         self.for_each(words, |this, word| {
-            let mut packed = None;
-            let mut kept: i64 = (1 << WORD_BITS) - 1;
-            for group in Word::groups(word.written) {
-                let at = word.local_bit(8 * group);
-                let arg = this.insert_load(Type::I64, at);
-                let arg = this.insert_unary(UnaryOp::GatherBits, arg);
-                let mut bits = this.insert_convert(ConvertOp::Trunc, Type::I32, arg);
-                if group > 0 {
-                    bits = this.insert_with(BinaryOp::Shl, bits, i64::from(8 * group));
-                }
-                kept &= !(0xFF << (8 * group));
-                packed = Some(match packed {
-                    Some(others) => this.insert_binary(BinaryOp::Or, others, bits),
-                    None => bits,
-                });
-            }
             // A word of which no bit was written needs no packing.
-            let Some(mut value) = packed else { return };
+            if word.written == 0 {
+                return;
+            }
+            let from = word.groups(word.written);
+            let mut value = this.insert(InstData::Pack { from });
+            let kept = ((1 << WORD_BITS) - 1) & !i64::from(from.mask());
             if kept != 0 {
                 let old = this.insert_load(Type::I32, word.at);
                 let rest = this.insert_with(BinaryOp::And, old, kept);

@@ -1,15 +1,12 @@
 //! The words whose bits become bytes.
 
-use crate::{Address, RegionId};
+use crate::{Address, BitGroups, RegionId};
 
 /// The bits of at most this many words of a function become bytes, since a [set of words](WordSet) has 64 bits.
 pub(super) const MAX_WORDS: usize = 64;
 
 /// The bits of a word that are used; its highest byte is 0.
 pub(super) const WORD_BITS: u32 = 24;
-
-/// How many local bits there are, in functions that use all they may.
-pub(in super::super) const LOCAL_BITS: u32 = MAX_WORDS as u32 * WORD_BITS;
 
 /// A set of words: bit N stands for the word with the number N.
 pub(super) type WordSet = u64;
@@ -31,9 +28,9 @@ pub(super) struct Word {
 }
 
 impl Word {
-    /// The groups of eight bits, as numbers from 0, of which a set of bits has some.
-    pub(super) fn groups(bits: u32) -> impl Iterator<Item = u32> {
-        (0..WORD_BITS / 8).filter(move |group| bits >> (8 * group) & 0xFF != 0)
+    /// The groups of eight bits of which a set of bits has some.
+    pub(super) fn groups(&self, bits: u32) -> BitGroups {
+        BitGroups::of_mask(self.slot, bits)
     }
 
     /// The local bit for the bit with a number.

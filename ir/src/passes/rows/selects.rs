@@ -166,7 +166,7 @@ impl Rows<'_> {
             InstData::Store { at, value } => {
                 !at.volatile && !overlaps(self.bytes.bytes(at, self.func.ty(*value)))
             }
-            data => !data.has_effect(),
+            data => !data.reads_memory() && !data.has_effect(),
         };
         passed.iter().all(may_pass).then_some(behind)
     }
