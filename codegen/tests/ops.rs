@@ -323,6 +323,8 @@ fn conversions_give_what_eval_gives() {
         pairs.push((ConvertOp::IntToFloat, int, Type::F64));
     }
     pairs.push((ConvertOp::FloatToInt, Type::F64, Type::I32));
+    pairs.push((ConvertOp::IsInteger, Type::F64, Type::I1));
+    pairs.push((ConvertOp::IsIntegerOrNan, Type::F64, Type::I1));
     pairs.push((ConvertOp::Bitcast, Type::I64, Type::F64));
     pairs.push((ConvertOp::Bitcast, Type::F64, Type::I64));
     for (op, from, to) in pairs {

@@ -142,7 +142,7 @@ pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
         FloatCond::Le => a <= b,
         FloatCond::Gt => a > b,
         FloatCond::Ge => a >= b,
-        FloatCond::OrderedNe => a.partial_cmp(&b).is_some_and(std::cmp::Ordering::is_ne),
+        FloatCond::EqOrNan => a == b || a.is_nan() || b.is_nan(),
     }
 }
 
@@ -155,6 +155,10 @@ pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
         ConvertOp::Trunc => to.wrap(x),
         ConvertOp::IntToFloat => bits(x as f64),
         ConvertOp::FloatToInt => float_to_int(float(x)),
+        ConvertOp::IsInteger => i64::from(float_to_int(float(x)) as f64 == float(x)),
+        ConvertOp::IsIntegerOrNan => {
+            i64::from(float(x).is_nan() || float_to_int(float(x)) as f64 == float(x))
+        }
         ConvertOp::Bitcast => x,
     }
 }
@@ -210,12 +214,20 @@ mod tests {
         for integer in [0, 1, -1, 8_388_607, i64::from(i32::MAX), i64::from(i32::MIN)] {
             assert_eq!(truncated(integer as f64), integer);
         }
+        let is_integer = |op, x: f64| convert(op, Type::F64, Type::I1, bits(x));
+        for (x, holds) in [(-0.0, 1), (-7.0, 1), (0.5, 0), (2147483648.0, 0), (f64::INFINITY, 0)] {
+            for op in [ConvertOp::IsInteger, ConvertOp::IsIntegerOrNan] {
+                assert_eq!(is_integer(op, x), holds, "{x}");
+            }
+        }
+        assert_eq!(is_integer(ConvertOp::IsInteger, f64::NAN), 0);
+        assert_eq!(is_integer(ConvertOp::IsIntegerOrNan, f64::NAN), 1);
         for other in [0.5, -0.5, 2147483648.0, -2147483649.0, 1e300, f64::INFINITY, f64::NAN] {
             assert_ne!(truncated(other) as f64, other);
         }
         assert!(fcmp(FloatCond::Ne, bits(f64::NAN), bits(f64::NAN)));
-        assert!(!fcmp(FloatCond::OrderedNe, bits(f64::NAN), bits(1.0)));
-        assert!(!fcmp(FloatCond::OrderedNe, bits(0.0), bits(-0.0)));
+        assert!(fcmp(FloatCond::EqOrNan, bits(f64::NAN), bits(1.0)));
+        assert!(fcmp(FloatCond::EqOrNan, bits(0.0), bits(-0.0)));
         assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
         for (x, result) in [
             (f64::NAN, 0.0),

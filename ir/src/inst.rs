@@ -190,7 +190,7 @@ impl IntCond {
 }
 
 words! {
-    /// Comparisons of two doubles. If one is NaN, all are false but `ne`.
+    /// Comparisons of two doubles. If one is NaN, all are false but `ne` and `eq_or_nan`.
     FloatCond {
         /// Equal.
         Eq = "eq",
@@ -204,9 +204,9 @@ words! {
         Gt = "gt",
         /// Greater or equal.
         Ge = "ge",
-        /// Not equal, and neither is NaN. Where NaN cannot occur this is the same as `ne`, and
-        /// machine code needs one branch for it instead of two.
-        OrderedNe = "ordered_ne",
+        /// Equal, or one is NaN. Where NaN cannot occur this is the same as `eq`, and machine code
+        /// needs one branch for it instead of two.
+        EqOrNan = "eq_or_nan",
     }
 }
 
@@ -222,9 +222,14 @@ words! {
         /// From a signed `i32` or `i64` to the nearest double, ties to even.
         IntToFloat = "itof",
         /// From a double to an `i32`, rounded towards 0. What does not fit, NaN included, becomes
-        /// -2^31. If `itof` turns the result back into an equal double, the double is an integer of
-        /// 32 bits; front ends find that out in this way (integrality check).
+        /// -2^31.
         FloatToInt = "ftoi",
+        /// From a double to a truth value: whether it is an integer of 32 bits, so that `ftoi` gives
+        /// an equal number (integrality check). -0 counts as 0.
+        IsInteger = "is_integer",
+        /// The same, but NaN counts as one. Where NaN cannot occur machine code needs one branch for
+        /// it instead of two.
+        IsIntegerOrNan = "is_integer_or_nan",
         /// Between `i64` and `f64`, keeping the bits.
         Bitcast = "bitcast",
     }
@@ -239,6 +244,7 @@ impl ConvertOp {
             Self::Trunc => are_integers && to.bits() < from.bits(),
             Self::IntToFloat => matches!(from, Type::I32 | Type::I64) && to == Type::F64,
             Self::FloatToInt => from == Type::F64 && to == Type::I32,
+            Self::IsInteger | Self::IsIntegerOrNan => from == Type::F64 && to == Type::I1,
             Self::Bitcast => {
                 matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
             }

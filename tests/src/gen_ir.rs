@@ -625,6 +625,11 @@ impl Gen {
             let arg = operand(self, from);
             return self.b.func().convert(ConvertOp::IntToFloat, to, arg);
         }
+        if to == Type::I1 && self.rng.chance(30) {
+            let arg = operand(self, Type::F64);
+            let op = *self.rng.pick(&[ConvertOp::IsInteger, ConvertOp::IsIntegerOrNan]);
+            return self.b.func().convert(op, to, arg);
+        }
         if to == Type::I32 && self.rng.chance(30) {
             let arg = operand(self, Type::F64);
             let b = self.b.func();

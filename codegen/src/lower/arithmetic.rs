@@ -279,7 +279,7 @@ impl Lowering<'_> {
             FloatCond::Le => FloatCC::LessThanOrEqual,
             FloatCond::Gt => FloatCC::GreaterThan,
             FloatCond::Ge => FloatCC::GreaterThanOrEqual,
-            FloatCond::OrderedNe => FloatCC::OrderedNotEqual,
+            FloatCond::EqOrNan => FloatCC::UnorderedOrEqual,
         };
         Ok(self.builder.ins().fcmp(cond, a, b))
     }
@@ -329,6 +329,8 @@ impl Lowering<'_> {
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
             ConvertOp::IntToFloat => self.int_to_float(arg)?,
             ConvertOp::FloatToInt => self.truncate(inst, arg)?,
+            ConvertOp::IsInteger => self.is_integer(arg, FloatCC::Equal)?,
+            ConvertOp::IsIntegerOrNan => self.is_integer(arg, FloatCC::UnorderedOrEqual)?,
             ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
         })
     }

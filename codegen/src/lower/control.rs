@@ -1,7 +1,7 @@
 //! Control flow: how a function gets to the block of the label that it is entered with, and how
 //! blocks end.
 
-use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{
     Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, MemFlagsData, SourceLoc,
     Value as ClifValue, types,
@@ -111,18 +111,17 @@ impl Lowering<'_> {
                 let (otherwise, other_args) = self.block_call(otherwise)?;
                 let (last, others) = conds.split_last().unwrap_or((cond, &[]));
                 for &cond in others {
-                    let truth = self.truth(cond)?;
                     let next = self.builder.create_block();
                     if if_any {
+                        let truth = self.truth(cond)?;
                         self.builder.ins().brif(truth, then, &then_args, next, &[]);
                     } else {
-                        self.builder.ins().brif(truth, next, &[], otherwise, &other_args);
+                        self.guard(cond, (next, &[]), (otherwise, &other_args))?;
                     }
                     self.builder.switch_to_block(next);
                     self.builder.seal_block(next);
                 }
-                let truth = self.truth(*last)?;
-                self.builder.ins().brif(truth, then, &then_args, otherwise, &other_args);
+                self.guard(*last, (then, &then_args), (otherwise, &other_args))?;
             }
             Terminator::Switch { arg, targets, default } => {
                 let number = self.value(*arg)?;
@@ -146,6 +145,27 @@ impl Lowering<'_> {
             Terminator::Return => self.return_outcome(RawOutcome::new(RawOutcome::END, 0)),
             Terminator::Trap(code) => self.return_outcome(RawOutcome::trap(*code)),
             Terminator::TrapAt { site, index } => self.trap_at(*site, *index)?,
+        }
+        Ok(())
+    }
+
+    /// Branches by a condition. An integrality check is asked whether it fails: Cranelift allocates registers for the way
+    /// that comes second, which is not the cold one then.
+    fn guard(
+        &mut self,
+        cond: Value,
+        (then, then_args): (ClifBlock, &[BlockArg]),
+        (otherwise, other_args): (ClifBlock, &[BlockArg]),
+    ) -> LowerResult<()> {
+        if let Some(&InstData::Convert { op: ConvertOp::IsIntegerOrNan, to: _, arg }) =
+            self.func.def_inst(cond)
+            && self.is_checked_here(arg)
+        {
+            let fails = self.is_integer(arg, FloatCC::OrderedNotEqual)?;
+            self.builder.ins().brif(fails, otherwise, other_args, then, then_args);
+        } else {
+            let truth = self.truth(cond)?;
+            self.builder.ins().brif(truth, then, then_args, otherwise, other_args);
         }
         Ok(())
     }

@@ -34,6 +34,7 @@ use target_lexicon::Architecture;
 
 use crate::{CodegenOptions, InternalError};
 use double_constants::DoubleConstants;
+use integrality_check::Truncated;
 use memory::Base;
 use truth_values::TruthValues;
 use variable_checks::VariableChecks;
@@ -105,7 +106,7 @@ pub(crate) fn function(
         is_x86,
         variable_checks: VariableChecks::new(module, func, &uses, options),
         uses,
-        truncated: FastMap::default(),
+        truncated: Truncated::default(),
         double_constants,
         is_extended: memory::extended_values(func),
         extended_loads: FastMap::default(),
@@ -194,9 +195,8 @@ struct Lowering<'a> {
     is_x86: bool,
     /// How often each value is used.
     uses: SecondaryMap<Value, u32>,
-    /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
-    /// holds it, from which it is converted back in fewer bytes.
-    truncated: FastMap<Value, ClifValue>,
+    /// What was made of doubles in conversions and integrality checks.
+    truncated: Truncated,
     /// The doubles that are kept in registers.
     double_constants: DoubleConstants,
     /// The checks of variables at the function's entry that are made in vectors.

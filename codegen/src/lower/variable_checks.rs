@@ -5,17 +5,17 @@
 //! block9 (L0):                        for each pair of neighbours:
 //!     v0: f64 = load p:0                  both doubles are loaded, truncated to integers of 32 bits,
 //!     v1: i32 = ftoi v0                   converted back, and compared; the integers are stored in the
-//!     v2: f64 = itof v1                   stack frame
-//!     v3: i1 = fcmp ordered_ne v2, v0
-//!     brif v3, block0, block10        then one branch for all: to block0 if any is not an integer
+//!     v2: i1 = is_integer_or_nan v0       stack frame
+//!     v3: f64 = itof v1
+//!     brif v2, block10, block0        then one branch for all: to block0 if any is not an integer
 //! block10: the same for p:8
 //! ```
 //!
 //! There are mostly more variables than registers. So the integers are loaded from the stack frame where they are used,
 //! and often that load is part of the instruction that uses it.
 //!
-//! A scalar check fails only where the double is not NaN, a lane of these also where it is. So only doubles of regions
-//! in which none is NaN are checked in this way.
+//! A lane of such a check fails also where the double is NaN. So only doubles of regions in which none is NaN are checked in
+//! this way.
 
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::{
@@ -25,16 +25,14 @@ use cranelift_codegen::ir::{
 use plcc_ir::passes::thresholds::variable_checks::MIN_CHECKS;
 use plcc_ir::tables::{FastMap, FastSet};
 use plcc_ir::{
-    Address, Block, ConvertOp, FloatCond, FuncData, InstData, Module, PrimaryMap, SecondaryMap,
-    Terminator, Type, Value,
+    Address, Block, ConvertOp, FuncData, InstData, Module, PrimaryMap, SecondaryMap, Terminator,
+    Type, Value,
 };
 
 use super::memory::flags;
 use super::{LowerResult, Lowering};
 use crate::CodegenOptions;
 
-/// The number of instructions of a check.
-const CHECK: usize = 4;
 /// The bytes of a double.
 const DOUBLE: u32 = 8;
 /// The bytes of the two integers of a pair.
@@ -45,9 +43,9 @@ const INTEGER: u32 = 4;
 /// A check: a block that does nothing else.
 struct Check {
     at: Address,
-    /// The variable as an integer, and that as a double.
-    integer: Value,
-    double: Value,
+    /// The variable as an integer, and that as a double, where they are used.
+    integer: Option<Value>,
+    double: Option<Value>,
     /// Where control goes if it holds none.
     slow: Block,
     /// Where control goes otherwise.
@@ -75,7 +73,7 @@ impl VariableChecks {
         options: CodegenOptions,
     ) -> Self {
         let &[(_, first)] = func.entries() else { return Self::default() };
-        if !options.vectors || func.block(first).insts.len() != CHECK {
+        if !options.vectors {
             return Self::default();
         }
         let Some(first_check) = check(module, func, uses, first) else {
@@ -120,26 +118,34 @@ fn check(
     block: Block,
 ) -> Option<Check> {
     let data = func.block(block);
-    let &[load, truncated, converted, compared] = data.insts.as_slice() else { return None };
+    let (&load, rest) = data.insts.split_first()?;
     let InstData::Load { ty: Type::F64, at } = *func.inst(load) else { return None };
-    let (variable, integer) = (func.result(load)?, func.result(truncated)?);
-    let (double, fails) = (func.result(converted)?, func.result(compared)?);
-    let is_check = matches!(*func.inst(truncated), InstData::Convert { op: ConvertOp::FloatToInt, to: Type::I32, arg }
-            if arg == variable)
-        && matches!(*func.inst(converted), InstData::Convert { op: ConvertOp::IntToFloat, to: _, arg } if arg == integer)
-        && matches!(*func.inst(compared), InstData::Fcmp { cond: FloatCond::OrderedNe, args }
-            if args == [double, variable]);
+    let variable = func.result(load)?;
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
+    let (mut integer, mut double, mut is_checked) = (None, None, false);
+    for &inst in rest {
+        let &InstData::Convert { op, to: _, arg } = func.inst(inst) else { return None };
+        let result = func.result(inst);
+        match op {
+            ConvertOp::FloatToInt if arg == variable => integer = result,
+            ConvertOp::IntToFloat if Some(arg) == integer => double = result,
+            ConvertOp::IsIntegerOrNan if arg == variable && result == Some(*cond) => {
+                is_checked = true;
+            }
+            _ => return None,
+        }
+    }
     let is_plain = data.params.is_empty() && then.args.is_empty() && otherwise.args.is_empty();
     // The integer and its double may be used elsewhere, but not what the image holds, and whether the check fails.
-    let is_closed = uses[variable] == 2 && uses[fails] == 1;
+    let conversions = if integer.is_some() { 2 } else { 1 };
+    let is_closed = uses[variable] == conversions && uses[*cond] == 1;
     let is_fixed = at.index.is_none() && !at.volatile && module.finite_regions.contains(&at.region);
-    (is_check && is_plain && is_closed && is_fixed && *cond == fails).then_some(Check {
+    (is_checked && is_plain && is_closed && is_fixed).then_some(Check {
         at,
         integer,
         double,
-        slow: then.block,
-        next: otherwise.block,
+        slow: otherwise.block,
+        next: then.block,
     })
 }
 
@@ -215,8 +221,8 @@ impl Lowering<'_> {
         self.builder.ins().stack_store(pointer, both, slot, offset as i32);
         for (check, offset) in [Some(check), other].into_iter().zip([offset, offset + INTEGER]) {
             let Some(check) = check else { continue };
-            self.variable_checks.offsets.insert(check.integer, offset);
-            self.variable_checks.offsets.insert(check.double, offset);
+            let offsets = &mut self.variable_checks.offsets;
+            offsets.extend(check.integer.into_iter().chain(check.double).map(|v| (v, offset)));
         }
         let wide = self.builder.ins().swiden_low(lanes);
         let converted = self.builder.ins().fcvt_from_sint(types::F64X2, wide);

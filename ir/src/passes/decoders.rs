@@ -214,20 +214,8 @@ fn mask_test(
     let (mut number, shift) = found.field;
     let mut is_integer = None;
     if is_double(out.func, number) {
-        let bits = (out.func.ty(number) == Type::I64).then_some(number);
-        if bits.is_some() {
-            number = out.insert_convert(ConvertOp::Bitcast, Type::F64, number);
-        }
-        let integer = out.insert_convert(ConvertOp::FloatToInt, Type::I32, number);
-        let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
-        is_integer = Some(match bits {
-            // The bits of 0 and -0 are not the same.
-            Some(bits) => {
-                let back = out.insert_convert(ConvertOp::Bitcast, Type::I64, back);
-                out.insert_icmp(IntCond::Eq, back, bits)
-            }
-            None => out.insert(InstData::Fcmp { cond: FloatCond::Eq, args: [back, number] }),
-        });
+        let (integer, holds) = out.insert_integrality_check_of_bits(number);
+        is_integer = Some(holds);
         number = integer;
     }
     let from = out.func.ty(number);

@@ -73,6 +73,11 @@ impl Fold<'_> {
             (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
                 Some(Rewrite::Value(x))
             }
+            (ConvertOp::IsInteger | ConvertOp::IsIntegerOrNan, ConvertOp::IntToFloat)
+                if first == Type::I32 =>
+            {
+                Some(Rewrite::truth(true))
+            }
             _ => None,
         }
     }

@@ -216,6 +216,7 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         },
         InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::Select { .. } => Some(1),
         InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
+        InstData::Convert { op: ConvertOp::IsInteger | ConvertOp::IsIntegerOrNan, .. } => Some(4),
         InstData::Convert { .. } => Some(1),
         InstData::Load { ty: _, at } if !at.volatile => {
             Some(if at.index.is_some() { 3 } else { 1 })

@@ -59,6 +59,27 @@ pub(super) trait Insert {
         self.insert(InstData::Convert { op, to, arg })
     }
 
+    /// Inserts the integrality check of a double. Returns the integer, an `i32`, and whether the double is equal to it;
+    /// with `never_nan`, which says that the double is not NaN, by the shorter operation.
+    fn insert_integrality_check(&mut self, double: Value, never_nan: bool) -> (Value, Value) {
+        let op = if never_nan { ConvertOp::IsIntegerOrNan } else { ConvertOp::IsInteger };
+        let integer = self.insert_convert(ConvertOp::FloatToInt, Type::I32, double);
+        (integer, self.insert_convert(op, Type::I1, double))
+    }
+
+    /// The same for a value that is a double or an `i64` with the bits of one. Of bits those of -0 are not those of
+    /// an integer.
+    fn insert_integrality_check_of_bits(&mut self, value: Value) -> (Value, Value) {
+        if self.func().ty(value) == Type::F64 {
+            return self.insert_integrality_check(value, false);
+        }
+        let double = self.insert_convert(ConvertOp::Bitcast, Type::F64, value);
+        let integer = self.insert_convert(ConvertOp::FloatToInt, Type::I32, double);
+        let back = self.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
+        let back = self.insert_convert(ConvertOp::Bitcast, Type::I64, back);
+        (integer, self.insert_icmp(IntCond::Eq, back, value))
+    }
+
     /// Inserts a load.
     fn insert_load(&mut self, ty: Type, at: Address) -> Value {
         self.insert(InstData::Load { ty, at })

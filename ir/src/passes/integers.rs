@@ -365,8 +365,8 @@ impl Integers<'_> {
             return Some(Change::Inst(InstData::Icmp { cond: IntCond::Eq, args }));
         }
         let cond = match cond {
-            FloatCond::Eq => IntCond::Eq,
-            FloatCond::Ne | FloatCond::OrderedNe => IntCond::Ne,
+            FloatCond::Eq | FloatCond::EqOrNan => IntCond::Eq,
+            FloatCond::Ne => IntCond::Ne,
             FloatCond::Lt => IntCond::Slt,
             FloatCond::Le => IntCond::Sle,
             FloatCond::Gt => IntCond::Sgt,

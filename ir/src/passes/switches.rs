@@ -208,20 +208,7 @@ fn bit_test(
 /// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.
 /// The value is a double, or an `i64` with the bits of one.
 fn integer_of(out: &mut Cursor<'_>, value: Value) -> Value {
-    let is_bits = out.func.ty(value) == Type::I64;
-    let double = match is_bits {
-        true => out.insert_convert(ConvertOp::Bitcast, Type::F64, value),
-        false => value,
-    };
-    let integer = out.insert_convert(ConvertOp::FloatToInt, Type::I32, double);
-    let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
-    let is_equal = match is_bits {
-        true => {
-            let back = out.insert_convert(ConvertOp::Bitcast, Type::I64, back);
-            out.insert_icmp(IntCond::Eq, back, value)
-        }
-        false => out.insert(InstData::Fcmp { cond: FloatCond::Eq, args: [back, value] }),
-    };
+    let (integer, is_equal) = out.insert_integrality_check_of_bits(value);
     let other = out.insert_const(Type::I32, -1);
     out.insert_select(is_equal, integer, other)
 }

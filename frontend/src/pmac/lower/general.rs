@@ -20,17 +20,17 @@
 //! that is also checked:
 //!
 //! ```text
-//!   v5: f64 = load p:8                         (P1)         P1 holds no integer:
-//!   v6: i32 = ftoi v5                                         hostcall pmac_statement(18)
-//!   v7: f64 = itof v6
-//!   v8: i1 = fcmp ordered_ne v7, v5                         it does:
-//!   brif v8, block2, block3                                   P2=P1%10, with v7 for P1
+//!   v5: f64 = load p:8                         (P1)         P1 holds an integer:
+//!   v6: i32 = ftoi v5                                         P2=P1%10, with v8 for P1
+//!   v7: i1 = is_integer_or_nan v5
+//!   v8: f64 = itof v6                                       it does not:
+//!   brif v7, block2, block3                                   hostcall pmac_statement(18)
 //! ```
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::{DirectAccess, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
-use plcc_ir::{Address, BinaryOp, ConvertOp, FloatCond, IntCond, Place, Type, Value};
+use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Place, Type, Value};
 
 use super::emit;
 use super::{Lowerer, StatementPlaces};
@@ -98,20 +98,20 @@ impl Lowerer<'_> {
 
     /// Goes on if variables hold integers, which are known then, and to a place if one does not.
     fn check_integers(&mut self, variables: &[(Kind, u32)], otherwise: Place) {
-        let mut any = None;
+        let mut all = None;
         for &(kind, number) in variables {
             let at = self.integer_address(kind, number);
             let b = self.builder.func();
             let double = b.load(Type::F64, at);
             let integer = b.convert(ConvertOp::FloatToInt, Type::I32, double);
+            let is_integer = b.convert(ConvertOp::IsIntegerOrNan, Type::I1, double);
             let converted = b.convert(ConvertOp::IntToFloat, Type::F64, integer);
-            let fails = b.fcmp(FloatCond::OrderedNe, converted, double);
-            any = Some(any.map_or(fails, |any| b.binary(BinaryOp::Or, any, fails)));
+            all = Some(all.map_or(is_integer, |all| b.binary(BinaryOp::And, all, is_integer)));
             self.known_integers.push((at, converted));
         }
-        let Some(any) = any else { return };
+        let Some(all) = all else { return };
         let holds = self.builder.place();
-        self.builder.brif(any, otherwise, holds);
+        self.builder.brif(all, holds, otherwise);
         // The integers are used in this function, so that no other one may begin here.
         self.builder.set_limit(usize::MAX);
         self.builder.bind(holds);

@@ -5,9 +5,9 @@
 //! v0: f64 = load p:0                        v0: f64 = load p:0
 //! v1: f64 = fconst 7.0                      v1: f64 = fconst 7.0
 //! v2: f64 = hostcall pmac_and(v0, v1)       v3: i32 = ftoi v0          (the integrality check)
-//! store p:8, v2                             v4: f64 = itof v3
-//!                                           v5: i1 = fcmp ordered_ne v4, v0
-//!                                ==>        brif v5, block2, block1
+//! store p:8, v2                             v5: i1 = is_integer_or_nan v0
+//!                                           v4: f64 = itof v3
+//!                                ==>        brif v5, block1, block2
 //!                                       block1:
 //!                                           v6: f64 = hostcall pmac_and(v4, v1)
 //!                                           jump block3(v6)
@@ -191,15 +191,13 @@ impl Speculate<'_> {
         let loc = plan.twice.first().map_or(StatementId::NONE, |&inst| self.func.loc(inst));
         let may_be_nan = |&(value, _): &(Value, Check)| self.floats.get(value).may_be_nan();
         let never_nan = !plan.checked.iter().any(may_be_nan);
-        // The checks succeed if none fails, or if all succeed.
-        let combine = if never_nan { BinaryOp::Or } else { BinaryOp::And };
         let mut out = self.cursor(&mut rest.out, loc);
         let (integer, mut cond) = first.1.insert(&mut out, first.0, never_nan);
         let mut integers = vec![(first.0, integer)];
         for &(value, check) in others {
             let (integer, truth) = check.insert(&mut out, value, never_nan);
             integers.push((value, integer));
-            cond = out.insert_binary(combine, cond, truth);
+            cond = out.insert_binary(BinaryOp::And, cond, truth);
         }
         for &(again, first) in &plan.same {
             let known = integers.iter().find(|(value, _)| *value == first);
@@ -241,8 +239,7 @@ impl Speculate<'_> {
             let data = &mut self.func.blocks[block];
             (data.insts, data.terminator) = (insts, terminator);
         }
-        let (then, otherwise) = if never_nan { (cold, hot) } else { (hot, cold) };
-        let (then, otherwise) = (BlockCall::plain(then), BlockCall::plain(otherwise));
+        let (then, otherwise) = (BlockCall::plain(hot), BlockCall::plain(cold));
         let guard = Terminator::Brif { cond, then, otherwise };
         let Some(join) = join else {
             // The copies have ended the block.
@@ -297,32 +294,28 @@ impl Speculate<'_> {
 }
 
 impl Check {
-    /// Inserts the check of a double. Returns the double that takes its place, a conversion of an integer,
-    /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
-    /// whether it fails, else whether it succeeds.
+    /// Inserts the check of a double, which is never NaN with `never_nan`. Returns the double that takes its place, a
+    /// conversion of an integer, and whether the check succeeds.
     fn insert(self, out: &mut Cursor<'_>, value: Value, never_nan: bool) -> (Value, Value) {
-        let integer = match self {
-            Self::Narrow => out.insert_convert(ConvertOp::FloatToInt, Type::I32, value),
-            Self::Wide | Self::Rounded => {
-                // The sum is an integer whose low bits are those of the rounded double. If the double
-                // is too large for that, the number made of the low bits is far from the double, and
-                // the comparison below finds that.
-                let sum = out.insert_with(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
-                let word = out.insert_convert(ConvertOp::Bitcast, Type::I64, sum);
-                let by = out.insert_const(Type::I64, UPPER_BITS);
-                let word = out.insert_binary(BinaryOp::Shl, word, by);
-                out.insert_binary(BinaryOp::Ashr, word, by)
-            }
-        };
+        if self == Self::Narrow {
+            let (integer, holds) = out.insert_integrality_check(value, never_nan);
+            return (out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer), holds);
+        }
+        // The sum is an integer whose low bits are those of the rounded double. If the double
+        // is too large for that, the number made of the low bits is far from the double, and
+        // the comparison below finds that.
+        let sum = out.insert_with(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
+        let word = out.insert_convert(ConvertOp::Bitcast, Type::I64, sum);
+        let by = out.insert_const(Type::I64, UPPER_BITS);
+        let word = out.insert_binary(BinaryOp::Shl, word, by);
+        let integer = out.insert_binary(BinaryOp::Ashr, word, by);
         let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
         let (cond, args) = if self == Self::Rounded {
             let apart = out.insert_binary(BinaryOp::Fsub, value, back);
             let apart = out.insert_unary(UnaryOp::Fabs, apart);
-            let half = out.insert_const(Type::F64, 0.5f64.to_bits() as i64);
-            let cond = if never_nan { FloatCond::Ge } else { FloatCond::Lt };
-            (cond, [apart, half])
+            (FloatCond::Lt, [apart, out.insert_const(Type::F64, 0.5f64.to_bits() as i64)])
         } else {
-            let cond = if never_nan { FloatCond::OrderedNe } else { FloatCond::Eq };
+            let cond = if never_nan { FloatCond::EqOrNan } else { FloatCond::Eq };
             (cond, [back, value])
         };
         (back, out.insert(InstData::Fcmp { cond, args }))

@@ -48,10 +48,8 @@ struct WaitingCheck {
     double: Value,
     /// Whether that is the nearest integer, which takes its place only where operations round it.
     is_rounded: bool,
-    /// The result of the check, a truth value.
-    truth: Value,
-    /// Whether a true result means that the check fails.
-    truth_means_failure: bool,
+    /// Whether the check succeeds.
+    holds: Value,
 }
 
 /// What takes the place of values in the copy of a statement.
@@ -341,19 +339,10 @@ impl Speculate<'_> {
             copies.all.push((old, new));
             if let Some(check) = checks.check(old) {
                 let never_nan = !self.floats.get(old).may_be_nan();
-                if waiting.last().is_some_and(|last| last.truth_means_failure != never_nan) {
-                    self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
-                }
                 let mut out = self.cursor(&mut rest.out, loc);
-                let (double, truth) = check.insert(&mut out, new, never_nan);
-                let (truth_means_failure, is_rounded) = (never_nan, check == Check::Rounded);
-                waiting.push(WaitingCheck {
-                    checked: old,
-                    double,
-                    is_rounded,
-                    truth,
-                    truth_means_failure,
-                });
+                let (double, holds) = check.insert(&mut out, new, never_nan);
+                let is_rounded = check == Check::Rounded;
+                waiting.push(WaitingCheck { checked: old, double, is_rounded, holds });
             }
         }
         self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
@@ -378,22 +367,18 @@ impl Speculate<'_> {
         loc: StatementId,
     ) {
         let mut all = None;
-        let mut fails = true;
-        for check in waiting.drain(..) {
-            let WaitingCheck { checked, double, is_rounded, truth, truth_means_failure } = check;
-            fails = truth_means_failure;
+        for WaitingCheck { checked, double, is_rounded, holds } in waiting.drain(..) {
             let list = if is_rounded { &mut copies.rounded } else { &mut copies.all };
             list.push((checked, double));
-            let op = if truth_means_failure { BinaryOp::Or } else { BinaryOp::And };
+            let mut out = self.cursor(&mut rest.out, loc);
             all = Some(match all {
-                None => truth,
-                Some(others) => self.cursor(&mut rest.out, loc).insert_binary(op, others, truth),
+                None => holds,
+                Some(others) => out.insert_binary(BinaryOp::And, others, holds),
             });
         }
         let Some(cond) = all else { return };
         let next = self.new_block(false);
-        let (then, otherwise) = if fails { (cold, next) } else { (next, cold) };
-        let (then, otherwise) = (BlockCall::plain(then), BlockCall::plain(otherwise));
+        let (then, otherwise) = (BlockCall::plain(next), BlockCall::plain(cold));
         let data = &mut self.func.blocks[rest.block];
         data.insts = std::mem::take(&mut rest.out);
         data.terminator = Some(Terminator::Brif { cond, then, otherwise });

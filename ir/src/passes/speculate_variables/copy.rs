@@ -65,11 +65,9 @@ impl Copy<'_> {
     pub(super) fn check(&mut self, at: Address, loc: StatementId) -> Check {
         self.loc = loc;
         let load = self.insert_load(Type::F64, at);
-        let integer = self.insert_convert(ConvertOp::FloatToInt, Type::I32, load);
+        let (integer, holds) = self.insert_integrality_check(load, true);
         let double = self.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
-        let fails = InstData::Fcmp { cond: FloatCond::OrderedNe, args: [double, load] };
-        let fails = self.insert(fails);
-        Check { insts: std::mem::take(&mut self.out), double, fails }
+        Check { insts: std::mem::take(&mut self.out), double, holds }
     }
 
     /// Copies all blocks.

@@ -7,8 +7,8 @@ pub(super) struct Check {
     pub(super) insts: Vec<Inst>,
     /// The double that takes the variable's place.
     pub(super) double: Value,
-    /// Whether the check fails.
-    pub(super) fails: Value,
+    /// Whether the check succeeds.
+    pub(super) holds: Value,
 }
 
 /// Adds the blocks that make the checks, those that are used; gives the first. They go to `slow` if
@@ -27,8 +27,8 @@ pub(super) fn add_guard(
         if counts[check.double] == 0 {
             continue;
         }
-        let (then, otherwise) = (BlockCall::plain(slow), BlockCall::plain(next));
-        let terminator = Some(Terminator::Brif { cond: check.fails, then, otherwise });
+        let (then, otherwise) = (BlockCall::plain(next), BlockCall::plain(slow));
+        let terminator = Some(Terminator::Brif { cond: check.holds, then, otherwise });
         let data = BlockData { insts: check.insts, terminator, ..BlockData::default() };
         next = func.blocks.push(data);
     }

@@ -5,9 +5,9 @@
 //!                                         block9 (L0):
 //!                                             v10: f64 = load p:0       the integrality check of P0;
 //! block0 (L0):                                v11: i32 = ftoi v10       a block for each variable
-//!     P1=P0&7                                 v12: f64 = itof v11
-//!     P2=P0&56                   ==>          v13: i1 = fcmp ordered_ne v12, v10
-//!     P0=P1|P2                                brif v13, block0, block10
+//!     P1=P0&7                                 v13: i1 = is_integer_or_nan v10
+//!     P2=P0&56                   ==>          v12: f64 = itof v11
+//!     P0=P1|P2                                brif v13, block10, block0
 //!                                         block10: the same statements, with v12 for P0, and with
 //!                                                  what was stored in P1 and P2 for these
 //!                                         block0 cold: the statements as they were
