@@ -43,7 +43,7 @@ fn cold_blocks_stand_behind_the_others() {
     let positions = |marks: [&str; 2]| {
         let text = format!(
             "image 8\nregion data at 0 size 8\ntask \"scan\" L0\nfn \"chunk0\" {{\n\
-             block0 (L0):\nv0: i32 = load data:0\nv1: i1 = trunc v0\nbrif v1, block1, block2\n\
+             block0 (L0):\nv0: i32 = load data:0\nv1: i1 = bit v0, 0\nbrif v1, block1, block2\n\
              block1{}:\nv2: i32 = iconst 286331153\nstore data:4, v2\njump block3\n\
              block2{}:\nv3: i32 = iconst 572662306\nstore data:4, v3\njump block3\n\
              block3:\nreturn\n}}\n",

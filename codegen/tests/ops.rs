@@ -8,8 +8,8 @@ use plcc_abi::{Engine, Outcome, Program, Region, Scan, Tables, image};
 use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp,
-    Value, eval,
+    Address, BinaryOp, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond, FuncBuilder, IntCond,
+    Type, UnaryOp, Value, eval,
 };
 use plcc_runtime::NativeEngine;
 
@@ -315,7 +315,9 @@ fn conversions_give_what_eval_gives() {
         for &to in &with_i1 {
             if from.bits() < to.bits() {
                 pairs.extend([(ConvertOp::Sext, from, to), (ConvertOp::Zext, from, to)]);
-                pairs.push((ConvertOp::Trunc, to, from));
+                if from != Type::I1 {
+                    pairs.push((ConvertOp::Trunc, to, from));
+                }
             }
         }
     }
@@ -331,6 +333,50 @@ fn conversions_give_what_eval_gives() {
         let what = format!("{}.{from}.{to}", op.name());
         let expected = |x, _| eval::convert(op, from, to, x);
         check(&what, [from, Type::I1], to, |b, x, _| b.convert(op, to, x), expected);
+    }
+}
+
+/// The fields of an integer of some bits: single bits at its ends and in the middle, and wider ones up to all of it.
+fn fields(bits: u8) -> Vec<Field> {
+    let single = [0, 5, 7, bits / 2 + 1, bits - 1].map(Field::bit);
+    let wider = [(0, 3), (2, 4), (bits / 2, bits / 2), (1, bits - 1), (0, bits - 1), (0, bits)];
+    single.into_iter().chain(wider.map(|(first, width)| Field { first, width })).collect()
+}
+
+#[test]
+fn bits_and_fields_give_what_eval_gives() {
+    for ty in INTEGERS {
+        for field in fields(ty.bits() as u8) {
+            let what = format!("{field:?}.{ty}");
+            for &op in ExtractOp::ALL {
+                let expected = |x, _| eval::extract(op, ty, field, x);
+                check(&what, [ty, Type::I1], ty, |b, x, _| b.extract(op, x, field), expected);
+            }
+            let expected = |x, y| eval::insert(ty, field, x, y);
+            check(&what, [ty, ty], ty, |b, x, y| b.insert(x, y, field), expected);
+            if field.width > 1 {
+                continue;
+            }
+            check(&what, [ty, Type::I1], ty, |b, x, y| b.insert(x, y, field), expected);
+            let number = field.first;
+            let expected = |x, _| eval::bit(x, number);
+            check(&what, [ty, Type::I1], Type::I1, |b, x, _| b.bit(x, number), expected);
+            // The same where a branch is taken by the bit.
+            let make = |b: &mut FuncBuilder, x, _| {
+                let [set, clear, join] = [(); 3].map(|()| b.create_block());
+                let param = b.block_param(join, Type::I1);
+                let bit = b.bit(x, number);
+                b.brif(bit, set, clear);
+                for (block, result) in [(set, 1), (clear, 0)] {
+                    b.switch_to(block);
+                    let result = b.iconst(Type::I1, result);
+                    b.jump(join, &[result]);
+                }
+                b.switch_to(join);
+                param
+            };
+            check(&what, [ty, Type::I1], Type::I1, make, expected);
+        }
     }
 }
 

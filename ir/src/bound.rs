@@ -437,7 +437,7 @@ fn \"a\" {
 block0 (L0):
     @0
     v0: i8 = load vars:0
-    v1: i1 = trunc v0
+    v1: i1 = bit v0, 0
     brif v1, block1, block2
 block1:
     @1
@@ -470,7 +470,7 @@ fn \"a\" {
 block0 (L0):
     @0
     v0: i8 = load vars:0
-    v1: i1 = trunc v0
+    v1: i1 = bit v0, 0
     brif v1, block1, block2
 block1:
     @1

@@ -8,8 +8,9 @@ use plcc_abi::{HostFn, TrapCode};
 
 use crate::func::ValueData;
 use crate::{
-    Address, Args, BinaryOp, BitGroups, Block, BlockCall, BlockData, ConvertOp, FloatCond,
-    FuncData, InstData, IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    Address, Args, BinaryOp, BitGroups, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field,
+    FloatCond, FuncData, InstData, IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value,
+    ValueDef,
 };
 
 /// A function under construction and the block that instructions are appended to.
@@ -214,7 +215,22 @@ impl FuncBuilder {
         self.push_with_result(InstData::Convert { op, to, arg })
     }
 
-    /// Converts a signed integer to a wider, narrower or the same type.
+    /// Appends the reading of a bit of an integer; gives an `i1`.
+    pub fn bit(&mut self, arg: Value, number: u8) -> Value {
+        self.push_with_result(InstData::Bit { arg, number })
+    }
+
+    /// Appends the reading of a field of an integer.
+    pub fn extract(&mut self, op: ExtractOp, arg: Value, field: Field) -> Value {
+        self.push_with_result(InstData::Extract { op, arg, field })
+    }
+
+    /// Appends the replacing of a field of an integer: by the low bits of `bits`, or by an `i1` if the field is one bit.
+    pub fn insert(&mut self, word: Value, bits: Value, field: Field) -> Value {
+        self.push_with_result(InstData::Insert { args: [word, bits], field })
+    }
+
+    /// Converts a signed integer to a wider, narrower or the same type. A truth value is its lowest bit.
     pub fn sextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
         self.resize(ConvertOp::Sext, to, arg)
     }
@@ -227,6 +243,7 @@ impl FuncBuilder {
     fn resize(&mut self, extend: ConvertOp, to: Type, arg: Value) -> Value {
         match to.bits().cmp(&self.func.ty(arg).bits()) {
             std::cmp::Ordering::Equal => arg,
+            std::cmp::Ordering::Less if to == Type::I1 => self.bit(arg, 0),
             std::cmp::Ordering::Less => self.convert(ConvertOp::Trunc, to, arg),
             std::cmp::Ordering::Greater => self.convert(extend, to, arg),
         }

@@ -7,7 +7,7 @@
 //! A value of any type is an `i64` here: an integer in the form of [`Type::wrap`], a truth value
 //! as 0 or 1, a double as its bits.
 
-use crate::{BinaryOp, ConvertOp, FloatCond, IntCond, Type, UnaryOp};
+use crate::{BinaryOp, ConvertOp, ExtractOp, Field, FloatCond, IntCond, Type, UnaryOp};
 
 fn float(bits: i64) -> f64 {
     f64::from_bits(bits as u64)
@@ -163,6 +163,27 @@ pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
     }
 }
 
+/// The bit of an integer with a number.
+pub fn bit(x: i64, number: u8) -> i64 {
+    x.wrapping_shr(number.into()) & 1
+}
+
+/// A field of an integer `x` of type `ty`.
+pub fn extract(op: ExtractOp, ty: Type, field: Field, x: i64) -> i64 {
+    let top = x.wrapping_shl(64u32.wrapping_sub(u32::from(field.first) + u32::from(field.width)));
+    let down = 64u32.wrapping_sub(field.width.into());
+    ty.wrap(match op {
+        ExtractOp::Unsigned => (top as u64).wrapping_shr(down) as i64,
+        ExtractOp::Signed => top.wrapping_shr(down),
+    })
+}
+
+/// The integer `x`, of type `ty`, with a field replaced by the low bits of `bits`.
+pub fn insert(ty: Type, field: Field, x: i64, bits: i64) -> i64 {
+    let mask = field.mask() as i64;
+    ty.wrap(x & !mask | bits.wrapping_shl(field.first.into()) & mask)
+}
+
 fn float_to_int(x: f64) -> i64 {
     let fits = x.abs() < 2_147_483_648.0;
     i64::from(if fits { x as i32 } else { i32::MIN })
@@ -210,6 +231,18 @@ mod tests {
         assert_eq!(binary(BinaryOp::Umulh, Type::I64, -1, -1), -2);
         assert_eq!(convert(ConvertOp::Sext, Type::I1, Type::I32, 1), -1);
         assert_eq!(convert(ConvertOp::Zext, Type::I8, Type::I32, -1), 255);
+        let field = Field { first: 4, width: 8 };
+        assert_eq!(extract(ExtractOp::Unsigned, Type::I16, field, 0x1F32), 0xF3);
+        assert_eq!(extract(ExtractOp::Signed, Type::I16, field, 0x1F32), -13);
+        assert_eq!(insert(Type::I16, field, 0x1F32, 0x5AB), 0x1AB2);
+        assert_eq!(insert(Type::I16, Field::bit(15), 0x1F32, 1), 0x1F32 + min);
+        let whole = Field { first: 0, width: 16 };
+        assert_eq!(extract(ExtractOp::Unsigned, Type::I16, whole, min), min);
+        assert_eq!(insert(Type::I16, whole, 7, min), min);
+        let whole = Field { first: 0, width: 64 };
+        assert_eq!(extract(ExtractOp::Unsigned, Type::I64, whole, -3), -3);
+        assert_eq!(insert(Type::I64, whole, 7, -3), -3);
+        assert_eq!((bit(min, 15), bit(min, 14), bit(i64::MIN, 63)), (1, 0, 1));
         let truncated = |x: f64| convert(ConvertOp::FloatToInt, Type::F64, Type::I32, bits(x));
         for integer in [0, 1, -1, 8_388_607, i64::from(i32::MAX), i64::from(i32::MIN)] {
             assert_eq!(truncated(integer as f64), integer);

@@ -393,8 +393,14 @@ impl FuncData {
             InstData::Iconst { ty, .. } | InstData::Load { ty, .. } => Some(*ty),
             InstData::Fconst { .. } => Some(Type::F64),
             InstData::Unary { arg, .. } => Some(self.ty(*arg)),
-            InstData::Binary { args, .. } | InstData::Select { args, .. } => Some(self.ty(args[0])),
-            InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::IsLate => Some(Type::I1),
+            InstData::Extract { arg, .. } => Some(self.ty(*arg)),
+            InstData::Binary { args, .. }
+            | InstData::Select { args, .. }
+            | InstData::Insert { args, .. } => Some(self.ty(args[0])),
+            InstData::Icmp { .. }
+            | InstData::Fcmp { .. }
+            | InstData::IsLate
+            | InstData::Bit { .. } => Some(Type::I1),
             InstData::Convert { to, .. } => Some(*to),
             InstData::Pack { .. } => Some(Type::I32),
             InstData::Store { .. } | InstData::Unpack { .. } => None,

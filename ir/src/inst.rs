@@ -14,6 +14,8 @@
 //! | comparisons | `icmp` with [`IntCond`], `fcmp` with [`FloatCond`] | two of one type, gives an `i1` |
 //! | choice | `select` | an `i1` and two of one type |
 //! | conversions | [`ConvertOp`] | from one type to another |
+//! | bits of an integer | `bit` | an integer, gives an `i1` |
+//! | fields of an integer | [`ExtractOp`], `insert` | an integer and a [`Field`] of it |
 //! | process image | `load`, `store` | an [`Address`] |
 //! | local bits | `load`, `store`, `unpack`, `pack` | an [`Address`] among them, [`BitGroups`] |
 //! | time | `is_late` | gives an `i1` |
@@ -22,7 +24,7 @@
 use plcc_abi::{HostFn, IntegerForm};
 
 use crate::words::{operations, words};
-use crate::{Address, BitGroups, Type, Value};
+use crate::{Address, BitGroups, ExtractOp, Field, Type, Value};
 
 /// The types of an operation's operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,7 +219,7 @@ words! {
         Sext = "sext",
         /// To a wider integer, filled with zeros. A truth value becomes 0 or 1.
         Zext = "zext",
-        /// To the low bits of an integer, a narrower one; to a truth value, the lowest bit.
+        /// To the low bits of an integer, as a narrower integer. A truth value is made of one by `bit`.
         Trunc = "trunc",
         /// From a signed `i32` or `i64` to the nearest double, ties to even.
         IntToFloat = "itof",
@@ -241,7 +243,7 @@ impl ConvertOp {
         let are_integers = from.is_int() && to.is_int();
         match self {
             Self::Sext | Self::Zext => are_integers && to.bits() > from.bits(),
-            Self::Trunc => are_integers && to.bits() < from.bits(),
+            Self::Trunc => are_integers && to.bits() < from.bits() && to != Type::I1,
             Self::IntToFloat => matches!(from, Type::I32 | Type::I64) && to == Type::F64,
             Self::FloatToInt => from == Type::F64 && to == Type::I32,
             Self::IsInteger | Self::IsIntegerOrNan => from == Type::F64 && to == Type::I1,
@@ -346,6 +348,30 @@ pub enum InstData {
         /// The operand.
         arg: Value,
     },
+    /// A bit of an integer, as an `i1`.
+    Bit {
+        /// The integer.
+        arg: Value,
+        /// The number of the bit, from 0 for the lowest. The verifier sees that the integer has it.
+        number: u8,
+    },
+    /// A field of an integer, as an integer of the same type.
+    Extract {
+        /// Whether the field is a signed or an unsigned number.
+        op: ExtractOp,
+        /// The integer.
+        arg: Value,
+        /// The field.
+        field: Field,
+    },
+    /// An integer of which a field is replaced.
+    Insert {
+        /// The integer, and what takes the place of the field: the low bits of another integer of the same type, or an `i1`
+        /// where the field is one bit.
+        args: [Value; 2],
+        /// The field.
+        field: Field,
+    },
     /// A value read from the process image.
     Load {
         /// The type of the value.
@@ -406,8 +432,11 @@ impl InstData {
             Self::Iconst { .. } | Self::Fconst { .. } | Self::Pack { .. } | Self::IsLate => {}
             Self::Unary { op: _, arg }
             | Self::Convert { op: _, to: _, arg }
-            | Self::Unpack { word: arg, to: _ } => f(arg),
+            | Self::Unpack { word: arg, to: _ }
+            | Self::Bit { arg, number: _ }
+            | Self::Extract { op: _, arg, field: _ } => f(arg),
             Self::Binary { op: _, args }
+            | Self::Insert { args, field: _ }
             | Self::Icmp { cond: _, args }
             | Self::Fcmp { cond: _, args } => args.iter_mut().for_each(f),
             Self::Select { cond, args } => {

@@ -155,6 +155,13 @@ impl Interpreter {
                 }
             }
             InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
+            InstData::Bit { arg, number } => eval::bit(self.get(arg), number),
+            InstData::Extract { op, arg, field } => {
+                eval::extract(op, func.ty(arg), field, self.get(arg))
+            }
+            InstData::Insert { args: [word, bits], field } => {
+                eval::insert(func.ty(word), field, self.get(word), self.get(bits))
+            }
             InstData::Load { ty, at } => match at.region {
                 RegionId::LOCAL_BITS => read(&self.local_bits, at.offset, ty),
                 _ => read(scan.image, self.image_offset(at), ty),

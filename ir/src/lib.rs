@@ -63,6 +63,7 @@ pub mod builder;
 pub mod chunk;
 pub mod entities;
 pub mod eval;
+pub mod field;
 #[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod func;
 pub mod inst;
@@ -87,6 +88,7 @@ pub use chunk::{ChunkBuilder, Place};
 pub use entities::{
     Block, Func, Inst, Label, PrimaryMap, RegionId, SecondaryMap, StatementId, Value,
 };
+pub use field::{ExtractOp, Field};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{Args, BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Operands, UnaryOp};
 pub use interp::Interpreter;

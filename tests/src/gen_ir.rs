@@ -3,8 +3,8 @@
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, SourceLine, TrapCode, TrapSite};
 use plcc_ir::{
-    Address, BinaryOp, BitGroups, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place,
-    RegionId, SourceFile, Statement, Type, UnaryOp, Value,
+    Address, BinaryOp, BitGroups, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond, IntCond,
+    Module, Place, RegionId, SourceFile, Statement, Type, UnaryOp, Value,
 };
 
 use plcc_random::Rng;
@@ -573,7 +573,28 @@ impl Gen {
                 found.map_or_else(|| this.constant(ty), |(value, _)| value)
             }
         };
-        let value = match self.rng.below(10) {
+        let value = match self.rng.below(11) {
+            10 if ty == Type::I1 => {
+                let of = *self.rng.pick(&[Type::I8, Type::I16, Type::I32, Type::I64]);
+                let word = operand(self, of);
+                let number = self.rng.below(of.bits() as usize) as u8;
+                self.b.func().bit(word, number)
+            }
+            10 if ty.is_int() => {
+                let word = operand(self, ty);
+                let first = self.rng.below(ty.bits() as usize) as u8;
+                let width = 1 + self.rng.below(ty.bits() as usize - usize::from(first)) as u8;
+                let field = Field { first, width };
+                if self.rng.chance(50) {
+                    let op = *self.rng.pick(ExtractOp::ALL);
+                    self.b.func().extract(op, word, field)
+                } else {
+                    let truth = self.rng.chance(50);
+                    let field = if truth { Field::bit(first) } else { field };
+                    let bits = operand(self, if truth { Type::I1 } else { ty });
+                    self.b.func().insert(word, bits, field)
+                }
+            }
             0..3 => {
                 let at = self.address(ty);
                 self.b.func().load(ty, at)

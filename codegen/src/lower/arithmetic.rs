@@ -319,13 +319,6 @@ impl Lowering<'_> {
                 Some(extended) if to == Type::I64 => extended,
                 _ => self.builder.ins().sextend(wide, x),
             },
-            ConvertOp::Trunc if to == Type::I1 => {
-                let narrow = match from {
-                    Type::I8 => x,
-                    _ => self.builder.ins().ireduce(wide, x),
-                };
-                self.builder.ins().band_imm_u(narrow, 1)
-            }
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
             ConvertOp::IntToFloat => self.int_to_float(arg)?,
             ConvertOp::FloatToInt => self.truncate(inst, arg)?,

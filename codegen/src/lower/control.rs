@@ -8,13 +8,9 @@ use cranelift_codegen::ir::{
 };
 use plcc_abi::{RawOutcome, ScanContext, TrapCode};
 use plcc_ir::passes::thresholds::entries::{MAX_ENTRIES_PER_LABEL, MAX_SEARCHED_LABELS};
-use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
+use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Value};
 
 use super::{InvalidIr, LowerResult, Lowering};
-
-/// Bits with lower numbers can be tested by one instruction where they are in their word: its
-/// constant is sign-extended from 32 bits.
-const TESTABLE_BITS: i64 = 31;
 
 impl Lowering<'_> {
     /// Goes to the entry block of the label.
@@ -262,31 +258,6 @@ impl Lowering<'_> {
         let epoch = self.builder.ins().atomic_load(types::I64, shared, epoch);
         let limit = self.builder.ins().atomic_load(types::I64, shared, limit);
         self.builder.ins().icmp(IntCC::UnsignedGreaterThanOrEqual, epoch, limit)
-    }
-
-    /// A truth value to branch by: 0 for false, anything else for true. A single bit of a word is
-    /// tested where it is in the word.
-    pub(super) fn truth(&mut self, cond: Value) -> LowerResult<ClifValue> {
-        let Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) =
-            self.func.def_inst(cond)
-        else {
-            return self.value(cond);
-        };
-        let (mut word, mut bit) = (arg, 0);
-        if let Some(&InstData::Binary { op: BinaryOp::Lshr, args: [x, by] }) =
-            self.func.def_inst(arg)
-            && let width = i64::from(self.func.ty(arg).bits())
-            && let Some(by) =
-                self.constant(by).filter(|by| (0..width.min(TESTABLE_BITS)).contains(by))
-        {
-            (word, bit) = (x, by);
-        }
-        let mut word = self.value(word)?;
-        // The instruction that tests a byte is shorter.
-        if bit < 8 && self.func.ty(arg) != Type::I8 {
-            word = self.builder.ins().ireduce(types::I8, word);
-        }
-        Ok(self.builder.ins().band_imm_u(word, 1 << bit))
     }
 
     /// Returns from the function with an outcome.

@@ -9,6 +9,7 @@ mod arithmetic;
 mod base_registers;
 mod control;
 mod double_constants;
+mod fields;
 mod indices;
 mod integrality_check;
 mod local_bits;
@@ -352,6 +353,9 @@ impl Lowering<'_> {
                 Some(self.builder.ins().select(cond, a, b))
             }
             InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)?),
+            InstData::Bit { arg, number } => Some(self.bit(arg, number)?),
+            InstData::Extract { op, arg, field } => Some(self.extract(op, arg, field)?),
+            InstData::Insert { args, field } => Some(self.insert(args, field)?),
             InstData::Load { ty, at } => {
                 let result = self.func.result(inst).filter(|&result| self.is_also_extended(result));
                 match result {

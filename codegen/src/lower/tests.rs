@@ -168,7 +168,7 @@ fn an_index_is_widened_once() {
 fn traps_of_a_function_share_their_exit() {
     let head = "image 16\nregion data at 0 size 16\ntask \"scan\" L0\nfn \"f\" {\nblock0 (L0):\n";
     let text = format!(
-        "{head}v0: i32 = load data:0\nv1: i1 = trunc v0\nbrif v1, block1, block2\nblock1:\n\
+        "{head}v0: i32 = load data:0\nv1: i1 = bit v0, 0\nbrif v1, block1, block2\nblock1:\n\
          v2: i32 = iconst 0\ntrap_at v2, v0\nblock2:\nv3: i32 = iconst 1\ntrap_at v3, v0\n}}\n\
          trap_site timeout file 0 line 1\ntrap_site call_depth file 0 line 2\n"
     );

@@ -80,6 +80,7 @@ fn demanded(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
         InstData::Unary { op: UnaryOp::Not, arg: _ } => bits,
         InstData::Unary { op: UnaryOp::Neg, arg: _ } => up_to_highest_bit(bits),
         InstData::Select { .. } if number > 0 => bits,
+        InstData::Bit { arg: _, number } => 1 << number,
         InstData::Convert { op: ConvertOp::Trunc, to, arg: _ } => bits & mask(to),
         InstData::Convert { op: ConvertOp::Zext, to: _, arg } => bits & mask(func.ty(arg)),
         InstData::Convert { op: ConvertOp::Sext, to: _, arg } => {

@@ -174,6 +174,15 @@ impl Fold<'_> {
             }
             InstData::Select { cond, args } => self.select(cond, ty, args),
             InstData::Convert { op, to, arg } => self.convert(op, to, arg),
+            InstData::Bit { arg, number } => self.bit(arg, number),
+            InstData::Extract { op, arg, field } => {
+                let x = self.func.constant(arg)?;
+                Some(Rewrite::Const(eval::extract(op, ty, field, x)))
+            }
+            InstData::Insert { args: [word, bits], field } => {
+                let (word, bits) = (self.func.constant(word)?, self.func.constant(bits)?);
+                Some(Rewrite::Const(eval::insert(ty, field, word, bits)))
+            }
             InstData::Load { .. } => {
                 let mut fixed = *data;
                 self.fix_constant_index(&mut fixed).then_some(Rewrite::Inst(fixed))

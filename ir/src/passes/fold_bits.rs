@@ -5,17 +5,15 @@
 //! than making two truth values.
 //!
 //! ```text
-//! v1: i32 = lshr v0, 5
-//! v2: i1 = trunc v1               v1: i32 = lshr v0, 3
-//! v3: i32 = lshr v9, 2     ==>    v2: i32 = and v1, v9
-//! v4: i1 = trunc v3               v3: i32 = lshr v2, 2
-//! v5: i1 = and v2, v4             v5: i1 = trunc v3
+//! v2: i1 = bit v0, 5              v1: i32 = lshr v0, 3
+//! v4: i1 = bit v9, 2       ==>    v2: i32 = and v1, v9
+//! v5: i1 = and v2, v4             v5: i1 = bit v2, 2
 //! ```
 
 use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
-use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
+use crate::{BinaryOp, InstData, Type, UnaryOp, Value};
 
 /// AND, OR, XOR and NOT that are nested in each other are followed to this depth.
 const MAX_DEPTH: u32 = 4;
@@ -37,19 +35,13 @@ impl Fold<'_> {
     /// computed in another way.
     fn bit_of(&self, value: Value) -> Option<Bit> {
         let opposite = self.not_of(value);
-        let &InstData::Convert { op: ConvertOp::Trunc, to: _, mut arg } =
-            self.func.def_inst(opposite.unwrap_or(value))?
-        else {
-            return None;
-        };
-        // A mask does not matter if it keeps the bit.
-        if let Some([word, mask]) = self.operands(arg, BinaryOp::And)
-            && self.func.constant(mask).is_some_and(|mask| mask & 1 == 1)
-        {
-            arg = word;
+        match *self.func.def_inst(opposite.unwrap_or(value))? {
+            InstData::Bit { arg: of, number } => {
+                let (ty, number) = (self.func.ty(of), number.into());
+                Some(Bit { of, ty, number, opposite: opposite.is_some() })
+            }
+            _ => None,
         }
-        let (of, number) = self.shifted_right(arg).unwrap_or((arg, 0));
-        Some(Bit { of, ty: self.func.ty(arg), number, opposite: opposite.is_some() })
     }
 
     /// The operand and the distance of the unsigned right shift that defines a value.
@@ -77,11 +69,8 @@ impl Fold<'_> {
             (true, _) => BinaryOp::And,
             (false, op) => op,
         };
-        let mut word = self.insert_binary(op, x_at, y_at);
-        if number > 0 {
-            word = self.insert_with(BinaryOp::Lshr, word, number);
-        }
-        let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
+        let arg = self.insert_binary(op, x_at, y_at);
+        let bit = InstData::Bit { arg, number: number as u8 };
         match neither {
             true => Some(Rewrite::not(self.insert(bit))),
             false => Some(Rewrite::Inst(bit)),
@@ -133,8 +122,7 @@ impl Fold<'_> {
     /// joined to the word.
     ///
     /// ```text
-    /// v2: i32 = lshr v1, 7
-    /// v3: i1 = trunc v2                   v3: i32 = lshr v1, 5
+    /// v3: i1 = bit v1, 7                  v3: i32 = lshr v1, 5
     /// v4: i32 = or v0, 4           ==>    v4: i32 = and v3, 4
     /// v5: i32 = select v3, v4, v0         v5: i32 = or v0, v4
     /// ```

@@ -65,7 +65,7 @@ impl Fold<'_> {
         if simpler.is_some() || possible_ones != 1 || !equality {
             return simpler;
         }
-        let bit = self.insert_convert(ConvertOp::Trunc, Type::I1, a);
+        let bit = self.insert_bit(a, 0);
         let same = (cond == IntCond::Eq) == (c != 0);
         Some(if same { Rewrite::Value(bit) } else { Rewrite::not(bit) })
     }

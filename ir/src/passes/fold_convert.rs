@@ -1,13 +1,11 @@
-//! Rules for conversions: of constants, of the results of other conversions, and of a word to its
-//! lowest bit, which is taken directly from the value that the bit comes from.
+//! Rules for conversions of constants and of the results of other conversions, and for bits of words, which are taken
+//! directly from the value that they come from.
 //!
 //! ```text
 //! v1: i32 = zext v0                           (v0 is an i8)
 //! v2: i64 = zext v1          ==>    v2: i64 = zext v0
 //! v4: i32 = shl v3, 4
-//! v5: i32 = lshr v4, 6
-//! v6: i1 = trunc v5          ==>    v5: i32 = lshr v3, 2
-//!                                   v6: i1 = trunc v5
+//! v6: i1 = bit v4, 6         ==>    v6: i1 = bit v3, 2
 //! ```
 
 use super::fold::{Fold, Rewrite};
@@ -35,15 +33,21 @@ impl Fold<'_> {
             let result = eval::convert(op, from, to, x);
             return eval::may_become_constant(to, result).then_some(Rewrite::Const(result));
         }
-        if op == ConvertOp::Trunc && to == Type::I1 {
-            return self.truncate_to_bit(arg);
-        }
         if op == ConvertOp::Trunc
             && let Some(&InstData::Binary { op: BinaryOp::And, args: [x, by] }) =
                 self.func.def_inst(arg)
             && self.func.constant(by).is_some_and(|by| !by as u64 & mask(to) == 0)
         {
             return Some(Rewrite::convert(op, to, x));
+        }
+        // The bit stays where it is; it may be wanted in another place of a word.
+        if op == ConvertOp::Zext
+            && self.combine_bits
+            && let Some(&InstData::Bit { arg: x, number }) = self.func.def_inst(arg)
+            && self.func.ty(x) == to
+        {
+            let (x, one) = (self.moved(x, -i64::from(number)), self.insert_const(to, 1));
+            return Some(Rewrite::binary(BinaryOp::And, x, one));
         }
         let &InstData::Convert { op: inner, to: _, arg: x } = self.func.def_inst(arg)? else {
             return None;
@@ -54,13 +58,6 @@ impl Fold<'_> {
                 Some(Rewrite::convert(op, to, x))
             }
             (ConvertOp::Sext, ConvertOp::Zext) => Some(Rewrite::convert(inner, to, x)),
-            // The bit stays where it is; it may be wanted in another place of a word.
-            (ConvertOp::Zext, ConvertOp::Trunc)
-                if from == Type::I1 && first == to && self.combine_bits =>
-            {
-                let one = self.insert_const(to, 1);
-                Some(Rewrite::binary(BinaryOp::And, x, one))
-            }
             (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Rewrite::convert(op, to, x)),
             (ConvertOp::Trunc, ConvertOp::Zext | ConvertOp::Sext) => {
                 Some(match to.bits().cmp(&first.bits()) {
@@ -82,29 +79,24 @@ impl Fold<'_> {
         }
     }
 
-    /// The lowest bit of a value, taken from the value that it comes from.
-    fn truncate_to_bit(&mut self, arg: Value) -> Option<Rewrite> {
-        let (value, bit, opposite) = match self.origin(arg, 0) {
+    /// What the reading of a bit can be replaced by: the same bit of the value that it comes from.
+    pub(super) fn bit(&mut self, arg: Value, number: u8) -> Option<Rewrite> {
+        if let Some(x) = self.func.constant(arg) {
+            return Some(Rewrite::Const(eval::bit(x, number)));
+        }
+        let (value, bit, opposite) = match self.origin(arg, number.into()) {
             BitOrigin::Constant(bit) => return Some(Rewrite::truth(bit)),
             BitOrigin::Of(value, ..) if value == arg => return None,
             BitOrigin::Of(value, bit, opposite) => (value, bit, opposite),
         };
-        if self.func.ty(value) == Type::I1 {
-            return Some(if opposite { Rewrite::not(value) } else { Rewrite::Value(value) });
-        }
-        // It is that bit shifted down already.
-        if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
-            && x == value
-            && self.func.constant(by) == Some(i64::from(bit))
-        {
-            return None;
-        }
-        let low = match bit {
-            0 => value,
-            _ => self.insert_with(BinaryOp::Lshr, value, i64::from(bit)),
-        };
-        let low = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: low };
-        Some(if opposite { Rewrite::not(self.insert(low)) } else { Rewrite::Inst(low) })
+        let is_truth = self.func.ty(value) == Type::I1;
+        let bit = InstData::Bit { arg: value, number: bit as u8 };
+        Some(match (is_truth, opposite) {
+            (true, true) => Rewrite::not(value),
+            (true, false) => Rewrite::Value(value),
+            (false, true) => Rewrite::not(self.insert(bit)),
+            (false, false) => Rewrite::Inst(bit),
+        })
     }
 
     /// Where a bit of a value comes from.

@@ -234,7 +234,7 @@ impl Fold<'_> {
                 Some(&InstData::Unary { op: UnaryOp::Not, arg }) => {
                     (value, opposite) = (arg, !opposite);
                 }
-                Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) => value = arg,
+                Some(&InstData::Bit { arg, number }) => (value, bit) = (arg, number.into()),
                 _ => break,
             }
         }

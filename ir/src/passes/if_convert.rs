@@ -218,6 +218,9 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
         InstData::Convert { op: ConvertOp::IsInteger | ConvertOp::IsIntegerOrNan, .. } => Some(4),
         InstData::Convert { .. } => Some(1),
+        InstData::Bit { arg: _, number } => Some(1 + u32::from(number > 0)),
+        InstData::Extract { .. } => Some(2),
+        InstData::Insert { .. } => Some(4),
         InstData::Load { ty: _, at } if !at.volatile => {
             Some(if at.index.is_some() { 3 } else { 1 })
         }

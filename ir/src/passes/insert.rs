@@ -80,6 +80,11 @@ pub(super) trait Insert {
         (integer, self.insert_icmp(IntCond::Eq, back, value))
     }
 
+    /// Inserts the reading of a bit of an integer.
+    fn insert_bit(&mut self, arg: Value, number: u8) -> Value {
+        self.insert(InstData::Bit { arg, number })
+    }
+
     /// Inserts a load.
     fn insert_load(&mut self, ty: Type, at: Address) -> Value {
         self.insert(InstData::Load { ty, at })

@@ -5,7 +5,7 @@
 //! v2: i16 = zext v0
 //! v3: i16 = zext v1
 //! v4: i16 = and v2, v3      ==>   v6: i1 = and v0, v1
-//! v5: i1 = trunc v4               (v5 is replaced by v6)
+//! v5: i1 = bit v4, 0              (v5 is replaced by v6)
 //! ```
 //!
 //! The pass first finds, backwards, of which integers only the lowest bit is demanded. Then it
@@ -45,7 +45,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
             ranges.note(func, result, &data);
             let ty = func.ty(result);
             if ty == Type::I1 {
-                if let InstData::Convert { op: ConvertOp::Trunc, to: _, arg } = data
+                if let InstData::Bit { arg, number: 0 } = data
                     && let Some(bit) = bits[arg]
                 {
                     values.replace(result, bit);
@@ -99,7 +99,7 @@ fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> PrimaryMap<Value, bo
         for &inst in data.insts.iter().rev() {
             let data = func.inst(inst);
             let passes_on = match data {
-                InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: _ } => false,
+                InstData::Bit { arg: _, number: 0 } => false,
                 InstData::Binary { op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, .. }
                 | InstData::Unary { op: UnaryOp::Not, arg: _ }
                 | InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, .. } => {

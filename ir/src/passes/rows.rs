@@ -362,6 +362,7 @@ impl Rows<'_> {
                     _ => break,
                 },
                 InstData::Convert { op: ConvertOp::Trunc, to: _, arg } => (arg, bit),
+                InstData::Bit { arg, number } => (arg, i64::from(number)),
                 InstData::Convert { op: ConvertOp::Zext | ConvertOp::Sext, to: _, arg }
                     if bit < i64::from(self.func.ty(arg).bits()) =>
                 {

@@ -202,7 +202,7 @@ fn bit_test(
     };
     // Of a number beyond the mask's bits the shift leaves 0.
     let shifted = out.insert_binary(BinaryOp::Lshr, mask, by);
-    Some((out.insert_convert(ConvertOp::Trunc, Type::I1, shifted), then))
+    Some((out.insert_bit(shifted, 0), then))
 }
 
 /// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.

@@ -10,8 +10,8 @@
 
 use super::graph::Graph;
 use crate::{
-    Address, BinaryOp, Block, ConvertOp, FuncData, InstData, PrimaryMap, SecondaryMap, Terminator,
-    Type, UnaryOp, Value,
+    Address, BinaryOp, Block, ConvertOp, ExtractOp, FuncData, InstData, PrimaryMap, SecondaryMap,
+    Terminator, Type, UnaryOp, Value,
 };
 
 /// The bits of a word of 32 bits whose highest byte is 0.
@@ -122,6 +122,10 @@ impl ValueRanges {
                 let ((a, b), (x, y)) = (of(a), of(b));
                 Some((a.min(x), b.max(y)))
             }
+            InstData::Extract { op: ExtractOp::Signed, arg: _, field } => {
+                let most = (field.ones() >> 1) as i64;
+                Some((!most, most))
+            }
             InstData::Convert { op: ConvertOp::Sext | ConvertOp::Trunc, to: _, arg } => {
                 // If the operand may not fit the narrower type, the caller drops these bounds.
                 (func.ty(arg) != Type::I1).then(|| of(arg))
@@ -195,6 +199,15 @@ impl ValueRanges {
             }
             InstData::Select { cond: _, args: [a, b] } => {
                 self.possible_ones(a) | self.possible_ones(b)
+            }
+            InstData::Extract { op, arg, field } => {
+                let ones = self.possible_ones(arg) >> field.first & field.ones();
+                let has_sign = op == ExtractOp::Signed && ones >> (field.width - 1) & 1 == 1;
+                if has_sign { all } else { ones }
+            }
+            InstData::Insert { args: [word, bits], field } => {
+                let rest = self.possible_ones(word) & !field.mask();
+                rest | self.possible_ones(bits) << field.first & field.mask()
             }
             InstData::Convert { op, to: _, arg } => {
                 let possible_ones = self.possible_ones(arg);

@@ -16,8 +16,9 @@ use plcc_abi::{HostFn, SourceLine, TrapCode, TrapSite};
 use super::lex::{Token, unescaped};
 use crate::func::LOCAL_BITS_NAME;
 use crate::{
-    Address, Args, BinaryOp, BitGroups, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond,
-    Label, RegionId, SourceFile, Statement, StatementId, Terminator, Type, UnaryOp, Value,
+    Address, Args, BinaryOp, BitGroups, Block, BlockCall, ConvertOp, ExtractOp, Field, FloatCond,
+    InstData, IntCond, Label, RegionId, SourceFile, Statement, StatementId, Terminator, Type,
+    UnaryOp, Value,
 };
 
 /// What is at the top of the text.
@@ -319,6 +320,15 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
         one_of_words("a comparison", FloatCond::ALL, FloatCond::name, FloatCond::from_name);
     let fcmp = keyword("fcmp").ignore_then(floats).then(pair());
     let select = keyword("select").ignore_then(value()).then_ignore(sign(',')).then(pair());
+    let field = || {
+        let first = sign(',').ignore_then(number("the number of the lowest bit"));
+        first.then(sign(',').ignore_then(number("how many bits there are")))
+    };
+    let field = || field().map(|(first, width)| Field { first, width });
+    let bit = keyword("bit").ignore_then(value());
+    let bit = bit.then(sign(',').ignore_then(number("the number of a bit")));
+    let extract = word("", ExtractOp::from_name).then(value()).then(field());
+    let insert = keyword("insert").ignore_then(pair()).then(field());
     let load = keyword("load").ignore_then(address());
     let pack = keyword("pack").ignore_then(bit_groups());
     let is_late = keyword("is_late").map(|_| InstData::IsLate);
@@ -333,6 +343,9 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
         fcmp.map(|(cond, args)| InstData::Fcmp { cond, args }),
         select.map(|(cond, args)| InstData::Select { cond, args }),
         pack.map(|from| InstData::Pack { from }),
+        bit.map(|(arg, number)| InstData::Bit { arg, number }),
+        extract.map(|((op, arg), field)| InstData::Extract { op, arg, field }),
+        insert.map(|(args, field)| InstData::Insert { args, field }),
         is_late,
     ))
 }

@@ -60,6 +60,8 @@
 //!   site has no array.
 //! - The terminators that the example does not show are `switch V, [BLOCK, …], BLOCK`, `goto L`,
 //!   `goto_indirect V`, `suspend L` and `trap CODE`.
+//! - A field of an integer is written as the number of its lowest bit and how many bits it has: `extract_u v0, 5, 3`,
+//!   `insert v0, v1, 5, 3`. `bit v0, 5` is a single bit.
 //! - A double is written as Rust writes it, or as its bits (`0x7ff…`).
 //! - A `|` begins a line of a source file's text. There, and in quotes, a backslash is before
 //!   `\`, `r` (carriage return), and hexadecimal digits in braces (any other character).

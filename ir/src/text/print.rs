@@ -6,7 +6,7 @@ use plcc_abi::{SourceLine, TrapSite};
 
 use crate::func::LOCAL_BITS_NAME;
 use crate::{
-    Address, BitGroups, Block, BlockCall, FuncData, InstData, Module, PrimaryMap, RegionId,
+    Address, BitGroups, Block, BlockCall, Field, FuncData, InstData, Module, PrimaryMap, RegionId,
     SecondaryMap, StatementId, Terminator, Value,
 };
 
@@ -219,6 +219,13 @@ impl<'a> Printer<'a> {
                 write!(out, "select {}, {}", value(cond), self.values(&args))
             }
             InstData::Convert { op, to: _, arg } => write!(out, "{} {}", op.name(), value(arg)),
+            InstData::Bit { arg, number } => write!(out, "bit {}, {number}", value(arg)),
+            InstData::Extract { op, arg, field: Field { first, width } } => {
+                write!(out, "{} {}, {first}, {width}", op.name(), value(arg))
+            }
+            InstData::Insert { args, field: Field { first, width } } => {
+                write!(out, "insert {}, {first}, {width}", self.values(&args))
+            }
             InstData::Load { ty: _, at } => write!(out, "load {}", self.address(&at)),
             InstData::Store { at, value: stored } => {
                 write!(out, "store {}, {}", self.address(&at), value(stored))

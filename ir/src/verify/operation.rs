@@ -7,7 +7,7 @@ use plcc_abi::HostType;
 
 use super::error::Errors;
 use crate::{
-    Address, BitGroups, Block, FuncData, InstData, Label, Module, RegionId, StatementId,
+    Address, BitGroups, Block, Field, FuncData, InstData, Label, Module, RegionId, StatementId,
     Terminator, Type, Value, ValueDef,
 };
 
@@ -100,6 +100,22 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 format_args!("{} cannot convert {from} to {to}", op.name()),
             )
         }
+        InstData::Bit { arg, number } => field_mistake(ty(arg), Field::bit(number)),
+        InstData::Extract { op: _, arg, field } => field_mistake(ty(arg), field),
+        InstData::Insert { args: [word, bits], field } => {
+            let fits = ty(bits) == ty(word) || ty(bits) == Type::I1 && field.width == 1;
+            field_mistake(ty(word), field).or_else(|| {
+                when_broken(
+                    !fits,
+                    format_args!(
+                        "{} bits of an {} can't be an {}",
+                        field.width,
+                        ty(word),
+                        ty(bits)
+                    ),
+                )
+            })
+        }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
         InstData::Unpack { word, to } => when_broken(
@@ -120,6 +136,12 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
             )
         }
     }
+}
+
+/// What is wrong with a field of an integer of a type.
+fn field_mistake(ty: Type, field: Field) -> Option<String> {
+    let Field { first, width } = field;
+    (!field.fits(ty)).then(|| format!("an {ty} has no field of {width} bits from bit {first} on"))
 }
 
 fn host_type(ty: HostType) -> Type {

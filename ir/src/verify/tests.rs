@@ -57,6 +57,30 @@ fn each_broken_rule_of_functions_is_reported() {
             "f, block0, inst1: sext cannot convert i8 to i8",
         ),
         (
+            "v0: i8 = iconst 1\nv1: i1 = trunc v0\nreturn",
+            "f, block0, inst1: trunc cannot convert i8 to i1",
+        ),
+        (
+            "v0: i8 = iconst 1\nv1: i1 = bit v0, 8\nreturn",
+            "f, block0, inst1: an i8 has no field of 1 bits from bit 8 on",
+        ),
+        (
+            "v0: i8 = iconst 1\nv1: i8 = extract_s v0, 3, 6\nreturn",
+            "f, block0, inst1: an i8 has no field of 6 bits from bit 3 on",
+        ),
+        (
+            "v0: i8 = iconst 1\nv1: i8 = extract_u v0, 3, 0\nreturn",
+            "f, block0, inst1: an i8 has no field of 0 bits from bit 3 on",
+        ),
+        (
+            "v0: i1 = iconst 1\nv1: i1 = insert v0, v0, 0, 1\nreturn",
+            "f, block0, inst1: an i1 has no field of 1 bits from bit 0 on",
+        ),
+        (
+            "v0: i8 = iconst 1\nv1: i1 = iconst 1\nv2: i8 = insert v0, v1, 0, 2\nreturn",
+            "f, block0, inst2: 2 bits of an i8 can't be an i1",
+        ),
+        (
             "v0: i1 = iconst 1\nv1: i1 = icmp slt v0, v0\nreturn",
             "f, block0, inst1: slt takes no i1",
         ),

@@ -78,7 +78,7 @@ impl Writer {
         let word = self.ir.inst("i32", &format!("load data:{}", 4 * word));
         let by = self.ir.inst("i32", &format!("iconst {bit}"));
         let word = self.ir.inst("i32", &format!("lshr v{word}, v{by}"));
-        self.ir.inst("i1", &format!("trunc v{word}"))
+        self.ir.inst("i1", &format!("bit v{word}, 0"))
     }
 
     /// Writes a statement that puts a truth value into a bit of a word.

@@ -70,8 +70,7 @@ impl Lowerer<'_> {
         let at = self.byte_address(space, location)?;
         let func = self.builder.func();
         let byte = func.load(Type::I8, at);
-        let byte = if bit == 0 { byte } else { func.binary_imm(BinaryOp::Lshr, byte, bit.into()) };
-        Ok(func.zextend_or_trunc(Type::I1, byte))
+        Ok(func.bit(byte, bit))
     }
 
     /// Reads a bit, as an i1.

@@ -142,7 +142,7 @@ impl Writer<'_> {
             _ if bit > 0 => of = self.insert_with(BinaryOp::Lshr, of, bit.into()),
             _ => {}
         }
-        self.insert_convert(ConvertOp::Trunc, Type::I1, of)
+        self.insert_bit(of, 0)
     }
 
     /// Calls `f` for each word of a set.

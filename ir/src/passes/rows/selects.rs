@@ -6,7 +6,7 @@
 //! ENDIF                    v5: i1 = icmp ne v4, 0
 //! IF (M2=1)         ==>    brif v5, block1, block2(v0)
 //!   P1=102             block1:
-//! ENDIF                    v6: i1 = trunc v3
+//! ENDIF                    v6: i1 = bit v3, 0
 //! …                        v7: i64 = select v6, v1, v0
 //!                          …
 //!                          jump block2(v9)
@@ -24,8 +24,8 @@ use std::ops::Range;
 use super::super::insert::{Cursor, Insert};
 use super::{Lane, MIN_LANES, Rows};
 use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, Inst, InstData, IntCond, Terminator,
-    Type, Value, ValueDef, func::ValueData,
+    Address, BinaryOp, Block, BlockCall, BlockData, Inst, InstData, IntCond, Terminator, Value,
+    ValueDef, func::ValueData,
 };
 
 /// A row of selects has at most this many.
@@ -99,10 +99,9 @@ impl Rows<'_> {
             let guard = Terminator::Brif { cond: any, then: BlockCall::plain(then), otherwise };
             self.end_block(last, std::mem::take(&mut insts), Some(guard));
             for select in part {
-                let bit = select.bit.map_or(0, |(_, bit)| i64::from(bit));
+                let bit = select.bit.map_or(0, |(_, bit)| bit);
                 let mut out = self.cursor(select, &mut insts);
-                let moved = out.insert_with(BinaryOp::Lshr, word, bit);
-                let cond = out.insert_convert(ConvertOp::Trunc, Type::I1, moved);
+                let cond = out.insert_bit(word, bit);
                 value = out.insert_select(cond, select.constant, value);
             }
             let jump = Terminator::Jump(BlockCall { block: next, args: vec![value] });
