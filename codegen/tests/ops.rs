@@ -380,6 +380,44 @@ fn bits_and_fields_give_what_eval_gives() {
     }
 }
 
+/// Comparisons of a field with constants that it can hold or not; each is a bit of the result. Nothing else uses the field,
+/// or something does.
+#[test]
+fn comparisons_of_fields_give_what_eval_gives() {
+    let conds = [IntCond::Eq, IntCond::Ne, IntCond::Slt, IntCond::Sge, IntCond::Ugt];
+    let compared = || conds.into_iter().flat_map(|cond| [0, 3, -2].map(|number| (cond, number)));
+    for ty in [Type::I8, Type::I32] {
+        for (field, &op) in fields(ty.bits() as u8)
+            .into_iter()
+            .flat_map(|field| ExtractOp::ALL.iter().map(move |op| (field, op)))
+        {
+            for is_used in [false, true] {
+                let make = |b: &mut FuncBuilder, x, _| {
+                    let value = b.extract(op, x, field);
+                    let mut bits = match is_used {
+                        true => b.sextend_or_trunc(Type::I64, value),
+                        false => b.iconst(Type::I64, 0),
+                    };
+                    for (cond, number) in compared() {
+                        let holds = b.icmp_imm(cond, value, number);
+                        let holds = b.zextend_or_trunc(Type::I64, holds);
+                        let doubled = b.binary(BinaryOp::Add, bits, bits);
+                        bits = b.binary(BinaryOp::Add, doubled, holds);
+                    }
+                    bits
+                };
+                let expected = |x, _| {
+                    let value = eval::extract(op, ty, field, x);
+                    compared().fold(if is_used { value } else { 0 }, |bits, (cond, number)| {
+                        2 * bits + i64::from(eval::icmp(cond, ty, value, ty.wrap(number)))
+                    })
+                };
+                check(&format!("{field:?}.{ty}"), [ty, Type::I1], Type::I64, make, expected);
+            }
+        }
+    }
+}
+
 #[test]
 fn selections_give_what_eval_gives() {
     for ty in Type::ALL {

@@ -29,6 +29,8 @@ pub struct FuncBuilder {
     optimize_for_size: bool,
     /// How many host calls the function has.
     host_calls: usize,
+    /// The [length](InstData::length) of its instructions.
+    length: usize,
 }
 
 impl FuncBuilder {
@@ -40,7 +42,15 @@ impl FuncBuilder {
             ..FuncData::default()
         };
         let loc = StatementId::NONE;
-        Self { func, block: Block(0), loc, cold: false, optimize_for_size: false, host_calls: 0 }
+        Self {
+            func,
+            block: Block(0),
+            loc,
+            cold: false,
+            optimize_for_size: false,
+            host_calls: 0,
+            length: 0,
+        }
     }
 
     /// The finished function. A block without terminator gets [`Terminator::Return`].
@@ -136,6 +146,7 @@ impl FuncBuilder {
     /// Appends an instruction; returns its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
         self.begin_block_behind_end();
+        self.length += data.length();
         let (inst, _) = self.func.append(data, self.loc);
         self.func.blocks[self.block].insts.push(inst);
         self.func.result(inst)
@@ -286,6 +297,11 @@ impl FuncBuilder {
         let args = Args::new(args).unwrap_or(Args::WRONG);
         self.host_calls += 1;
         self.push(InstData::HostCall { function, args })
+    }
+
+    /// The [length](InstData::length) of the function's instructions.
+    pub fn length(&self) -> usize {
+        self.length
     }
 
     /// How many host calls the function has.

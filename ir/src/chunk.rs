@@ -149,7 +149,7 @@ impl ChunkBuilder {
 
     /// How many instructions the function at this point of the program has so far.
     pub fn function_length(&self) -> usize {
-        self.current.func().inst_count()
+        self.current.length()
     }
 
     /// Sets after how many instructions a new function begins, from here on.
@@ -207,20 +207,19 @@ impl ChunkBuilder {
 
     /// How many instructions the program has so far; a task counts as several.
     pub fn instruction_count(&self) -> usize {
-        let current = self.current.func().inst_count();
+        let current = self.current.length();
         self.finished_instructions + current + INSTRUCTIONS_PER_TASK * self.module.tasks.len()
     }
 
     /// Whether the current function has more instructions than a statement may have.
     fn is_long_statement(&self) -> bool {
         let calls = (INSTRUCTIONS_PER_HOST_CALL - 1) * self.current.host_call_count();
-        self.current.func().inst_count() + calls > MAX_STATEMENT_INSTRUCTIONS
+        self.current.length() + calls > MAX_STATEMENT_INSTRUCTIONS
     }
 
     /// Whether the current function has reached the limit.
     fn is_full(&self) -> bool {
-        self.current.func().inst_count() >= self.limit
-            || self.current.func().block_count() >= self.limit
+        self.current.length() >= self.limit || self.current.func().block_count() >= self.limit
     }
 
     /// Lets the next place that is bound begin a new function. Code that seldom runs should not be in a
@@ -236,10 +235,10 @@ impl ChunkBuilder {
             self.jump(place);
         }
         let begins_function = std::mem::take(&mut self.begins_function);
-        if self.is_full() || begins_function && self.current.func().inst_count() > 0 {
+        if self.is_full() || begins_function && self.current.length() > 0 {
             let loc = self.current.loc();
             let name = format!("chunk{}", self.finished.len() + 1);
-            self.finished_instructions += self.current.func().inst_count();
+            self.finished_instructions += self.current.length();
             if self.is_long_statement() {
                 self.long_statement.get_or_insert(loc);
             }

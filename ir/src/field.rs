@@ -29,6 +29,11 @@ impl Field {
         Self { first: number, width: 1 }
     }
 
+    /// All bits of a type.
+    pub fn whole(ty: Type) -> Self {
+        Self { first: 0, width: ty.bits() as u8 }
+    }
+
     /// Whether integers of a type have the field.
     pub fn fits(self, ty: Type) -> bool {
         let end = u32::from(self.first) + u32::from(self.width);

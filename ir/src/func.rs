@@ -297,6 +297,12 @@ impl FuncData {
         self.insts.len()
     }
 
+    /// The [length](InstData::length) of the instructions in its blocks.
+    pub fn length(&self) -> usize {
+        let insts = self.blocks().flat_map(|(_, block)| &block.insts);
+        insts.map(|&inst| self.inst(inst).length()).sum()
+    }
+
     /// A block of this function.
     ///
     /// # Panics

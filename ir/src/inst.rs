@@ -452,6 +452,18 @@ impl InstData {
         }
     }
 
+    /// How many operations and constants it stands for, by which limits and thresholds measure programs: a bit or a field
+    /// takes shifts and masks.
+    pub fn length(&self) -> usize {
+        match self {
+            Self::Bit { arg: _, number: 0 } => 1,
+            Self::Bit { .. } => 3,
+            Self::Extract { .. } => 4,
+            Self::Insert { .. } => 7,
+            _ => 1,
+        }
+    }
+
     /// Whether the instruction does more than give a result, so that it must stay even if its
     /// result is not used: stores, unpacking, volatile loads, and calls of host functions that are not pure.
     /// `IsLate` counts as one of these, since it may give another result each time.

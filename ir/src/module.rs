@@ -72,11 +72,11 @@ impl Module {
         self.funcs.iter().enumerate().map(|(i, data)| (Func(i as u32), data))
     }
 
-    /// The number of instructions in the blocks of those functions that are executed as a rule: not those of general
+    /// The [length](FuncData::length) of those functions that are executed as a rule: not those of general
     /// code beside specialised code, which are optimised for size.
     pub fn usual_instructions(&self) -> usize {
         let funcs = self.funcs.iter().filter(|func| !func.is_optimized_for_size());
-        funcs.flat_map(|func| func.blocks()).map(|(_, block)| block.insts.len()).sum()
+        funcs.map(FuncData::length).sum()
     }
 
     /// Puts a function in the place of the one that has its name, if there is one. Both have the same labels.

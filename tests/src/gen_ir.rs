@@ -407,31 +407,33 @@ impl Gen {
             if self.rng.chance(20) {
                 self.diamond();
             }
-            let shift = self.rng.below(24) as i64;
+            let first = self.rng.below(24) as u8;
             let word = self.b.func().load(Type::I32, at);
             if self.rng.chance(40) {
-                let low = self.b.func().binary_imm(BinaryOp::Lshr, word, shift);
-                let bit = self.b.func().binary_imm(BinaryOp::And, low, 1);
-                let truth = self.b.func().icmp_imm(IntCond::Ne, bit, 0);
+                let bit = self.b.func().extract(ExtractOp::Unsigned, word, Field::bit(first));
+                let truth = match self.rng.chance(50) {
+                    true => self.b.func().icmp_imm(IntCond::Ne, bit, 0),
+                    false => self.b.func().bit(word, first),
+                };
                 self.pool.extend([(bit, Type::I32), (truth, Type::I1)]);
                 if region == RegionId(1) || self.rng.chance(10) {
                     self.pool.push((word, Type::I32));
                 }
             }
             let many = if region == RegionId(1) { 30 } else { 5 };
-            let width = if self.rng.chance(many) { 1 + self.rng.below(4) } else { 1 };
-            let mask = (((1i64 << width) - 1) << shift) & 0xFF_FFFF;
-            let field = match self.rng.chance(60) {
+            let width = if self.rng.chance(many) { 1 + self.rng.below(4) as u8 } else { 1 };
+            let field = Field { first, width: width.min(24 - first) };
+            let bits = match self.rng.chance(60) {
                 true => {
                     let truth = self.value(Type::I1);
-                    self.b.func().zextend_or_trunc(Type::I32, truth)
+                    match field.width == 1 && self.rng.chance(50) {
+                        true => truth,
+                        false => self.b.func().zextend_or_trunc(Type::I32, truth),
+                    }
                 }
                 false => self.value(Type::I32),
             };
-            let field = self.b.func().binary_imm(BinaryOp::Shl, field, shift);
-            let field = self.b.func().binary_imm(BinaryOp::And, field, mask);
-            let rest = self.b.func().binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
-            let word = self.b.func().binary(BinaryOp::Or, rest, field);
+            let word = self.b.func().insert(word, bits, field);
             self.b.func().store(at, word);
         }
     }

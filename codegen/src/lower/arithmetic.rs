@@ -253,7 +253,10 @@ impl Lowering<'_> {
     pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> LowerResult<ClifValue> {
         let [a, b] = match self.compared_index(cond, args) {
             Some(operands) => operands,
-            None => [self.value(args[0])?, self.value(args[1])?],
+            None => match self.compared_field(cond, args)? {
+                Some(operands) => operands,
+                None => [self.value(args[0])?, self.value(args[1])?],
+            },
         };
         let cond = match cond {
             IntCond::Eq => IntCC::Equal,

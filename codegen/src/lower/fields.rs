@@ -1,13 +1,38 @@
 //! Bits and fields of integers.
 
 use cranelift_codegen::ir::{InstBuilder, Value as ClifValue, types};
-use plcc_ir::{ExtractOp, Field, InstData, Type, Value};
+use plcc_ir::tables::FastMap;
+use plcc_ir::{ExtractOp, Field, FuncData, Inst, InstData, IntCond, Type, Value, eval};
 
 use super::{LowerResult, Lowering, clif_type};
 
 /// Bits with lower numbers can be tested by one instruction where they are in their word: its
 /// constant is sign-extended from 32 bits.
 const TESTABLE_BITS: u8 = 31;
+
+/// Fields that are compared with constants.
+#[derive(Default)]
+pub(super) struct ComparedFields {
+    /// How often each is.
+    counts: FastMap<Value, u32>,
+    /// Signed fields that have been lowered, each at the top of its word.
+    raised: FastMap<Value, ClifValue>,
+}
+
+impl ComparedFields {
+    pub(super) fn new(func: &FuncData) -> Self {
+        let mut this = Self::default();
+        for &inst in func.blocks().flat_map(|(_, block)| &block.insts) {
+            if let InstData::Icmp { cond: _, args: [compared, number] } = *func.inst(inst)
+                && func.constant(number).is_some()
+                && let Some(InstData::Extract { .. }) = func.def_inst(compared)
+            {
+                *this.counts.entry(compared).or_default() += 1;
+            }
+        }
+        this
+    }
+}
 
 impl Lowering<'_> {
     /// A bit of an integer, as a truth value.
@@ -38,9 +63,10 @@ impl Lowering<'_> {
         Ok(self.builder.ins().band_imm_u(word, 1 << number))
     }
 
-    /// A field of an integer.
+    /// A field of an integer, the result of an instruction.
     pub(super) fn extract(
         &mut self,
+        inst: Inst,
         op: ExtractOp,
         arg: Value,
         field: Field,
@@ -60,6 +86,9 @@ impl Lowering<'_> {
             ExtractOp::Signed => {
                 if first + width < bits {
                     value = self.builder.ins().ishl_imm_u(value, bits - first - width);
+                    if let Some(result) = self.func.result(inst) {
+                        self.compared_fields.raised.insert(result, value);
+                    }
                 }
                 if width < bits {
                     value = self.builder.ins().sshr_imm_u(value, bits - width);
@@ -67,6 +96,42 @@ impl Lowering<'_> {
             }
         }
         Ok(value)
+    }
+
+    /// The operands of a comparison of a field with a constant, if nothing needs the field but such comparisons. For
+    /// equality the other bits of the word are masked off; else a signed field is compared at the top of the word. In both cases
+    /// the constant is moved to the place of the field, so that the field need not be moved.
+    pub(super) fn compared_field(
+        &mut self,
+        cond: IntCond,
+        [compared, number]: [Value; 2],
+    ) -> LowerResult<Option<[ClifValue; 2]>> {
+        let (Some(&InstData::Extract { op, arg, field }), Some(number)) =
+            (self.func.def_inst(compared), self.constant(number))
+        else {
+            return Ok(None);
+        };
+        let ty = self.func.ty(arg);
+        let is_only_compared =
+            self.compared_fields.counts.get(&compared) == Some(&self.use_count(compared));
+        let is_held = eval::extract(op, ty, Field { first: 0, ..field }, number) == number;
+        if !is_only_compared || !is_held {
+            return Ok(None);
+        }
+        let raised = self.compared_fields.raised.get(&compared).copied();
+        if let Some(raised) = raised.filter(|_| field.first == 0 && number != 0) {
+            let by = ty.bits() - u32::from(field.width);
+            let number = self.iconst(ty, ty.wrap(number << by));
+            return Ok(Some([raised, number]));
+        }
+        if !matches!(cond, IntCond::Eq | IntCond::Ne) {
+            return Ok(None);
+        }
+        let word = self.value(arg)?;
+        let mask = ty.wrap(field.mask() as i64);
+        let masked = self.builder.ins().band_imm_s(word, mask);
+        let number = self.iconst(ty, ty.wrap(number << field.first) & mask);
+        Ok(Some([masked, number]))
     }
 
     /// An integer of which a field is replaced.

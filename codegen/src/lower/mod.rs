@@ -35,6 +35,7 @@ use target_lexicon::Architecture;
 
 use crate::{CodegenOptions, InternalError};
 use double_constants::DoubleConstants;
+use fields::ComparedFields;
 use integrality_check::Truncated;
 use memory::Base;
 use truth_values::TruthValues;
@@ -111,6 +112,7 @@ pub(crate) fn function(
         double_constants,
         is_extended: memory::extended_values(func),
         extended_loads: FastMap::default(),
+        compared_fields: ComparedFields::new(func),
         trap_exit: None,
         host_signature: None,
         inst: None,
@@ -206,6 +208,8 @@ struct Lowering<'a> {
     is_extended: SecondaryMap<Value, bool>,
     /// The values of 8 and 16 bits that were loaded with that extension, each with the 32 bits.
     extended_loads: FastMap<Value, ClifValue>,
+    /// Fields that are compared with constants.
+    compared_fields: ComparedFields,
     /// The block in which all traps with a site leave the function, once there is such a trap. Its
     /// parameters are the two halves of the outcome.
     trap_exit: Option<ClifBlock>,
@@ -354,7 +358,7 @@ impl Lowering<'_> {
             }
             InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)?),
             InstData::Bit { arg, number } => Some(self.bit(arg, number)?),
-            InstData::Extract { op, arg, field } => Some(self.extract(op, arg, field)?),
+            InstData::Extract { op, arg, field } => Some(self.extract(inst, op, arg, field)?),
             InstData::Insert { args, field } => Some(self.insert(args, field)?),
             InstData::Load { ty, at } => {
                 let result = self.func.result(inst).filter(|&result| self.is_also_extended(result));

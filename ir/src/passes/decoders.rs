@@ -28,18 +28,17 @@ use super::thresholds::{
 use super::value_range::mask;
 use crate::tables::FastMap;
 use crate::{
-    BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, PrimaryMap, Type,
-    Value,
+    BinaryOp, Block, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst, InstData, IntCond,
+    PrimaryMap, Type, Value,
 };
 
-/// A field of a word: the word, and by how many bits it must be shifted left so that the field is at its top. Or a double
-/// or its bits, and 0.
-type Field = (Value, u32);
+/// What is compared: a field of a word, or a double, or its bits.
+type Number = (Value, Field);
 
 /// A test of whether a field is one of some numbers.
 #[derive(Clone, Copy)]
 struct Members {
-    field: Field,
+    field: Number,
     /// A bit for each number.
     set: u64,
     /// How many comparisons compute it.
@@ -84,17 +83,19 @@ fn test(
             if ty == Type::I64 {
                 // No integer has the bits of -0.
                 let number = small_integer(func.constant(number).filter(|&bits| bits >= 0)?)?;
-                return Some(Members { field: (value, 0), set: 1 << number, comparisons: 1 });
+                let field = (value, Field::whole(ty));
+                return Some(Members { field, set: 1 << number, comparisons: 1 });
             }
             if !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
                 return None;
             }
-            let (word, shift, number) = compared_field(func, value, func.constant(number)?);
+            let (word, field, number) = compared_field(func, value, func.constant(number)?);
             let number = number as u64 & mask(ty);
-            if number & ((1 << shift) - 1) != 0 || number >> shift > 63 {
-                return None;
-            }
-            Some(Members { field: (word, shift), set: 1 << (number >> shift), comparisons: 1 })
+            (number < 64).then(|| Members {
+                field: (word, field),
+                set: 1 << number,
+                comparisons: 1,
+            })
         }
         InstData::Fcmp { cond: FloatCond::Eq, args: [a, b] } => {
             let (double, number) = match (func.constant(a), func.constant(b)) {
@@ -103,7 +104,8 @@ fn test(
                 _ => return None,
             };
             let number = small_integer(number)?;
-            Some(Members { field: (double, 0), set: 1 << number, comparisons: 1 })
+            let field = (double, Field::whole(Type::F64));
+            Some(Members { field, set: 1 << number, comparisons: 1 })
         }
         InstData::Binary { op: BinaryOp::Or, args } => {
             let [a, b] = args.map(|arg| members[arg]);
@@ -165,7 +167,7 @@ fn write(
         (is_long && !is_part[result]).then_some(found)
     };
     // For each field how many comparisons and tests there are, and all numbers.
-    let mut fields: FastMap<Field, (u32, u32, u64)> = FastMap::default();
+    let mut fields: FastMap<Number, (u32, u32, u64)> = FastMap::default();
     for &inst in &func.block(block).insts {
         let Some(found) = outermost(func, inst) else { continue };
         let (comparisons, tests, set) = fields.entry(found.field).or_default();
@@ -211,7 +213,7 @@ fn mask_test(
 ) -> InstData {
     let loc = func.loc(inst);
     let mut out = Cursor { func, out, loc };
-    let (mut number, shift) = found.field;
+    let (mut number, field) = found.field;
     let mut is_integer = None;
     if is_double(out.func, number) {
         let (integer, holds) = out.insert_integrality_check_of_bits(number);
@@ -219,8 +221,8 @@ fn mask_test(
         number = integer;
     }
     let from = out.func.ty(number);
-    if shift > 0 {
-        number = out.insert_with(BinaryOp::And, number, (mask(from) >> shift) as i64);
+    if is_integer.is_none() && field != Field::whole(from) {
+        number = out.insert(InstData::Extract { op: ExtractOp::Unsigned, arg: number, field });
     }
     let ty = if all >> 32 == 0 { Type::I32 } else { Type::I64 };
     if from != ty {

@@ -14,7 +14,9 @@
 
 use super::graph::Graph;
 use super::value_range::{ValueRanges, mask};
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, PrimaryMap, Type, UnaryOp, Value};
+use crate::{
+    BinaryOp, ConvertOp, ExtractOp, Field, FuncData, InstData, PrimaryMap, Type, UnaryOp, Value,
+};
 
 /// At one use no more instructions than this are skipped.
 const MAX_SKIPPED: usize = 32;
@@ -81,6 +83,13 @@ fn demanded(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
         InstData::Unary { op: UnaryOp::Neg, arg: _ } => up_to_highest_bit(bits),
         InstData::Select { .. } if number > 0 => bits,
         InstData::Bit { arg: _, number } => 1 << number,
+        InstData::Extract { op, arg: _, field } => {
+            let uses_sign = op == ExtractOp::Signed && bits & !field.ones() != 0;
+            let sign = if uses_sign { Field::bit(field.width - 1).mask() } else { 0 };
+            (bits & field.ones() | sign) << field.first
+        }
+        InstData::Insert { args: _, field } if number == 0 => bits & !field.mask(),
+        InstData::Insert { args: _, field } => bits >> field.first & field.ones(),
         InstData::Convert { op: ConvertOp::Trunc, to, arg: _ } => bits & mask(to),
         InstData::Convert { op: ConvertOp::Zext, to: _, arg } => bits & mask(func.ty(arg)),
         InstData::Convert { op: ConvertOp::Sext, to: _, arg } => {
@@ -143,7 +152,14 @@ fn operand_with_same_bits(
     value: Value,
     bits: u64,
 ) -> Option<Value> {
-    let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
+    let (op, [a, b]) = match *func.def_inst(value)? {
+        InstData::Binary { op, args } => (op, args),
+        // Of a field that begins with the lowest bit only the bits above it differ from the word's.
+        InstData::Extract { op: _, arg, field } => {
+            return (field.first == 0 && bits & !field.ones() == 0).then_some(arg);
+        }
+        _ => return None,
+    };
     if matches!(op, BinaryOp::Or | BinaryOp::Xor) {
         // One operand has none of the bits: they come from the other.
         if ranges.possible_ones(b) & bits == 0 {
@@ -154,18 +170,5 @@ fn operand_with_same_bits(
         }
     }
     let number = func.constant(b)? as u64;
-    match op {
-        BinaryOp::And if bits & !number == 0 => Some(a),
-        // Shifted left and right again: only the bits at the top differ.
-        BinaryOp::Ashr | BinaryOp::Lshr => {
-            let ty = func.ty(value);
-            let by = distance(func, b, ty)?;
-            let &InstData::Binary { op: BinaryOp::Shl, args: [x, left] } = func.def_inst(a)? else {
-                return None;
-            };
-            let same = distance(func, left, ty) == Some(by);
-            (same && bits & !(mask(ty) >> by) == 0).then_some(x)
-        }
-        _ => None,
-    }
+    (op == BinaryOp::And && bits & !number == 0).then_some(a)
 }

@@ -64,6 +64,14 @@ impl Rewrite {
     }
 }
 
+/// What an instruction has been simplified to.
+enum Simplified {
+    /// A value that exists already.
+    Value(Value),
+    /// This instruction.
+    Inst(InstData),
+}
+
 /// A function being simplified.
 pub(super) struct Fold<'a> {
     pub(super) func: &'a mut FuncData,
@@ -104,25 +112,13 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
                 continue;
             };
             let ty = fold.func.ty(result);
-            let mut same = None;
-            for _ in 0..MAX_ROUNDS {
-                match fold.simplify(&data, ty) {
-                    None => break,
-                    Some(Rewrite::Inst(next)) => data = next,
-                    Some(Rewrite::Const(value)) => {
-                        data = constant(ty, value);
-                        break;
-                    }
-                    Some(Rewrite::Value(value)) => {
-                        same = Some(value);
-                        break;
-                    }
+            match fold.simplified(data, ty) {
+                Simplified::Value(value) => {
+                    fold.move_uses(&values, inst, result, value);
+                    values.replace(result, value);
+                    continue;
                 }
-            }
-            if let Some(value) = same {
-                fold.move_uses(&values, inst, result, value);
-                values.replace(result, value);
-                continue;
+                Simplified::Inst(simpler) => data = simpler,
             }
             fold.ranges.note(fold.func, result, &data);
             if let InstData::Load { ty: Type::I32, at } = data
@@ -159,6 +155,27 @@ impl Insert for Fold<'_> {
 }
 
 impl Fold<'_> {
+    /// Simplifies an instruction until nothing more is found.
+    fn simplified(&mut self, mut data: InstData, ty: Type) -> Simplified {
+        for _ in 0..MAX_ROUNDS {
+            match self.simplify(&data, ty) {
+                None => break,
+                Some(Rewrite::Inst(next)) => data = next,
+                Some(Rewrite::Const(value)) => return Simplified::Inst(constant(ty, value)),
+                Some(Rewrite::Value(value)) => return Simplified::Value(value),
+            }
+        }
+        Simplified::Inst(data)
+    }
+
+    /// Inserts what an instruction that gives a result of type `ty` can be simplified to.
+    pub(super) fn insert_simplified(&mut self, data: InstData, ty: Type) -> Value {
+        match self.simplified(data, ty) {
+            Simplified::Value(value) => value,
+            Simplified::Inst(data) => self.insert(data),
+        }
+    }
+
     fn simplify(&mut self, data: &InstData, ty: Type) -> Option<Rewrite> {
         match *data {
             InstData::Iconst { .. } | InstData::Fconst { .. } => None,
@@ -175,14 +192,8 @@ impl Fold<'_> {
             InstData::Select { cond, args } => self.select(cond, ty, args),
             InstData::Convert { op, to, arg } => self.convert(op, to, arg),
             InstData::Bit { arg, number } => self.bit(arg, number),
-            InstData::Extract { op, arg, field } => {
-                let x = self.func.constant(arg)?;
-                Some(Rewrite::Const(eval::extract(op, ty, field, x)))
-            }
-            InstData::Insert { args: [word, bits], field } => {
-                let (word, bits) = (self.func.constant(word)?, self.func.constant(bits)?);
-                Some(Rewrite::Const(eval::insert(ty, field, word, bits)))
-            }
+            InstData::Extract { op, arg, field } => self.extract(op, ty, arg, field),
+            InstData::Insert { args, field } => Some(self.replace_field(ty, args, field)),
             InstData::Load { .. } => {
                 let mut fixed = *data;
                 self.fix_constant_index(&mut fixed).then_some(Rewrite::Inst(fixed))

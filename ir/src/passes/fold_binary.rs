@@ -153,6 +153,9 @@ impl Fold<'_> {
                 Some(Rewrite::binary(op, x, b))
             }
             B::Add | B::Or | B::Xor => self.combine_consts(op, ty, a, c),
+            B::Ashr | B::Lshr if let Some(field) = self.shifted_both_ways(op, ty, a, c) => {
+                Some(field)
+            }
             B::Shl if let Some(simpler) = self.shift_lowest_bit(ty, a, c) => Some(simpler),
             B::Shl | B::Lshr => {
                 let [inner, by] = self.operands(a, op)?;

@@ -1,4 +1,4 @@
-//! Rules for single bits of words, which are most of what PLC programs work with.
+//! Rules for fields and single bits of words, which are most of what PLC programs work with.
 //!
 //! Truth values that are bits of words are combined as words: one word is shifted so that the two
 //! bits are at the same position, and one bit of the result is the truth value. That is shorter
@@ -13,7 +13,7 @@
 use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
-use crate::{BinaryOp, InstData, Type, UnaryOp, Value};
+use crate::{BinaryOp, ConvertOp, ExtractOp, Field, InstData, Type, UnaryOp, Value, eval};
 
 /// AND, OR, XOR and NOT that are nested in each other are followed to this depth.
 const MAX_DEPTH: u32 = 4;
@@ -44,11 +44,108 @@ impl Fold<'_> {
         }
     }
 
+    /// The integer of a type and the number of its bit that a value is, widened with zeros.
+    pub(super) fn extended_bit(&self, ty: Type, value: Value) -> Option<(Value, i64)> {
+        let &InstData::Convert { op: ConvertOp::Zext, to: _, arg } = self.func.def_inst(value)?
+        else {
+            return None;
+        };
+        match self.func.def_inst(arg) {
+            Some(&InstData::Bit { arg: of, number }) if self.func.ty(of) == ty => {
+                Some((of, number.into()))
+            }
+            _ => None,
+        }
+    }
+
     /// The operand and the distance of the unsigned right shift that defines a value.
     fn shifted_right(&self, value: Value) -> Option<(Value, i64)> {
         let [x, by] = self.operands(value, BinaryOp::Lshr)?;
         let width = i64::from(self.func.ty(value).bits());
         Some((x, self.func.constant(by).filter(|by| (0..width).contains(by))?))
+    }
+
+    /// What the reading of a field can be replaced by. A field that begins with the lowest bit is a mask, and a single bit
+    /// is a truth value.
+    pub(super) fn extract(
+        &mut self,
+        op: ExtractOp,
+        ty: Type,
+        arg: Value,
+        field: Field,
+    ) -> Option<Rewrite> {
+        if let Some(x) = self.func.constant(arg) {
+            return Some(Rewrite::Const(eval::extract(op, ty, field, x)));
+        }
+        if field == Field::whole(ty) {
+            return Some(Rewrite::Value(arg));
+        }
+        let ones = self.ranges.possible_ones(arg) >> field.first & field.ones();
+        match op {
+            _ if ones == 0 => Some(Rewrite::Const(0)),
+            ExtractOp::Signed if ones >> (field.width - 1) == 0 => {
+                Some(Rewrite::Inst(InstData::Extract { op: ExtractOp::Unsigned, arg, field }))
+            }
+            ExtractOp::Signed => None,
+            ExtractOp::Unsigned if field.width == 1 => {
+                let bit = InstData::Bit { arg, number: field.first };
+                let bit = self.insert_simplified(bit, Type::I1);
+                Some(Rewrite::convert(ConvertOp::Zext, ty, bit))
+            }
+            ExtractOp::Unsigned if field.first == 0 => {
+                let mask = self.insert_const(ty, field.ones() as i64);
+                Some(Rewrite::binary(BinaryOp::And, arg, mask))
+            }
+            ExtractOp::Unsigned => None,
+        }
+    }
+
+    /// A value that was shifted left, and right again by `right` bits or more: a field of it.
+    pub(super) fn shifted_both_ways(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        a: Value,
+        right: i64,
+    ) -> Option<Rewrite> {
+        let [arg, left] = self.operands(a, BinaryOp::Shl)?;
+        let left = self.func.constant(left).filter(|left| (0..=right).contains(left))?;
+        let bits = i64::from(ty.bits());
+        if right >= bits {
+            return None;
+        }
+        let field = Field { first: (right - left) as u8, width: (bits - right) as u8 };
+        let op = match op {
+            BinaryOp::Ashr => ExtractOp::Signed,
+            _ => ExtractOp::Unsigned,
+        };
+        Some(Rewrite::Inst(InstData::Extract { op, arg, field }))
+    }
+
+    /// An integer of which a field is replaced: what is left of it, joined with the new bits in their place.
+    pub(super) fn replace_field(
+        &mut self,
+        ty: Type,
+        [word, bits]: [Value; 2],
+        field: Field,
+    ) -> Rewrite {
+        let masked = |this: &mut Self, value: Value, mask: u64| {
+            let mask = this.insert_const(ty, mask as i64);
+            this.insert_simplified(InstData::Binary { op: BinaryOp::And, args: [value, mask] }, ty)
+        };
+        let rest = masked(self, word, !field.mask());
+        let mut new = bits;
+        if self.func.ty(bits) == Type::I1 {
+            let wide = InstData::Convert { op: ConvertOp::Zext, to: ty, arg: bits };
+            new = self.insert_simplified(wide, ty);
+        }
+        if field.first > 0 {
+            let by = self.insert_const(ty, field.first.into());
+            let args = [new, by];
+            new = self.insert_simplified(InstData::Binary { op: BinaryOp::Shl, args }, ty);
+        }
+        let new = masked(self, new, field.mask());
+        Rewrite::binary(BinaryOp::Or, rest, new)
     }
 
     /// AND, OR or XOR of two bits: one of the words is shifted so that its bit is where that of the
@@ -180,6 +277,14 @@ impl Fold<'_> {
     /// `(word & 1) << to`, which programs use to put a computed bit into a word: the bit is
     /// computed at position `to` from the beginning, if that takes no more shifts.
     pub(super) fn shift_lowest_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Rewrite> {
+        if let Some((of, number)) = self.extended_bit(ty, a) {
+            if number != to && !self.is_used_once(a) {
+                return None;
+            }
+            let moved = self.moved(of, to - number);
+            let mask = self.insert_const(ty, 1 << to);
+            return Some(Rewrite::binary(BinaryOp::And, moved, mask));
+        }
         let [word, mask] = self.operands(a, BinaryOp::And)?;
         if self.func.constant(mask) != Some(1) || !self.is_used_once(a) {
             return None;

@@ -52,13 +52,14 @@ impl Fold<'_> {
             {
                 Some(Rewrite::icmp(cond, x, y))
             }
-            Some(InstData::Binary { op: BinaryOp::Ashr, args: [x, by] })
-                if self.is_used_once(a) =>
+            // All bits of the field are 0. The mask stays until the next run even if the word has no other bits: by it
+            // `thread-tests` knows the field that other tests compare.
+            Some(InstData::Extract { op: _, arg, field })
+                if equality && c == 0 && self.is_used_once(a) =>
             {
-                self.compare_field(cond, ty, [x, by], c)
-            }
-            Some(InstData::Binary { op: BinaryOp::Shl, args: [x, by] }) if equality && c == 0 => {
-                self.compare_shifted_left(cond, ty, [x, by])
+                let masked = self.insert_with(BinaryOp::And, arg, field.mask() as i64);
+                let zero = self.insert_const(ty, 0);
+                Some(Rewrite::icmp(cond, masked, zero))
             }
             _ => None,
         };
@@ -68,42 +69,6 @@ impl Fold<'_> {
         let bit = self.insert_bit(a, 0);
         let same = (cond == IntCond::Eq) == (c != 0);
         Some(if same { Rewrite::Value(bit) } else { Rewrite::not(bit) })
-    }
-
-    /// A comparison of a field of a word with a constant. The field was shifted left to the top of
-    /// the word and then right, to extend its sign. The comparison takes it before the shift right.
-    fn compare_field(
-        &mut self,
-        cond: IntCond,
-        ty: Type,
-        [x, by]: [Value; 2],
-        c: i64,
-    ) -> Option<Rewrite> {
-        let bits = self.func.constant(by).filter(|by| (1..i64::from(ty.bits())).contains(by))?;
-        let &InstData::Binary { op: BinaryOp::Shl, args: [_, left] } = self.func.def_inst(x)?
-        else {
-            return None;
-        };
-        let left = self.func.constant(left).filter(|left| (bits..64).contains(left));
-        let raised = ty.wrap(left.map(|_| c << bits)?);
-        if raised >> bits != c {
-            return None;
-        }
-        let raised = self.insert_const(ty, raised);
-        Some(Rewrite::icmp(cond, x, raised))
-    }
-
-    /// A comparison of a value shifted left with 0 becomes one of the bits that the shift keeps.
-    fn compare_shifted_left(
-        &mut self,
-        cond: IntCond,
-        ty: Type,
-        [x, by]: [Value; 2],
-    ) -> Option<Rewrite> {
-        let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
-        let low = self.insert_with(BinaryOp::And, x, (mask(ty) >> by) as i64);
-        let zero = self.insert_const(ty, 0);
-        Some(Rewrite::icmp(cond, low, zero))
     }
 
     /// A comparison of a widened value with a constant becomes one of the value before.

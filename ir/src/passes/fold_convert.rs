@@ -11,7 +11,7 @@
 use super::fold::{Fold, Rewrite};
 use super::insert::Insert;
 use super::value_range::mask;
-use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
+use crate::{BinaryOp, ConvertOp, Field, InstData, Type, UnaryOp, Value, eval};
 
 /// The origin of a bit is followed back through at most this many instructions.
 const MAX_STEPS: usize = 32;
@@ -116,6 +116,10 @@ impl Fold<'_> {
                     value = arg;
                 }
                 InstData::Convert { op: ConvertOp::Trunc, to: _, arg } => value = arg,
+                InstData::Extract { op: _, arg, field: Field { first, width } } => {
+                    bit = u32::from(first) + bit.min(u32::from(width) - 1);
+                    value = arg;
+                }
                 InstData::Binary { op: op @ (BinaryOp::Shl | BinaryOp::Lshr), args: [x, by] } => {
                     let Some(by) = self.func.constant(by).and_then(|by| u32::try_from(by).ok())
                     else {

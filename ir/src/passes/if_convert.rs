@@ -217,6 +217,12 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::Select { .. } => Some(1),
         InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
         InstData::Convert { op: ConvertOp::IsInteger | ConvertOp::IsIntegerOrNan, .. } => Some(4),
+        // A bit that becomes an integer takes a shift and a mask.
+        InstData::Convert { op: _, to: _, arg }
+            if matches!(func.def_inst(arg), Some(InstData::Bit { .. })) =>
+        {
+            Some(0)
+        }
         InstData::Convert { .. } => Some(1),
         InstData::Bit { arg: _, number } => Some(1 + u32::from(number > 0)),
         InstData::Extract { .. } => Some(2),

@@ -32,6 +32,18 @@
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!
+//! # Bits and fields of words
+//! Front ends say which bits they mean: `bit`, `extract_u`, `extract_s` and `insert`. `byte-bits`, and the passes
+//! that find integers, which come first, see them as they were written. From the first `fold` on each has one form:
+//! - A bit as a truth value is `bit`, of the word that it comes from. No other operation makes an `i1` of an integer but
+//!   comparisons.
+//! - A field as a number is `extract_s` or `extract_u`, which code generation lowers. One without sign that begins with the
+//!   lowest bit is an AND; one of a single bit is the `zext` of a `bit`. Shifts to the left and back become one of these.
+//!   The exceptions are a comparison with 0, which masks the word, and the fields that `switches` and `decoders` read.
+//! - In the last run, which combines bits as words, the `zext` of a `bit` is an AND of the shifted word.
+//! - `insert` is written as an AND that clears the field, and an OR with the new bits, since from there on bits are moved from
+//!   word to word, several at a time, and no field is left.
+//!
 //! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
 //! `plan` what it checks, and treats whole statements in `statement` and rows of them in `row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
 //! edges), `substitution` (which value replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds

@@ -363,6 +363,9 @@ impl Rows<'_> {
                 },
                 InstData::Convert { op: ConvertOp::Trunc, to: _, arg } => (arg, bit),
                 InstData::Bit { arg, number } => (arg, i64::from(number)),
+                InstData::Extract { op: _, arg, field } if bit < i64::from(field.width) => {
+                    (arg, bit + i64::from(field.first))
+                }
                 InstData::Convert { op: ConvertOp::Zext | ConvertOp::Sext, to: _, arg }
                     if bit < i64::from(self.func.ty(arg).bits()) =>
                 {

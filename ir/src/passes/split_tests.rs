@@ -26,8 +26,8 @@ use super::switches::compared_field;
 use super::thresholds::split_tests::MIN_TESTS;
 use crate::tables::FastMap;
 use crate::{
-    Address, BinaryOp, Block, BlockCall, BlockData, FloatCond, FuncData, Inst, InstData, IntCond,
-    PrimaryMap, StatementId, Terminator, Type, Value,
+    Address, BinaryOp, Block, BlockCall, BlockData, Field, FloatCond, FuncData, Inst, InstData,
+    IntCond, PrimaryMap, StatementId, Terminator, Type, Value,
 };
 
 /// A block with more instructions than this does not become part of the one before it.
@@ -37,8 +37,8 @@ const MAX_OPERANDS: usize = 12;
 
 /// A block that ends with a branch of a comparison of a variable with a constant, alone or in an AND.
 struct Condition {
-    /// The address of the variable, its type, and by how many bits it is shifted left before it is compared.
-    variable: (Address, Type, u32),
+    /// The address of the variable, its type, and the field of it that is compared.
+    variable: (Address, Type, Field),
     /// The comparison.
     comparison: Value,
     /// The other operands of the AND; none if the branch is of the comparison alone.
@@ -200,19 +200,23 @@ fn join(func: &mut FuncData, block: Block, inner: Block, uses: &mut PrimaryMap<V
 
 /// The variable that a value compares with a constant for equality, if it still holds at the end of the block what
 /// was loaded.
-fn compared_variable(func: &FuncData, block: Block, value: Value) -> Option<(Address, Type, u32)> {
+fn compared_variable(
+    func: &FuncData,
+    block: Block,
+    value: Value,
+) -> Option<(Address, Type, Field)> {
     let (InstData::Icmp { cond: IntCond::Eq, args } | InstData::Fcmp { cond: FloatCond::Eq, args }) =
         func.def_inst(value)?
     else {
         return None;
     };
-    let (loaded, shift, _) = compared_field(func, args[0], func.constant(args[1])?);
+    let (loaded, field, _) = compared_field(func, args[0], func.constant(args[1])?);
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let definition = func.definition(loaded)?;
     let mut after = func.block(block).insts.iter().rev();
     let is_unchanged = after.find(|&&inst| func.inst(inst).has_effect() || inst == definition)
         == Some(&definition);
-    (at.index.is_none() && !at.volatile && is_unchanged).then_some((at, ty, shift))
+    (at.index.is_none() && !at.volatile && is_unchanged).then_some((at, ty, field))
 }
 
 /// Splits the comparison off the AND with which a block ends.

@@ -26,8 +26,8 @@ use super::thresholds::switches::{
     MAX_EXTRA_ENTRIES, MIN_TESTS, MIN_TESTS_OF_DOUBLES, START_AT_ZERO_BELOW,
 };
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond,
-    Terminator, Type, Value,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData,
+    InstData, IntCond, Terminator, Type, Value, eval,
 };
 
 /// A block between two comparisons may have no more instructions than this, nor one that is compared with others.
@@ -39,9 +39,8 @@ const MAX_COMPARED: usize = 8;
 /// `otherwise`.
 struct Test {
     value: Value,
-    /// By how many bits the value is shifted left before it is compared: 0 unless it is a field of a word.
-    shift: u32,
-    /// The number, already shifted by as many bits.
+    /// The field of the value that is compared.
+    field: Field,
     number: i64,
     then: Block,
     otherwise: Block,
@@ -60,14 +59,14 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 /// Replaces the row of branches that begins at the end of a block; returns whether there was one.
 fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
-    let (value, shift) = (first.value, first.shift);
+    let (value, field) = (first.value, first.field);
     let may_load = has_no_effect_after(func, block, value);
     let mut tests = vec![(first.number, first.then)];
     // The blocks of the row after the first one.
     let mut links = vec![];
     let mut next = first.otherwise;
     while let Some(link) = test(func, next)
-        && link.shift == shift
+        && link.field == field
         && (link.value == value || may_load && is_same_load(func, link.value, value))
         && graph.sole_predecessor[next].is_some()
         && is_cheap(func, next)
@@ -92,14 +91,10 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
             *number = double as i64;
         }
     }
-    // A switch takes an unsigned number. A field of a word is compared after it was shifted left by `shift` bits;
-    // then the lowest `shift` bits of all numbers must be 0.
+    // A switch takes an unsigned number.
     let mask = (1 << ty.bits().min(32)) - 1;
-    if tests.iter().any(|(number, _)| number & ((1 << shift) - 1) != 0) {
-        return false;
-    }
     for (number, _) in &mut tests {
-        *number = (*number & mask) >> shift;
+        *number &= mask;
     }
     let numbers = || tests.iter().map(|(number, _)| *number as u64);
     let (low, high) = (numbers().min().unwrap_or(0), numbers().max().unwrap_or(0));
@@ -124,8 +119,8 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     if is_double {
         arg = integer_of(&mut out, value);
     }
-    if shift > 0 {
-        arg = out.insert_with(BinaryOp::And, arg, mask >> shift);
+    if field != Field::whole(ty) {
+        arg = out.insert(InstData::Extract { op: ExtractOp::Unsigned, arg, field });
     }
     if matches!(ty, Type::I8 | Type::I16) {
         arg = out.insert_convert(ConvertOp::Zext, Type::I32, arg);
@@ -231,29 +226,26 @@ fn is_same_load(func: &FuncData, a: Value, b: Value) -> bool {
     }
 }
 
-/// The word and the number that a comparison of a field compares. Such a comparison either shifts the word
-/// left until the field's highest bit is the word's highest bit, or clears the bits above the field; then it
-/// compares with a number. Gives the word, by how many bits it must be shifted left so that the field is at
-/// the top, and the number, shifted by as many bits. For any other value: the value itself, 0, and `number`.
-pub(super) fn compared_field(func: &FuncData, value: Value, number: i64) -> (Value, u32, i64) {
-    let whole = (value, 0, number);
+/// The word that a comparison with a number takes a field of, the field, and the number as the field holds it, without
+/// sign. Of any other value it is the whole.
+pub(super) fn compared_field(func: &FuncData, value: Value, number: i64) -> (Value, Field, i64) {
     let ty = func.ty(value);
-    let Some(&InstData::Binary { op, args: [x, by] }) = func.def_inst(value) else { return whole };
-    let Some(by) = func.constant(by) else { return whole };
-    match op {
-        BinaryOp::Shl if (0..i64::from(ty.bits())).contains(&by) => (x, by as u32, number),
-        BinaryOp::And if matches!(ty, Type::I16 | Type::I32) => {
-            let mask = by as u64 & super::value_range::mask(ty);
-            let width = mask.trailing_ones();
-            let is_low = width > 0 && mask >> width == 0;
-            if !is_low || number as u64 & !mask != 0 {
-                return whole;
-            }
-            let shift = ty.bits() - width;
-            (x, shift, ty.wrap(number << shift))
+    let whole = (value, Field::whole(ty), number);
+    let (word, op, field) = match func.def_inst(value) {
+        Some(&InstData::Extract { op, arg, field }) if ty != Type::I64 => (arg, op, field),
+        Some(&InstData::Binary { op: BinaryOp::And, args: [word, by] })
+            if matches!(ty, Type::I16 | Type::I32)
+                && let Some(mask) = func.constant(by)
+                && mask > 0
+                && mask & (mask + 1) == 0 =>
+        {
+            (word, ExtractOp::Unsigned, Field { first: 0, width: mask.trailing_ones() as u8 })
         }
-        _ => whole,
-    }
+        _ => return whole,
+    };
+    let held = eval::extract(ExtractOp::Unsigned, ty, Field { first: 0, ..field }, number);
+    let read = eval::extract(op, ty, Field { first: 0, ..field }, number);
+    if read == number { (word, field, held) } else { whole }
 }
 
 /// The terminator of a block as a test; `None` if it is something else.
@@ -271,12 +263,12 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
         InstData::Fcmp { cond: FloatCond::Ne, args: [value, number] } => (value, number, false),
         _ => return None,
     };
-    let (value, shift, number) = compared_field(func, value, func.constant(number)?);
+    let (value, field, number) = compared_field(func, value, func.constant(number)?);
     let (then, otherwise) = match is_equality {
         true => (then.block, otherwise.block),
         false => (otherwise.block, then.block),
     };
-    Some(Test { value, shift, number, then, otherwise })
+    Some(Test { value, field, number, then, otherwise })
 }
 
 /// Whether a block has no parameters and, with its comparison, at most [`MAX_INSTS`] instructions. These may
@@ -286,8 +278,9 @@ fn is_cheap(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
     let cheap = |data: &InstData| match data {
         InstData::Load { ty: _, at } => at.index.is_none() && !at.volatile,
-        InstData::Binary { op, args: _ } => matches!(op, BinaryOp::Shl | BinaryOp::And),
+        InstData::Binary { op, args: _ } => *op == BinaryOp::And,
         InstData::Iconst { .. }
+        | InstData::Extract { .. }
         | InstData::Fconst { .. }
         | InstData::Icmp { .. }
         | InstData::Fcmp { .. }

@@ -35,15 +35,14 @@ use super::split_tests;
 use super::switches::compared_field;
 use super::thresholds::thread_tests::{MAX_BLOCKS, MAX_COPIED, MAX_WAYS};
 use crate::{
-    Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, PrimaryMap, Terminator,
-    Type, Value, eval,
+    Address, Block, BlockCall, ExtractOp, Field, FloatCond, FuncData, InstData, IntCond,
+    PrimaryMap, Terminator, Type, Value, eval,
 };
 
 /// How many tests one edge skips at most in one run of the pass.
 const MAX_SKIPPED: usize = 256;
-/// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
-/// before it is compared (0 unless a field of a word is compared; see [`compared_field`]).
-type Variable = (Address, Type, u32);
+/// A variable as tests read it: its address, its type, and the field of it that is compared (see [`compared_field`]).
+type Variable = (Address, Type, Field);
 
 /// A block that tests a variable and does nothing else.
 struct Test {
@@ -182,7 +181,7 @@ fn test(func: &FuncData, block: Block, users: &PrimaryMap<Value, Users>) -> Opti
         InstData::Fcmp { cond: FloatCond::Eq, args } => (args, true),
         _ => return None,
     };
-    let (loaded, shift, number) = compared_field(func, args[0], func.constant(args[1])?);
+    let (loaded, field, number) = compared_field(func, args[0], func.constant(args[1])?);
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let is_own = |inst: &crate::Inst| {
         let is_used_here = |value: Value| users[value].are_in(block);
@@ -202,7 +201,7 @@ fn test(func: &FuncData, block: Block, users: &PrimaryMap<Value, Users>) -> Opti
         true => (then.block, otherwise.block),
         false => (otherwise.block, then.block),
     };
-    Some(Test { variable: (at, ty, shift), number, equal, otherwise })
+    Some(Test { variable: (at, ty, field), number, equal, otherwise })
 }
 
 /// Which blocks use a value.
@@ -391,15 +390,14 @@ impl Finder<'_> {
     /// The same, searching no more than `blocks` blocks.
     fn search(&self, block: Block, variable: &Variable, blocks: &mut usize) -> Option<i64> {
         *blocks = blocks.checked_sub(1)?;
-        let (at, ty, shift) = variable;
+        let (at, ty, field) = variable;
         let bytes = self.bytes.bytes(at, *ty);
         let insts = self.func.block(block).insts.iter().rev();
         for data in insts.map(|&inst| self.func.inst(inst)) {
             match data {
                 InstData::Store { at: to, value } if to == at && self.func.ty(*value) == *ty => {
                     let stored = self.func.constant(*value)?;
-                    let by = i64::from(*shift);
-                    return Some(if by == 0 { stored } else { ty.wrap(stored << by) });
+                    return Some(eval::extract(ExtractOp::Unsigned, *ty, *field, stored));
                 }
                 InstData::Store { at: to, value } => {
                     let written = self.bytes.bytes(to, self.func.ty(*value));

@@ -40,10 +40,10 @@ impl Writer {
         self.ir.inst("i1", &format!("fcmp eq v{}, v{}", args[0], args[1]))
     }
 
-    /// Whether a number, or its lowest bits by a mask or a shift, is another one.
+    /// Whether a number, or its lowest bits by a mask, or a field of it, is another one.
     fn comparison(&mut self, ty: &str, bits: u32, number: usize, field: usize) -> usize {
         let limit = *self.rng.pick(&[8, 32, 64, 70]);
-        let mut to = self.rng.below(limit) as i64 - i64::from(self.rng.chance(5));
+        let to = self.rng.below(limit) as i64 - i64::from(self.rng.chance(5));
         let compared = match field {
             0 => number,
             1 => {
@@ -51,9 +51,8 @@ impl Writer {
                 self.ir.inst(ty, &format!("and v{number}, v{kept}"))
             }
             _ => {
-                let by = self.ir.inst(ty, "iconst 3");
-                to = to << 3 | i64::from(self.rng.chance(10));
-                self.ir.inst(ty, &format!("shl v{number}, v{by}"))
+                let op = self.rng.pick(&["extract_u", "extract_s"]);
+                self.ir.inst(ty, &format!("{op} v{number}, 1, 6"))
             }
         };
         let to = (to << (64 - bits)) >> (64 - bits);

@@ -32,11 +32,8 @@ impl Writer {
     fn test(&mut self, number: i64) -> usize {
         let ty = self.ty;
         let mut state = self.ir.inst(ty, "load state:0");
-        let mut number = number;
         if self.is_field {
-            let by = self.ir.inst(ty, "iconst 8");
-            state = self.ir.inst(ty, &format!("shl v{state}, v{by}"));
-            number <<= 8;
+            state = self.ir.inst(ty, &format!("extract_s v{state}, 0, 24"));
         }
         let number = self.ir.inst(ty, &format!("iconst {number}"));
         self.ir.inst("i1", &format!("icmp eq v{state}, v{number}"))

@@ -10,7 +10,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_tests::compile::compile_sources;
 
-/// The instructions of the longest function of a PLCC with these statements, before it is optimised.
+/// The length of the longest function of a PLCC with these statements, before it is optimised.
 fn longest_function(definitions: &str, statements: impl Iterator<Item = String>) -> usize {
     let mut source = format!("CLOSE\n{definitions}OPEN PLCC 1 CLEAR\n");
     for statement in statements {
@@ -22,7 +22,7 @@ fn longest_function(definitions: &str, statements: impl Iterator<Item = String>)
     let compiled =
         compile_sources(&mut sources, &[file], Dialect::Pmac, &Options::default()).unwrap();
     let [plain, _] = compiled.modules();
-    plain.funcs().map(|(_, func)| func.inst_count()).max().unwrap()
+    plain.funcs().map(|(_, func)| func.length()).max().unwrap()
 }
 
 #[test]

@@ -161,8 +161,8 @@ impl Lowerer<'_> {
         let (start, end) = (span.start, span.end);
         let line = self.program.lines.get(at).copied();
         let line = line.or_missing(|| format!("the line of statement {at}"))?;
-        let func = self.builder.func().func();
-        if func.inst_count() >= self.limit || func.block_count() >= self.limit {
+        let func = self.builder.func();
+        if func.length() >= self.limit || func.func().block_count() >= self.limit {
             self.leave(self.live_at(at));
             self.op = None;
         }

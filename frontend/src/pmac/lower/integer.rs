@@ -7,7 +7,7 @@
 //! doubles.
 
 use plcc_abi::pmac::{Format, Kind};
-use plcc_ir::{BinaryOp, ConvertOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
+use plcc_ir::{BinaryOp, ConvertOp, ExtractOp, Field, FuncBuilder, IntCond, Type, UnaryOp, Value};
 
 use super::Lowerer;
 use super::emit;
@@ -23,8 +23,7 @@ fn sign_extended(b: &mut FuncBuilder, (value, extended): Integer) -> Value {
     if extended {
         return value;
     }
-    let left = b.binary_imm(BinaryOp::Shl, value, 8);
-    b.binary_imm(BinaryOp::Ashr, left, 8)
+    b.extract(ExtractOp::Signed, value, Field { first: 0, width: 24 })
 }
 
 impl Lowerer<'_> {

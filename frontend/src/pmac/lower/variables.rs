@@ -7,7 +7,7 @@ use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
     Controller, Definition, DirectAccess, Field, Format, Kind, Layout, Place, Range, Space,
 };
-use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
+use plcc_ir::{Address, BinaryOp, ExtractOp, IntCond, RegionId, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
@@ -135,8 +135,8 @@ impl Lowerer<'_> {
                 let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
                 let b = self.builder.func();
                 let word = b.load(Type::I32, at);
-                let left = b.binary_imm(BinaryOp::Shl, word, 11);
-                let value = b.binary_imm(BinaryOp::Ashr, left, 11);
+                let low = plcc_ir::Field { first: 0, width: 21 };
+                let value = b.extract(ExtractOp::Signed, word, low);
                 return Operand::integer(b, value);
             }
             DirectAccess::P(number) => self.variable_address(self.regions.p, number),

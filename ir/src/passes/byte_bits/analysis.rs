@@ -1,10 +1,10 @@
 //! Finds the words of which a function does nothing but read and write single bits. Front ends write such accesses
 //! in these forms:
 //!
-//! | access of bit N | instructions |
+//! | access of a bit | instructions |
 //! | --- | --- |
-//! | read | load the word; shift it right by N, unless N is 0; AND with 1 |
-//! | write | load the word; AND with a mask that drops bit N; OR with a value that has no other bit; store the word |
+//! | read | load the word; read the bit (`bit`, or `extract_u` of one bit) |
+//! | write | load the word; `insert` one bit; store the word |
 //!
 //! A word that is used in any other way is refused.
 
@@ -13,15 +13,15 @@ use super::super::thresholds::byte_bits::{SAVED_BY_READ, SAVED_BY_WRITE};
 use super::word::{MAX_WORDS, WORD_BITS, Word};
 use crate::tables::{FastMap, FastSet};
 use crate::{
-    Address, BinaryOp, Block, FuncData, Inst, InstData, PrimaryMap, RegionId, Type, Value,
+    Address, Block, ExtractOp, Field, FuncData, Inst, InstData, PrimaryMap, RegionId, Type, Value,
 };
 
 /// An access of one bit of a word. It is entered for the instruction in whose place an access of a byte comes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Access {
-    /// The instruction's result is the bit with this number, as an integer.
+    /// The instruction's result is the bit with this number.
     Read { word: usize, bit: u32 },
-    /// The instruction stores the word with this bit replaced: by the bit with the same number of a value.
+    /// The instruction stores the word with this bit replaced: by a truth value, or the lowest bit of an integer.
     Write { word: usize, bit: u32, value: Value },
 }
 
@@ -41,34 +41,13 @@ pub(super) struct Found {
     pub(super) accesses: FastMap<Inst, Access>,
 }
 
-/// How a value follows from a word.
-#[derive(Clone, Copy)]
-enum Form {
-    /// It is the word as it is in the image.
-    Whole(usize),
-    /// It is the word, shifted right by that many bits.
-    Shifted(usize, u32),
-    /// It is the word, with this bit 0.
-    Without(usize, u32),
-    /// It is the word, with this bit replaced by that of a value.
-    Replaced(usize, u32, Value),
-}
-
-impl Form {
-    fn word(self) -> usize {
-        match self {
-            Self::Whole(word)
-            | Self::Shifted(word, _)
-            | Self::Without(word, _)
-            | Self::Replaced(word, ..) => word,
-        }
-    }
-}
-
-/// A value that was computed from a word.
+/// A value that is a word as it is in the image, or was made of it by replacing a bit.
 #[derive(Clone, Copy)]
 struct Derived {
-    form: Form,
+    /// The number of the word.
+    word: usize,
+    /// The bit that was replaced, and by what.
+    replaced: Option<(u32, Value)>,
     /// The number of the instruction that computed it.
     at: u32,
     /// How many of its uses belong to reads and writes of bits.
@@ -156,19 +135,30 @@ impl Search<'_> {
         })
     }
 
-    /// Enters how a value follows from a word.
-    fn define(&mut self, value: Option<Value>, form: Form) {
+    /// Enters that the result of an instruction follows from a word.
+    fn define(&mut self, inst: Inst, word: usize, replaced: Option<(u32, Value)>) {
         let at = self.current;
-        if let Some(value) = value {
-            self.derived[value] = Some(Derived { form, at, bit_uses: 0 });
+        if let Some(value) = self.func.result(inst) {
+            self.derived[value] = Some(Derived { word, replaced, at, bit_uses: 0 });
         }
     }
 
     /// How a value follows from a word; `None` if it does not, or the word may have changed since.
-    fn form(&self, value: Value) -> Option<Form> {
+    fn derived(&self, value: Value) -> Option<Derived> {
         let derived = self.derived[value]?;
-        let last_store = self.candidates.get(derived.form.word())?.last_store;
-        (derived.at > last_store.max(self.last_effect)).then_some(derived.form)
+        let last_store = self.candidates.get(derived.word)?.last_store;
+        (derived.at > last_store.max(self.last_effect)).then_some(derived)
+    }
+
+    /// The number of the word that a value is, as it is in the image. Counts the use as one that belongs to the read or
+    /// write of a bit.
+    fn word_of_bit(&mut self, value: Value, bit: u8) -> Option<usize> {
+        let derived = self.derived(value)?;
+        if derived.replaced.is_some() || u32::from(bit) >= WORD_BITS {
+            return None;
+        }
+        self.count_bit_use(value);
+        Some(derived.word)
     }
 
     /// Counts a use of a value that belongs to a read or write of a bit.
@@ -199,14 +189,12 @@ impl Search<'_> {
         match *func.inst(inst) {
             InstData::Load { ty, at } if self.is_word(&at, ty) => {
                 let word = self.number(at);
-                self.define(func.result(inst), Form::Whole(word));
+                self.define(inst, word, None);
             }
             InstData::Store { at, value } if self.is_word(&at, func.ty(value)) => {
                 let word = self.number(at);
-                let replaced = match self.form(value) {
-                    Some(Form::Replaced(of, bit, by)) if of == word => Some((bit, by)),
-                    _ => None,
-                };
+                let derived = self.derived(value).filter(|derived| derived.word == word);
+                let replaced = derived.and_then(|derived| derived.replaced);
                 if let Some((bit, by)) = replaced {
                     self.count_bit_use(value);
                     self.access(inst, Access::Write { word, bit, value: by }, frequency);
@@ -218,7 +206,21 @@ impl Search<'_> {
             }
             InstData::Load { ty, at } => self.other(&at, ty),
             InstData::Store { at, value } => self.other(&at, func.ty(value)),
-            InstData::Binary { op, args } => self.binary(inst, op, args, frequency),
+            InstData::Bit { arg, number: bit }
+            | InstData::Extract {
+                op: ExtractOp::Unsigned,
+                arg,
+                field: Field { first: bit, width: 1 },
+            } => {
+                if let Some(word) = self.word_of_bit(arg, bit) {
+                    self.access(inst, Access::Read { word, bit: bit.into() }, frequency);
+                }
+            }
+            InstData::Insert { args: [arg, by], field: Field { first: bit, width: 1 } } => {
+                if let Some(word) = self.word_of_bit(arg, bit) {
+                    self.define(inst, word, Some((bit.into(), by)));
+                }
+            }
             data if data.has_effect() => self.last_effect = self.current,
             _ => {}
         }
@@ -242,51 +244,13 @@ impl Search<'_> {
         }
     }
 
-    fn binary(&mut self, inst: Inst, op: BinaryOp, [a, b]: [Value; 2], frequency: f32) {
-        let func = self.func;
-        let result = func.result(inst);
-        let constant = func.constant(b).map(|constant| constant as u32);
-        match (op, self.form(a), constant) {
-            (BinaryOp::Lshr, Some(Form::Whole(word)), Some(by @ 1..WORD_BITS)) => {
-                self.count_bit_use(a);
-                self.define(result, Form::Shifted(word, by));
-            }
-            (BinaryOp::And, Some(Form::Whole(word)), Some(1)) => {
-                self.count_bit_use(a);
-                self.access(inst, Access::Read { word, bit: 0 }, frequency);
-            }
-            (BinaryOp::And, Some(Form::Shifted(word, bit)), Some(1)) => {
-                self.count_bit_use(a);
-                self.access(inst, Access::Read { word, bit }, frequency);
-            }
-            (BinaryOp::And, Some(Form::Whole(word)), Some(mask)) => {
-                let dropped = !mask & ((1 << WORD_BITS) - 1);
-                if dropped.is_power_of_two() {
-                    self.count_bit_use(a);
-                    self.define(result, Form::Without(word, dropped.trailing_zeros()));
-                }
-            }
-            (BinaryOp::Or, Some(Form::Without(word, bit)), _) => {
-                // The other operand has no bit but this.
-                if let Some(&InstData::Binary { op: BinaryOp::And, args: [_, mask] }) =
-                    func.def_inst(b)
-                    && func.constant(mask).is_some_and(|mask| mask as u32 == 1 << bit)
-                {
-                    self.count_bit_use(a);
-                    self.define(result, Form::Replaced(word, bit, b));
-                }
-            }
-            _ => {}
-        }
-    }
-
     /// The words that are used in no other way; those whose bytes save most come first, and get the lowest numbers.
     fn finish(mut self) -> Found {
         let uses = self.func.use_counts();
         for (value, derived) in &self.derived {
             if let Some(derived) = derived
                 && derived.bit_uses != uses[value]
-                && let Some(candidate) = self.candidates.get_mut(derived.form.word())
+                && let Some(candidate) = self.candidates.get_mut(derived.word)
             {
                 candidate.refused = true;
             }

@@ -1,21 +1,21 @@
 //! Keeps single bits of words as bytes while a function is executed.
 //!
 //! A PMAC keeps bits in words of 24 bits. To read one takes a load, a shift and a mask, where a truth value that
-//! is a byte is an operand of the instruction that uses it; to write one takes five instructions where a byte
+//! is a byte is an operand of the instruction that uses it; to write one takes five machine instructions where a byte
 //! takes one.
 //!
 //! ```text
 //! block0 (L0):                            block0 (L0):
 //!     v0: i32 = load words:0                  v0: i32 = load words:0
-//!     v1: i32 = lshr v0, 5                    unpack v0, local_bits:0[0]
-//!     v2: i32 = and v1, 1                     v1: i1 = load local_bits:5
-//!     …                                       v2: i32 = zext v1
-//!                                  ==>        …
-//!     v7: i32 = load words:0                  store local_bits:2, v3
-//!     v8: i32 = and v7, 0xFFFFFB              …
-//!     v9: i32 = or v8, v6                     v4: i32 = pack local_bits:0[0]
-//!     store words:0, v9                       v5: i32 = load words:0
-//!     return                                  …  (the low eight bits of v5 are replaced by those of v4)
+//!     v2: i32 = extract_u v0, 5, 1            unpack v0, local_bits:0[0]
+//!     …                                       v1: i1 = load local_bits:5
+//!                                  ==>        v2: i32 = zext v1
+//!     v7: i32 = load words:0                  …
+//!     v9: i32 = insert v7, v6, 2, 1           store local_bits:2, v3
+//!     store words:0, v9                       …
+//!     return                                  v4: i32 = pack local_bits:0[0]
+//!                                             v5: i32 = load words:0
+//!                                             …  (the low eight bits of v5 are replaced by those of v4)
 //!                                             return
 //! ```
 //!

@@ -114,35 +114,23 @@ impl Writer<'_> {
         let word = &found.words[access.word()];
         self.func.insts[inst] = match access {
             Access::Read { word: _, bit } => {
-                let arg = self.insert_load(Type::I1, word.local_bit(bit));
-                InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg }
+                let at = word.local_bit(bit);
+                match self.func.inst(inst) {
+                    InstData::Bit { .. } => InstData::Load { ty: Type::I1, at },
+                    _ => {
+                        let arg = self.insert_load(Type::I1, at);
+                        InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg }
+                    }
+                }
             }
             Access::Write { word: _, bit, value } => {
-                let value = self.bit(value, bit);
+                let value = match self.func.ty(value) {
+                    Type::I1 => value,
+                    _ => self.insert_bit(value, 0),
+                };
                 InstData::Store { at: word.local_bit(bit), value }
             }
         };
-    }
-
-    /// Bit number `bit` of a value, as a truth value. The value has no other bit, since an AND has masked it. Mostly
-    /// a truth value was shifted left to its place before; then neither the shift nor the mask is needed.
-    fn bit(&mut self, value: Value, bit: u32) -> Value {
-        let mut of = value;
-        if let Some(&InstData::Binary { op: BinaryOp::And, args: [unmasked, _] }) =
-            self.func.def_inst(value)
-        {
-            of = unmasked;
-        }
-        match self.func.def_inst(of) {
-            Some(&InstData::Binary { op: BinaryOp::Shl, args: [low, by] })
-                if self.func.constant(by) == Some(bit.into()) =>
-            {
-                of = low;
-            }
-            _ if bit > 0 => of = self.insert_with(BinaryOp::Lshr, of, bit.into()),
-            _ => {}
-        }
-        self.insert_bit(of, 0)
     }
 
     /// Calls `f` for each word of a set.

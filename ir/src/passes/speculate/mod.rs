@@ -49,8 +49,8 @@ use super::integers::PassedRanges;
 
 use super::value_range::ValueRanges;
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    RegionId, SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst,
+    InstData, RegionId, SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 use plan::{Check, Mark, Plan};
 use row::Row;
@@ -61,9 +61,9 @@ use uses::Uses;
 /// the double rounded to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// How many bits of such a sum, the highest ones, are not part of the rounded integer: the sign, the
-/// exponent, and the highest bit of the fraction. The other bits are sign-extended to get the integer.
-const UPPER_BITS: i64 = 13;
+/// The bits of such a sum that are the rounded integer: all but the sign, the exponent, and the highest bit of the
+/// fraction.
+const ROUNDED: Field = Field { first: 0, width: 51 };
 
 /// Runs the pass; returns whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
@@ -306,9 +306,8 @@ impl Check {
         // the comparison below finds that.
         let sum = out.insert_with(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
         let word = out.insert_convert(ConvertOp::Bitcast, Type::I64, sum);
-        let by = out.insert_const(Type::I64, UPPER_BITS);
-        let word = out.insert_binary(BinaryOp::Shl, word, by);
-        let integer = out.insert_binary(BinaryOp::Ashr, word, by);
+        let field = ROUNDED;
+        let integer = out.insert(InstData::Extract { op: ExtractOp::Signed, arg: word, field });
         let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
         let (cond, args) = if self == Self::Rounded {
             let apart = out.insert_binary(BinaryOp::Fsub, value, back);
