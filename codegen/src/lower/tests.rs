@@ -223,14 +223,12 @@ fn checks_of_variables_are_made_in_vectors() {
             let (at, v) = (if n == 2 { 40 } else { 8 * n }, 4 * n);
             let label = if n == 0 { " (L0)" } else { "" };
             format!(
-                "block{n}{label}:\nv{v}: f64 = load data:{at}\nv{}: i32 = ftoi v{v}\nv{}: f64 = itof v{}\n\
-                 v{}: i1 = fcmp ordered_ne v{1}, v{v}\nbrif v{3}, block{}, block{}\n",
-                v + 1,
-                v + 2,
+                "block{n}{label}:\nv{v}: f64 = load data:{at}\nv{}: i32 = ftoi v{v}\n\
+                 v{}: i1 = is_integer_or_nan v{v}\nbrif v{1}, block{}, block{}\n",
                 v + 1,
                 v + 3,
-                count + 1,
-                n + 1
+                n + 1,
+                count + 1
             )
         };
         let checks: String = (0..count).map(check).collect();
