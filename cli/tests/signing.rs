@@ -55,13 +55,13 @@ fn keys_are_written_once_and_for_their_owner_alone() {
 fn what_is_no_key_is_refused() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("text", "no key")]);
     folder.plcc("key new mine").exits(0);
-    folder.plcc("build a.pmi --sign text").exits(2).says(&["text", "no private key"]);
+    folder.plcc("build a.pmi --sign text").exits(2).says(&["text", "not a private key"]);
     folder.plcc("build a.pmi --sign missing").exits(2).says(&["missing", "can't be read"]);
-    folder.plcc("build a.pmi --sign mine.pub").exits(2).says(&["no private key"]);
+    folder.plcc("build a.pmi --sign mine.pub").exits(2).says(&["not a private key"]);
     folder.plcc("build a.pmi --sign mine --emit obj").exits(2).says(&["for artifacts"]);
     assert!(!folder.has("a.plcx"));
     folder.plcc("build a.pmi --sign mine").exits(0);
-    folder.plcc("run a.plcx --ticks 1 --key text").exits(2).says(&["text", "no public key"]);
+    folder.plcc("run a.plcx --ticks 1 --key text").exits(2).says(&["text", "not a public key"]);
     folder.plcc("run a.plcx --ticks 1 --key mine").exits(2).says(&["a private key"]);
     folder.plcc("run a.plcx --ticks 1 --key missing").exits(2).says(&["missing", "can't be read"]);
     folder.plcc("run a.pmi --ticks 1 --key mine.pub").exits(2).says(&["for artifacts"]);

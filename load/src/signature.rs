@@ -85,14 +85,14 @@ impl PublicKey {
     /// Reads a key from its text form.
     ///
     /// # Errors
-    /// When it is no public key of this kind.
+    /// When it is not a public key of this kind.
     pub fn parse(text: &str) -> io::Result<Self> {
         let invalid = |what| io::Error::new(io::ErrorKind::InvalidData, what);
         if text.contains("PRIVATE KEY") {
             return Err(invalid("it is a private key; name the public key beside it"));
         }
         let key = VerifyingKey::from_public_key_pem(text);
-        key.map(Self).map_err(|_| invalid("it is no public key; `plcc key new` makes keys"))
+        key.map(Self).map_err(|_| invalid("it is not a public key; `plcc key new` makes keys"))
     }
 
     /// The key with these bytes; `None` if they are none.

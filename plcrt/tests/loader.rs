@@ -17,7 +17,7 @@ const LINKED: &str = "\
     anstream anstyle anstyle-parse anstyle-query base64ct bitflags block-buffer cfg-if clap clap_builder \
     clap_lex cobs colorchoice const-oid cpufeatures crc32fast crypto-common curve25519-dalek der digest \
     ed25519 ed25519-dalek errno foldhash hashbrown humantime hybrid-array is_terminal_polyfill itoa libc \
-    libm linux-raw-sys log lz4_flex memchr memmap2 nix pem-rfc7468 pkcs8 plcc-abi plcc-image \
+    libm linux-raw-sys log lz4_flex memchr memmap2 nix pem-rfc7468 pkcs8 plcc-abi plcc-files plcc-host plcc-image plcc-load plcc-record \
     plcc-runtime plcrt postcard rtrb rustix serde serde_core serde_json serde_spanned sha2 signal-hook \
     signal-hook-registry signature spki strsim subtle terminal_size thiserror thread-priority toml \
     toml_datetime toml_parser toml_writer twox-hash typenum utf8parse vcd wasmtime-internal-core \

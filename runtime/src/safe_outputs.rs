@@ -11,7 +11,7 @@
 //! itself is dead:
 //!
 //! ```
-//! use crate::safe_outputs::SafeLines;
+//! use plcc_runtime::safe_outputs::SafeLines;
 //!
 //! let mut lines = SafeLines::default();
 //! lines.set(2, 0xFF, 0);          // all lines of the byte at offset 2 are off,

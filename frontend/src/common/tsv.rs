@@ -25,7 +25,7 @@
 //! });
 //! assert_eq!(
 //!     rows.map_err(|error| error.to_string()),
-//!     Err("sizes.tsv:2: size: `many` is no number from 0 to 100".to_owned()),
+//!     Err("sizes.tsv:2: size: `many` is not a number from 0 to 100".to_owned()),
 //! );
 //! ```
 

@@ -14,7 +14,7 @@
 //! written at once, by the thread that makes it.
 //!
 //! ```
-//! use crate::journal::{Destinations, EntryKind, JournalOwner};
+//! use plcc_host::journal::{Destinations, EntryKind, JournalOwner};
 //!
 //! # fn main() -> std::io::Result<()> {
 //! let (owner, mut scan) = JournalOwner::start(Destinations::default(), true)?;

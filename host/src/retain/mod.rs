@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use plcc_abi::Dialect;
-//! use crate::retain::RetainedFile;
+//! use plcc_host::retain::RetainedFile;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let path = std::env::temp_dir().join(format!("plcc-retain-doc-{}", std::process::id()));
