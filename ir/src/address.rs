@@ -60,7 +60,7 @@ impl Address {
     }
 }
 
-/// The groups of eight bits of a word of 32 bits that are kept as [local bits](FuncData::local_bits), and where these are.
+/// The groups of eight bits of a word of 32 bits that are kept as [local bits](crate::FuncData::local_bits), and where these are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BitGroups {
     /// The local bit that belongs to bit 0 of the word.

@@ -59,7 +59,7 @@ impl RecorderProgram {
     }
 }
 
-/// Records a run. A [`ReplaceableExecutive`](plcc_record::ReplaceableExecutive) has one where its run is
+/// Records a run. A [`ReplaceableExecutive`](crate::ReplaceableExecutive) has one where its run is
 /// recorded, and tells it everything that acts on the control.
 pub struct Recorder {
     sink: Sink,

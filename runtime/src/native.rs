@@ -188,7 +188,7 @@ impl NativeEngine {
     }
 
     /// Tells gdb of the code, so that it stops at lines of the source and prints variables. `debug` is what
-    /// the compiler makes for that, [`Artifact::debug`](plcc_load::Artifact::debug). From then on the code stays in
+    /// the compiler makes for that, `Artifact::debug`. From then on the code stays in
     /// memory until the process ends.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ pub enum Purpose {
     Stimulus,
 }
 
-/// A value for [`Executive::set`], already checked to fit its variable.
+/// A value for [`Executive::set`](crate::Executive::set), already checked to fit its variable.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Setting {
     /// An integer.
