@@ -11,7 +11,7 @@
 //! | `ethercat/` | terminals of an EtherCAT segment (feature `ethercat`) |
 //! | `gpio/` | lines of Linux's GPIO character device (feature `gpio`) |
 //! | `hal/` | the component of LinuxCNC's hardware abstraction layer |
-//! | `input_file.rs` | files that are read: regular ones, up to a size |
+//! | `input_file.rs` | texts that are read |
 //! | `modbus/` | Modbus: clients, which ask devices, and the server, which others ask |
 //! | `mqtt/` | the publisher for MQTT with Sparkplug B (feature `mqtt`) |
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
@@ -35,6 +35,7 @@ mod plant;
 mod session;
 mod settings;
 
+use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -120,13 +121,18 @@ fn page(cli: &Cli) -> Result<(), String> {
     std::io::stdout().write_all(&page).map_err(|error| error.to_string())
 }
 
+/// Tells people of an error on standard error. If that fails, nothing is said, since there is nowhere else to say it.
+fn say_error(error: impl Display) {
+    let _ = writeln!(std::io::stderr(), "error: {}", plcc_abi::printable(&error.to_string()));
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let Some(config) = &cli.config else {
         return match page(&cli) {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {
-                eprintln!("error: {message}");
+                say_error(message);
                 ExitCode::from(2)
             }
         };
@@ -134,7 +140,7 @@ fn main() -> ExitCode {
     let settings = match Settings::open(config) {
         Ok(settings) => settings,
         Err(message) => {
-            eprintln!("error: {}", plcc_abi::printable(&message));
+            say_error(message);
             return ExitCode::from(2);
         }
     };
@@ -147,7 +153,7 @@ fn main() -> ExitCode {
             status
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            say_error(error);
             ExitCode::from(2)
         }
     }
@@ -159,7 +165,7 @@ async fn run(settings: Settings) -> ExitCode {
     let events = match Events::open(settings.log.as_deref()) {
         Ok(events) => events,
         Err(message) => {
-            eprintln!("error: {message}");
+            say_error(message);
             return ExitCode::from(2);
         }
     };

@@ -36,7 +36,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ),
     ("libplcrt", &["plcc-host", "plcc-load", "plcc-runtime"]),
     ("plcctl", &[]),
-    ("plcio", &["plcc-abi", "plcc-image"]),
+    ("plcio", &["plcc-abi", "plcc-files", "plcc-image"]),
     (
         "plcc-debugger",
         &[

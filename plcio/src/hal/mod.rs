@@ -137,7 +137,7 @@ impl Hal {
             }
         };
         if let Err(error) = std::thread::Builder::new().name("hal".into()).spawn(work) {
-            eprintln!("error: {error}");
+            crate::say_error(error);
         }
         hal
     }

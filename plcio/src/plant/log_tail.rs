@@ -5,8 +5,6 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use crate::input_file;
-
 /// The longest line; of a longer one the end is missing.
 const MAX_LINE: usize = 1 << 16;
 /// How many bytes are read at once.
@@ -14,7 +12,7 @@ const BLOCK: usize = 1 << 16;
 
 /// Opens a regular file.
 fn open(path: &Path) -> io::Result<(File, std::fs::Metadata)> {
-    let file = input_file::open(path)?;
+    let file = plcc_files::open_regular(path)?;
     let about = file.metadata()?;
     Ok((file, about))
 }

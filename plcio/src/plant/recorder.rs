@@ -12,7 +12,6 @@ use tokio::sync::Semaphore;
 use zenoh::query::Query;
 
 use super::Settings;
-use crate::input_file;
 
 /// How long `plcc` may take for an answer.
 const TIME: Duration = Duration::from_secs(60);
@@ -148,7 +147,7 @@ impl Recorder {
         older.push(".1");
         // Both are opened first, so that no part is missing when the newer one takes the place of the older one.
         let parts = [("older", PathBuf::from(older)), ("newer", self.settings.record.clone())];
-        let parts = parts.map(|(part, path)| (part, input_file::open(&path)));
+        let parts = parts.map(|(part, path)| (part, plcc_files::open_regular(&path)));
         for (part, file) in parts {
             let Ok(mut file) = file else { continue };
             for number in 0.. {

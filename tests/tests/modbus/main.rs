@@ -387,3 +387,12 @@ fn a_serial_line_works_as_tcp_does() {
     plant.wait_for_values();
     plant.end();
 }
+
+/// As when the program that read the messages has ended before.
+#[test]
+fn an_error_that_nobody_reads_ends_in_its_exit_status() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = plcio().arg("missing.toml").stderr(writer).status().unwrap();
+    assert_eq!(status.code(), Some(2), "{status}");
+}
