@@ -154,14 +154,16 @@ pub fn open_output(path: &Path, append: bool) -> io::Result<File> {
     }
 }
 
+/// Whether a path leads to a pipe (FIFO).
 #[cfg(unix)]
-fn is_fifo(path: &Path) -> bool {
+pub fn is_fifo(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
 }
 
+/// Other systems have no pipes with a path.
 #[cfg(not(unix))]
-fn is_fifo(_: &Path) -> bool {
+pub fn is_fifo(_: &Path) -> bool {
     false
 }
 

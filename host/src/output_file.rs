@@ -1,10 +1,10 @@
 //! Opens the files that a run writes to while it lasts.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
-use plcc_files::{open_output, why_not_written};
+use plcc_files::{is_fifo, open_output, why_not_written};
 
 use crate::exit_status::SessionError;
 
@@ -22,7 +22,7 @@ pub(crate) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, Se
     if is_stdout(path) {
         return standard_output().map_err(|error| not_written(path, &error));
     }
-    let opened = if realtime && fs::metadata(path).is_ok_and(|about| is_fifo(&about)) {
+    let opened = if realtime && is_fifo(path) {
         // On Linux a FIFO that is opened for reading too has a reader, and nobody is waited for.
         File::options().read(true).write(true).open(path)
     } else {
@@ -42,17 +42,6 @@ pub(crate) fn standard_output() -> io::Result<File> {
 #[cfg(not(unix))]
 pub(crate) fn standard_output() -> io::Result<File> {
     Err(io::ErrorKind::Unsupported.into())
-}
-
-#[cfg(unix)]
-fn is_fifo(about: &fs::Metadata) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    about.file_type().is_fifo()
-}
-
-#[cfg(not(unix))]
-fn is_fifo(_: &fs::Metadata) -> bool {
-    false
 }
 
 /// Says that a file can't be written, and why.

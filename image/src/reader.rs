@@ -62,7 +62,7 @@ impl Snapshot {
 pub(crate) fn open_regular(path: &Path, write: bool) -> io::Result<File> {
     let flags = rustix::fs::OFlags::NONBLOCK.bits() as i32;
     let file = OpenOptions::new().read(true).write(write).custom_flags(flags).open(path)?;
-    if file.metadata()?.is_file() { Ok(file) } else { Err(wrong("it is no regular file")) }
+    if file.metadata()?.is_file() { Ok(file) } else { Err(wrong("it is not a regular file")) }
 }
 
 /// The error for a file that is not what it should be.

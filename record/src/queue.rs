@@ -8,7 +8,7 @@ use rtrb::{Consumer, Producer};
 
 use crate::file::FrameKind;
 
-/// The queue has room for two checkpoints and so many bytes besides.
+/// The queue has room for two checkpoints and for this many bytes more.
 const QUEUE_ROOM: usize = 1 << 20;
 
 /// How long the queue must be for a program, in bytes.

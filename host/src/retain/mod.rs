@@ -348,7 +348,7 @@ pub(crate) fn can_be_written(path: &Path) -> io::Result<()> {
     match std::fs::metadata(path) {
         Ok(about) if about.is_dir() => Err(ErrorKind::IsADirectory.into()),
         Ok(about) if !about.is_file() => {
-            Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"))
+            Err(io::Error::new(ErrorKind::InvalidInput, "it is not a regular file"))
         }
         _ => plcc_files::can_replace(path),
     }

@@ -6,23 +6,12 @@ use plcc::compile::{Optimized, code};
 use plcc::later_code::jit_in_parts;
 use plcc_abi::{Code, CodeMemory, Engine};
 use plcc_codegen::{OptLevel, Target};
-use plcc_diag::SourceMap;
-use plcc_frontend::common::{Lowered, MemoryLoader, Options};
-use plcc_frontend::pmac;
+use plcc_frontend::common::Lowered;
 use plcc_runtime::native::LaterCode;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Executive, NativeEngine, Purpose};
 
-fn check(source: &str) -> pmac::Program {
-    let mut sources = SourceMap::new();
-    let file = sources.add("moved.pmc", source.as_bytes());
-    let (program, all) =
-        pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
-    if let Some(error) = all.iter().find(|d| d.is_error()) {
-        panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
-    }
-    program.unwrap()
-}
+use super::checked::check;
 
 /// A download in the statement interpreter and in native code whose general versions are made later.
 struct Pair {

@@ -4,6 +4,7 @@
 
 mod arithmetic;
 mod bits;
+mod checked;
 mod corpus;
 mod docs;
 mod engines;

@@ -9,11 +9,10 @@ use std::rc::Rc;
 use plcc::later_code::jit_in_parts;
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
-use plcc_diag::SourceMap;
-use plcc_frontend::common::{MemoryLoader, Options};
-use plcc_frontend::pmac;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, NativeEngine, Purpose};
+
+use super::checked::check;
 
 /// An engine that counts the accesses to M-variables which the code leaves to the host.
 struct Counting {
@@ -45,17 +44,6 @@ impl Engine for Counting {
             &mut Scan { host: &mut host, image: scan.image, limit: scan.limit },
         )
     }
-}
-
-fn check(source: &str) -> pmac::Program {
-    let mut sources = SourceMap::new();
-    let file = sources.add("moving.pmc", source.as_bytes());
-    let (program, all) =
-        pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
-    if let Some(error) = all.iter().find(|d| d.is_error()) {
-        panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
-    }
-    program.unwrap()
 }
 
 /// A download in the statement interpreter and in native code, side by side.

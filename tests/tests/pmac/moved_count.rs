@@ -19,7 +19,7 @@ use super::corpus::{ENABLE, corpus, name, options, stimulus};
 
 /// Servo cycles that each program runs for.
 const TICKS: u32 = 500;
-/// After so many ticks without a move the definitions count as settled.
+/// After this many ticks without a move the definitions count as settled.
 const SETTLED: u32 = 100;
 
 /// What a program does to the definitions of the M-variables that its PLCs name by a number.
