@@ -50,11 +50,11 @@ struct Connection {
 }
 
 impl Sender {
-    /// Sends a heartbeat. `ending` says that the run ends from now on. Gives whether the run ends.
+    /// Sends a heartbeat. `ending` says that the run ends from now on.
     ///
     /// # Errors
     /// When the supervisor has died, or has taken no heartbeat for a long time.
-    fn send(&self, ending: bool) -> io::Result<bool> {
+    fn send(&self, ending: bool) -> io::Result<()> {
         let mut connection = self.connection.lock().unwrap_or_else(PoisonError::into_inner);
         connection.ending |= ending;
         let ending = connection.ending;
@@ -69,9 +69,23 @@ impl Sender {
             // Nobody waits for such a supervisor again.
             return Err(ErrorKind::TimedOut.into());
         }
-        let sent = connection.stream.write_all(&heartbeat.to_bytes());
-        connection.lost = sent.is_err();
-        sent.map(|()| ending)
+        if let Err(error) = connection.stream.write_all(&heartbeat.to_bytes()) {
+            let what = if is_timeout(&error) { "takes no heartbeats" } else { "has died" };
+            self.lose(&mut connection, what);
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// Says in the journal that the supervisor is lost, once. Whoever notices it first says it: at the
+    /// supervisor's death the operating system also sends this process a signal, and the run may be over
+    /// before the thread that sends the heartbeats is on a processor again.
+    fn lose(&self, connection: &mut Connection, what: &str) {
+        if !connection.lost {
+            connection.lost = true;
+            let text = format!("the supervisor {what}; the control ends with its outputs safe");
+            self.journal.error(text);
+        }
     }
 }
 
@@ -108,7 +122,7 @@ impl Link {
 
     /// Tells the supervisor that no more ticks are run.
     pub(crate) fn ending(&self) {
-        // A supervisor that has died is noticed by the thread.
+        // That the supervisor has died is in the journal then.
         let _ = self.sender.send(true);
     }
 }
@@ -124,14 +138,12 @@ fn run(mut reader: UnixStream, sender: &Sender, interrupt: &AtomicBool) {
             Ok(count) => count == 0,
             Err(error) => !is_timeout(&error),
         };
+        if gone {
+            let mut connection = sender.connection.lock().unwrap_or_else(PoisonError::into_inner);
+            sender.lose(&mut connection, "has died");
+        }
         if gone || sent.is_err() {
             interrupt.store(true, Ordering::Relaxed);
-            let hangs = !gone && sent.as_ref().is_err_and(is_timeout);
-            if !sent.unwrap_or(false) {
-                let what = if hangs { "takes no heartbeats" } else { "has died" };
-                let text = format!("the supervisor {what}; the control ends with its outputs safe");
-                sender.journal.error(text);
-            }
             return;
         }
     }
