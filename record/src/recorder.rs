@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use rtrb::Producer;
 
@@ -18,6 +18,9 @@ use plcc_runtime::{Event, Executive, Setting, Stop, Variable, VariableKey};
 
 /// Time of the machine from one checkpoint to the next.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(30);
+/// In real time the checkpoint that is then due is taken in the idle time after a tick. Where a computer has too
+/// little of it for so many ticks of the interval in a row, one in this many, it is taken before a tick.
+const PATIENCE: u64 = 4;
 /// Bytes that are reserved for what is recorded of one tick, so that no tick allocates memory for it.
 const TICK_ROOM: usize = 1 << 16;
 
@@ -76,6 +79,10 @@ pub struct Recorder {
     /// Whether a checkpoint is to be taken before anything of the next tick is noted. As long as the queue has no
     /// room for it, ticks are lost.
     due: bool,
+    /// How many ticks may still pass until it is due, while it is to be taken in the idle time after one of them.
+    patience: Option<u64>,
+    /// How long the longest checkpoint took so far, in real time.
+    cost: Duration,
     /// How many ticks were lost since the last frame that was handed over.
     lost: u64,
     /// How many ticks lie between two checkpoints.
@@ -122,6 +129,8 @@ impl Recorder {
             generation: 0,
             entries: Vec::with_capacity(TICK_ROOM),
             due: true,
+            patience: None,
+            cost: Duration::ZERO,
             lost: 0,
             interval: interval.clamp(1, MAX_TICKS),
             since_checkpoint: 0,
@@ -139,10 +148,34 @@ impl Recorder {
         }
         if self.wants_checkpoint.load(Ordering::Relaxed) {
             self.wants_checkpoint.store(false, Ordering::Relaxed);
-            self.due = true;
+            self.want_checkpoint();
         }
         if self.due {
             self.take_checkpoint(executive);
+        }
+    }
+
+    /// Takes the checkpoint that is wanted, if `idle` is time enough for it. This is called after a tick, when its
+    /// outputs are out: a checkpoint of a PMAC copies some hundred kilobytes, for which the program would otherwise wait.
+    pub(crate) fn checkpoint_in_idle_time(&mut self, executive: &dyn Executive, idle: Duration) {
+        // Twice the time that it took is left: the caches may be colder, and the next tick must begin in time.
+        if self.patience.is_some() && self.entries.is_empty() && idle > self.cost * 2 {
+            self.take_checkpoint(executive);
+        }
+    }
+
+    /// Whether a checkpoint is to be taken in idle time.
+    pub(crate) fn waits_for_idle_time(&self) -> bool {
+        self.patience.is_some()
+    }
+
+    /// A checkpoint is to be taken soon.
+    fn want_checkpoint(&mut self) {
+        match &self.sink {
+            Sink::File(_) => self.due = true,
+            Sink::Queue(_) => {
+                self.patience.get_or_insert(self.interval / PATIENCE);
+            }
         }
     }
 
@@ -204,8 +237,13 @@ impl Recorder {
             return;
         }
         self.since_checkpoint = self.since_checkpoint.saturating_add(ticks);
-        if self.since_checkpoint >= self.interval {
-            self.due = true;
+        match &mut self.patience {
+            Some(ticks) => {
+                *ticks = ticks.saturating_sub(1);
+                self.due |= *ticks == 0;
+            }
+            None if self.since_checkpoint >= self.interval => self.want_checkpoint(),
+            None => {}
         }
     }
 
@@ -247,6 +285,7 @@ impl Recorder {
         self.next_tick = self.next_tick.saturating_add(self.skipped);
         self.lost = self.lost.saturating_add(self.skipped);
         self.skipped = 0;
+        let begun = matches!(self.sink, Sink::Queue(_)).then(Instant::now);
         let image = executive.image();
         self.program.state.clear();
         executive.state_into(&mut self.program.state);
@@ -277,7 +316,11 @@ impl Recorder {
         let written = self.push(FrameKind::Checkpoint, self.next_tick, &[&head, image, &state]);
         self.program.state = state;
         if written {
-            (self.due, self.lost, self.since_checkpoint) = (false, 0, 0);
+            (self.due, self.patience) = (false, None);
+            (self.lost, self.since_checkpoint) = (0, 0);
+        }
+        if let Some(begun) = begun {
+            self.cost = self.cost.max(begun.elapsed());
         }
     }
 

@@ -41,6 +41,20 @@ impl ReplaceableExecutive {
         self.recorder = Some(Box::new(recorder));
     }
 
+    /// Whether the record waits for idle time to take a checkpoint
+    /// ([`checkpoint_in_idle_time`](Self::checkpoint_in_idle_time)).
+    pub fn waits_for_idle_time(&self) -> bool {
+        self.recorder.as_ref().is_some_and(|recorder| recorder.waits_for_idle_time())
+    }
+
+    /// Has the record take the checkpoint that it waits for, if `idle`, the time until the next tick, is enough for it.
+    /// To be called in real time, after a tick, when everything else of it is done.
+    pub fn checkpoint_in_idle_time(&mut self, idle: Duration) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.checkpoint_in_idle_time(self.executive.as_ref(), idle);
+        }
+    }
+
     /// Ends the record, if there is one. `stop` is why the control stopped the program, if it did.
     ///
     /// # Errors

@@ -399,6 +399,46 @@ fn a_program_with_larger_checkpoints_gets_a_larger_queue() {
     let _ = std::fs::remove_file(path);
 }
 
+/// In real time a checkpoint waits for idle time, but not for ever.
+#[test]
+fn a_checkpoint_is_taken_in_idle_time() {
+    let path = std::env::temp_dir().join(format!("plcc-idle-{}.plcrec", std::process::id()));
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, true, vec![]);
+    let program = RecordedProgram::Unknown;
+    let mut file =
+        RecordFile::create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let (queue, mut frames) = RingBuffer::new(1 << 20);
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_queue(queue, file.wants_checkpoint(), &control));
+    let mut run = |control: &mut ReplaceableExecutive, ticks: u64| {
+        (0..ticks).for_each(|_| control.tick(&mut Counter, &mut vec![]).unwrap());
+        drain(&mut frames, &mut file);
+    };
+    // One every 30 s, which are 1500 ticks.
+    run(&mut control, 1499);
+    assert!(!control.waits_for_idle_time());
+    run(&mut control, 1);
+    assert!(control.waits_for_idle_time());
+    control.checkpoint_in_idle_time(Duration::ZERO);
+    assert!(control.waits_for_idle_time(), "there was no time for it");
+    run(&mut control, 10);
+    control.checkpoint_in_idle_time(Duration::from_secs(60));
+    assert!(!control.waits_for_idle_time());
+    run(&mut control, 1500 + 374);
+    assert!(control.waits_for_idle_time());
+    run(&mut control, 2);
+    assert!(!control.waits_for_idle_time(), "it has waited for 7.5 s");
+    control.end_record(None).unwrap();
+    run(&mut control, 0);
+    file.flush().unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let recorded = recording.last_run().unwrap();
+    assert_eq!((&recorded.gaps[..], recorded.end.as_ref().unwrap().ticks), (&[][..], 3386));
+    let starts: Vec<u64> = recorded.spans.iter().map(|span| span.first).collect();
+    assert_eq!(starts, [0, 1510, 3385]);
+    let _ = std::fs::remove_file(path);
+}
+
 /// Counts how often it is called.
 struct Counted(u64);
 

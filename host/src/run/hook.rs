@@ -1,8 +1,11 @@
 //! What is done between two ticks besides the program: saving retained data, serving the image and
 //! the socket, showing progress.
 
+use std::time::{Duration, Instant};
+
 use plcc_abi::Engine;
 
+use super::pace::Clock;
 use crate::journal::ScanJournal;
 use plcc_runtime::{Executive, Stop};
 
@@ -45,6 +48,16 @@ pub struct AfterTick<'a> {
     pub engine: &'a mut dyn Engine,
     /// Why the control stopped the program in this tick, if it did: this was the last tick then.
     pub stop: Option<&'a Stop>,
+    /// Where ticks are paced: the clock, and when the next tick is due.
+    pub next_tick: Option<(&'a dyn Clock, Instant)>,
     /// Where the hook tells what it did.
     pub journal: &'a mut ScanJournal,
+}
+
+impl AfterTick<'_> {
+    /// How much time is left until the next tick is due; none where nothing paces the ticks. It reads the clock.
+    pub fn idle_time(&self) -> Duration {
+        self.next_tick
+            .map_or(Duration::ZERO, |(clock, due)| due.saturating_duration_since(clock.now()))
+    }
 }

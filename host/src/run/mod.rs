@@ -255,12 +255,14 @@ impl Run<'_> {
             }
             self.write(tick, time_ns, &mut events_of_tick, &mut trace)?;
             time_ns = time_ns.saturating_add(tick_ns);
+            let next_tick = pacer.as_ref().and_then(|(pacer, clock)| Some((*clock, pacer.due()?)));
             for hook in &mut self.hooks {
                 hook.after_tick(&mut AfterTick {
                     ticks: end.ticks,
                     executive: self.executive,
                     engine: self.engine,
                     stop: end.stop.as_ref(),
+                    next_tick,
                     journal: &mut self.journal,
                 });
             }

@@ -176,6 +176,11 @@ impl Pacer {
         self.punctuality = punctuality;
     }
 
+    /// When the next tick is due; `None` before the first one.
+    pub fn due(&self) -> Option<Instant> {
+        self.due
+    }
+
     /// How late ticks have begun so far.
     pub fn punctuality(&self) -> Punctuality {
         self.punctuality

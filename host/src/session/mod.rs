@@ -45,7 +45,7 @@ pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
 use output::{check_paths, check_retained, check_writable};
 use outside::{Outside, StatusSources};
 use predecessor::Predecessor;
-use record::Record;
+use record::{IdleCheckpoints, Record};
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
@@ -206,6 +206,11 @@ impl Job<'_> {
         }
         if let Some(outside) = &mut outside {
             hooks.push(&mut outside.hook);
+        }
+        // The last, since it takes what is left of the time until the next tick.
+        let mut idle_checkpoints = IdleCheckpoints;
+        if args.realtime {
+            hooks.push(&mut idle_checkpoints);
         }
         let mut engine = PanicBarrier::new(engine);
         let mut timed = TimedEngine::new(&mut engine, &timing);

@@ -11,7 +11,7 @@ use super::predecessor::Predecessor;
 use super::replay::RunSettings;
 use crate::args::RunArgs;
 use crate::journal::{EntryKind, Journal};
-use crate::run::End;
+use crate::run::{AfterTick, End, Hook};
 use plcc_files::why_not_written;
 use plcc_record::ReplaceableExecutive;
 use plcc_record::{
@@ -103,6 +103,26 @@ impl Record {
             SessionError(format!("the record can't be written: {}", why_not_written(&error)))
         })
     }
+}
+
+/// Has the record take its checkpoints in the idle time between two ticks.
+#[derive(Debug)]
+pub(super) struct IdleCheckpoints;
+
+impl Hook for IdleCheckpoints {
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        if recorded(now).is_some_and(|executive| executive.waits_for_idle_time()) {
+            let idle = now.idle_time();
+            if let Some(executive) = recorded(now) {
+                executive.checkpoint_in_idle_time(idle);
+            }
+        }
+    }
+}
+
+/// The executive whose run is recorded.
+fn recorded<'a>(now: &'a mut AfterTick<'_>) -> Option<&'a mut ReplaceableExecutive> {
+    now.executive.as_any_mut()?.downcast_mut()
 }
 
 /// Has a journal told of what happens to a record.
