@@ -1,25 +1,12 @@
 //! How late the ticks of a program begin when a clock paces them.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
-use clap::Parser;
-use plcc::compile;
-use plcc::disk::Disk;
 use plcc_abi::Dialect;
-use plcc_codegen::OptLevel;
-use plcc_diag::SourceMap;
-use plcc_frontend::common::Options;
-use plcc_host::args::RunArgs;
 use plcc_host::run::Clock;
-use plcc_host::session;
 
-#[derive(Parser)]
-struct Args {
-    #[command(flatten)]
-    run: RunArgs,
-}
+use crate::paced;
 
 /// Runs the lathe as native code for so many seconds, 1 ms a tick, with the priority and the locked memory
 /// that `plcrt --realtime` asks for. `options` are further ones of `plcc run`.
@@ -27,19 +14,11 @@ struct Args {
 /// # Panics
 /// When the options are wrong or the run does not come to its end.
 pub fn of_the_lathe(seconds: usize, options: &[&str]) -> Lateness {
-    let mut sources = SourceMap::new();
-    let file = sources.add("lathe.pmi", include_bytes!("../../examples/pmi/lathe.pmi"));
-    let compile_options = Options::default();
-    let (checked, _) = compile::check(&mut sources, &[file], Dialect::Pmi, &Disk, &compile_options);
-    let lowered = checked.unwrap().optimized(OptLevel::Speed).unwrap();
-    let (mut engine, _) = compile::jit(&lowered).unwrap();
     let time = format!("{seconds}s");
-    let words = ["run", "--realtime", "--period", "1", "--for", &time];
-    let args = Args::try_parse_from(words.iter().chain(options));
-    let args = args.unwrap_or_else(|error| panic!("{error}"));
+    let words = ["--period", "1", "--for", &time];
+    let options: Vec<&str> = words.iter().chain(options).copied().collect();
     let clock = MeasuringClock(RefCell::new(Vec::with_capacity(seconds * 1000 + 1000)));
-    let status = session::run_with_clock(&lowered.program, &mut engine, &args.run, None, &clock);
-    assert_eq!(status, 0, "the run did not come to its end");
+    paced::run(Dialect::Pmi, "lathe.pmi", &options, false, &clock);
     let mut nanoseconds = clock.0.into_inner();
     nanoseconds.sort_unstable();
     Lateness { nanoseconds }

@@ -17,4 +17,5 @@ pub mod compiled;
 pub mod hostile_inputs;
 pub mod kernels;
 pub mod lateness;
+pub mod paced;
 pub mod pmac;
