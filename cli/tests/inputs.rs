@@ -7,7 +7,6 @@ mod support;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 use support::{COUNTER, Folder};
 
@@ -16,7 +15,6 @@ use support::{COUNTER, Folder};
 fn devices_and_pipes_are_refused_as_inputs() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", ":001\nJ1\n:000\nJ0\n")]);
     assert!(Command::new("mkfifo").arg(folder.path().join("fifo")).status().unwrap().success());
-    let start = Instant::now();
     for special in ["fifo", "/dev/zero", "/dev/null"] {
         for line in [
             format!("check {special} --dialect pmi"),
@@ -38,8 +36,7 @@ fn devices_and_pipes_are_refused_as_inputs() {
     folder.plcc("run a.pmi --ticks 1 --watch N --trace fifo").exits(2).says(&["nobody reads"]);
     folder.plcc("run a.pmi --ticks 1 --events fifo").exits(2).says(&["nobody reads"]);
     folder.plcc("run a.pmi --ticks 1 --log fifo").exits(2).says(&["nobody reads"]);
-    // Nothing has waited for somebody at the other side. This is no measurement: it would be for ever.
-    assert!(start.elapsed() < Duration::from_secs(300));
+    // Had anything waited for somebody at the other side, this test would not end.
 }
 
 #[test]

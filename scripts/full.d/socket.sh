@@ -9,7 +9,7 @@ units() { seq 1 5; }
 unit() {
   local start=$SECONDS result=measured
   PLCC_SECONDS=${FULL_SOCKET_SECONDS:-60} \
-    cargo test --release --locked -p plcc-tests --test socket no_client_delays_a_tick -- --nocapture \
+    cargo test --release --locked -p plcc-tests --test socket ticks_go_on_whatever_clients_do -- --nocapture \
     2>&1 | tee "$state/$1.txt" >&2 || result="**fails, see logs/$1**"
   tests_ran "$1" || return 1
   printf '%s\t%s\t%s\n' "$1" "$result" $((SECONDS - start))

@@ -965,7 +965,7 @@ fn replayed_programs(record: &Path) -> usize {
     generations.len()
 }
 
-/// What clients do in [`no_client_delays_a_tick`].
+/// What clients do in [`ticks_go_on_whatever_clients_do`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Clients {
     /// There are none.
@@ -1020,10 +1020,10 @@ fn act(clients: Clients, socket: &Path, end: Instant) -> u64 {
     count
 }
 
-/// Measures when ticks end, with and without clients that misbehave, and prints a table of how much
-/// later than after their period. PLCC_SECONDS says how long each measurement takes.
+/// Ticks go on while clients misbehave. When they end is measured besides, with and without clients, and printed as a table
+/// of how much later than after their period; PLCC_SECONDS says how long each measurement takes.
 #[test]
-fn no_client_delays_a_tick() {
+fn ticks_go_on_whatever_clients_do() {
     let seconds = std::env::var("PLCC_SECONDS").ok().and_then(|text| text.parse().ok());
     let time = Duration::from_secs_f64(seconds.unwrap_or(0.5));
     let shop = Shop::new("delays");
