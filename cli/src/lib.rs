@@ -60,15 +60,17 @@ pub fn main() -> ExitCode {
 
 /// Runs a command and gives its exit status.
 fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
+    let passes = args::PassArgs::default();
     match command {
         args::Command::Check(args) => commands::check::check(&args, report),
-        args::Command::Build(args) => commands::build::build(&args, report),
+        args::Command::Build(args) => commands::build::build(&args, &passes, report),
         args::Command::Hal(args) => commands::hal::hal(&args, report),
         args::Command::Key { command } => commands::key::key(&command),
-        args::Command::Run(args) => commands::run::run(&args, report),
+        args::Command::Run(args) => commands::run::run(&args, &passes, report),
         args::Command::Replay(args) => commands::replay::replay(&args, report),
         args::Command::Convert(args) => commands::convert::convert(&args, report),
-        args::Command::Bench(args) => commands::bench::bench(&args, report),
+        args::Command::Bench(args) => commands::bench::bench(&args, &passes, report),
+        args::Command::Dev { command } => commands::dev::dev(*command, report),
         args::Command::Monitor(args) => commands::monitor::monitor(&args, report),
         args::Command::Debug => commands::debug::debug(),
         args::Command::Explain(args) => commands::explain::explain(&args),

@@ -512,7 +512,7 @@ fn a_record_with_online_changes_is_shown_from_any_tick() {
     let text = format!("{}{}", from.stdout, from.stderr);
     assert_eq!(text.matches("went as they were recorded").count(), 1, "{text}");
     assert!(text.contains(&format!("ticks, {} to ", firsts[2])), "{text}");
-    let to = folder.plcc(&format!("replay r.plcrec --to {}", firsts[1] - 1)).exits(0);
+    let to = folder.plcc(&format!("replay r.plcrec --until {}", firsts[1] - 1)).exits(0);
     let text = format!("{}{}", to.stdout, to.stderr);
     assert_eq!(text.matches("went as they were recorded").count(), 1, "{text}");
 

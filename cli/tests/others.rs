@@ -64,7 +64,7 @@ fn every_documented_option_exists() {
         "--level0-safepoints",
     ];
     let build = ["--emit", "--target", "--opt", "-o"];
-    let bench = ["--stimulus", "--scans", "--json"];
+    let bench = ["--stimulus", "--ticks", "--json"];
     for (command, options) in [
         ("check", vec![&source[..], &["--message-format", "--no-machine"]]),
         ("build", vec![&source, &build, &["--message-format"]]),
@@ -100,7 +100,7 @@ fn wrong_usage_is_status_2() {
         ("run a.pmi --ticks 1 --engine gcc", "gcc"),
         ("run b.plc --ticks 1 --const 41=1", "no number from 1 to 40"),
         ("run b.plc --ticks 1 --control nct1", "nct104"),
-        ("bench a.pmi --scans 0", "0 is not in"),
+        ("bench a.pmi --ticks 0", "0 is not in"),
         ("xref", "FILE"),
         ("xref a.pmi b.plc", "--dialect"),
         ("explain", "CODE"),
@@ -244,7 +244,7 @@ fn bench_prints_the_documented_json() {
         ("b.plc", "nct", ":001"),
         ("c.pmc", "pmac", "PLC1"),
     ] {
-        let done = folder.plcc(&format!("bench {line} --scans 200 --json")).exits(0);
+        let done = folder.plcc(&format!("bench {line} --ticks 200 --json")).exits(0);
         let start = format!(
             "{{\"file\":\"{}\",\"dialect\":\"{dialect}\",\"scans\":200,\"entries\":{{",
             line.split(' ').next().unwrap()
@@ -269,9 +269,22 @@ fn bench_prints_the_documented_json() {
 }
 
 #[test]
+fn developers_choose_passes() {
+    let folder = Folder::with(&[("c.pmc", PLC1)]);
+    let done = folder.plcc("dev build c.pmc --time-passes --passes=-gates").exits(0);
+    done.says(&["fold", " ms"]);
+    folder.plcc("dev run c.pmc --ticks 1 --passes=-gates,-narrow").exits(0);
+    folder.plcc("dev bench c.pmc --ticks 10 --passes=-gates --message-format json").exits(0);
+    folder.plcc("dev build c.pmc --passes=-nothing").exits(2).says(&["nothing"]);
+    // They are no options of users' commands.
+    folder.plcc("build c.pmc --passes=-gates").exits(2);
+    assert!(!folder.plcc("help build").exits(0).stdout.contains("passes"));
+}
+
+#[test]
 fn bench_has_the_exit_status_of_a_run() {
     let folder = Folder::with(&[("a.pmi", STOPS), ("b.pmi", BROKEN), ("s.csv", "nothing")]);
-    folder.plcc("bench a.pmi --scans 100 --json").exits(3).says(&["NO PMI DATA"]);
+    folder.plcc("bench a.pmi --ticks 100 --json").exits(3).says(&["NO PMI DATA"]);
     folder.plcc("bench b.pmi").exits(1).says(&["[PMI-31]"]);
     folder.plcc("bench none.pmi").exits(2);
     folder.plcc("bench a.pmi --stimulus s.csv").exits(2).says(&["s.csv"]);

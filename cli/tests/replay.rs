@@ -42,7 +42,7 @@ fn a_replay_writes_what_the_run_has_written() {
         folder.plcc(&format!("replay r.plcrec {file} {outputs}")).exits(0);
         assert_eq!(read(), expected, "{file} from the disk");
         let part =
-            folder.plcc(&format!("replay r.plcrec --from 2 --to 3 --watch {names}")).exits(0);
+            folder.plcc(&format!("replay r.plcrec --from 2 --until 3 --watch {names}")).exits(0);
         assert!(
             part.stdout.lines().skip(1).all(|row| row.starts_with(['2', '3'])),
             "{}",
@@ -281,7 +281,10 @@ fn a_record_without_a_whole_checkpoint_or_tick_is_no_success() {
         folder.plcc(command).exits(2).says(&["the record has no whole tick"]);
     }
     folder.write("r.plcrec", &bytes);
-    folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is after --to 2"]);
+    folder
+        .plcc("replay r.plcrec --from 3 --until 2")
+        .exits(2)
+        .says(&["--from 3 is after --until 2"]);
     let convert = folder.plcc("convert r.plcrec --to csv --from 3 --until 2");
     convert.exits(2).says(&["--from 3 is after --until 2"]);
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{FormatArg, SourceArgs};
+use super::SourceArgs;
 use crate::hal::pins::Wanted;
 
 #[derive(Args)]
@@ -34,10 +34,6 @@ pub(crate) struct HalArgs {
     /// Makes a pin of a variable that has none by itself, or changes its direction (repeatable)
     #[arg(long, value_name = "VARIABLE[=in|out|io]", value_parser = crate::commands::hal::wanted_pin)]
     pub(crate) pin: Vec<Wanted>,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,

@@ -131,7 +131,7 @@ recorded on a controller run in the other engines; they must be those that it wa
 Examples:
   plcc run lathe.pmi --ticks 5000 --stimulus lathe.csv --record lathe.plcrec
   plcc replay lathe.plcrec
-  plcc replay lathe.plcrec --engine interp --from 1200 --to 1300 --watch MCHON,SPDL
+  plcc replay lathe.plcrec --engine interp --from 1200 --until 1300 --watch MCHON,SPDL
   plcc replay lathe.plcrec lathe.pmi --events -
 
 Exit status: 0 every tick went as recorded; 1 one did not, or the source has errors; 2 wrong usage, or a \
@@ -151,7 +151,7 @@ Examples:
     #[command(after_help = "\
 Examples:
   plcc bench lathe.pmi --stimulus lathe.csv
-  plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
+  plcc bench sample.plc --ticks 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
     /// Shows what a running or recorded program does: statements with their values, variables, inputs
@@ -212,6 +212,16 @@ Example:
   plcc io lathe.pmi >> controller.toml")]
     Io(IoArgs),
 
+    /// For those who work on plcc itself: commands with the options of the optimiser
+    #[command(after_help = "\
+Examples:
+  plcc dev build mill.pmc --time-passes -o /dev/null
+  plcc dev bench mill.pmc --passes=-gates,-narrow")]
+    Dev {
+        #[command(subcommand)]
+        command: Box<DevCommand>,
+    },
+
     /// Prints completions for a shell
     #[command(
         after_help = "Example:\n  plcc completions bash > ~/.local/share/bash-completion/completions/plcc"
@@ -230,6 +240,41 @@ Examples:
         /// The folder that gets a page for each command, plcc.1, plcc-run.1…
         #[arg(long, value_name = "DIR")]
         dir: Option<PathBuf>,
+    },
+}
+
+/// The commands of `plcc dev`.
+#[derive(Subcommand)]
+pub(crate) enum DevCommand {
+    /// `plcc build` with a choice of passes, and their times
+    Build {
+        /// Prints how long each pass of the optimiser took, on standard error
+        #[arg(long)]
+        time_passes: bool,
+
+        #[command(flatten)]
+        passes: PassArgs,
+
+        #[command(flatten)]
+        args: BuildArgs,
+    },
+
+    /// `plcc run` with a choice of passes
+    Run {
+        #[command(flatten)]
+        passes: PassArgs,
+
+        #[command(flatten)]
+        args: RunCommand,
+    },
+
+    /// `plcc bench` with a choice of passes
+    Bench {
+        #[command(flatten)]
+        passes: PassArgs,
+
+        #[command(flatten)]
+        args: BenchArgs,
     },
 }
 
@@ -265,6 +310,10 @@ pub(crate) struct SourceArgs {
     /// A further folder in which included files are looked for (repeatable)
     #[arg(short = 'I', value_name = "DIR")]
     pub(crate) include: Vec<PathBuf>,
+
+    /// How diagnostics are written: for people, or as JSON for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
 
     /// Does not show a lint's findings (repeatable); `plcc explain --search lint` lists the lints
     #[arg(short = 'A', value_name = "LINT", value_parser = lint)]
@@ -309,10 +358,6 @@ pub(crate) struct CheckArgs {
     /// line; `null` and the line of the loop where a loop has no bound
     #[arg(long, conflicts_with = "explain_arithmetic")]
     pub(crate) bound: bool,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,
@@ -374,18 +419,7 @@ pub(crate) struct BuildArgs {
     pub(crate) opt: OptArg,
 
     #[command(flatten)]
-    pub(crate) passes: PassArgs,
-
-    /// Prints how long each pass of the optimiser took, on standard error
-    #[arg(long)]
-    pub(crate) time_passes: bool,
-
-    #[command(flatten)]
     pub(crate) object: ObjectArgs,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,
@@ -406,16 +440,9 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
 
-    #[command(flatten)]
-    pub(crate) passes: PassArgs,
-
     /// PMAC: leaves out PLCs whose IFs or WHILEs do not match, and runs the others
     #[arg(long)]
     pub(crate) keep_going: bool,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
 
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -436,19 +463,16 @@ pub(crate) struct BenchArgs {
     pub(crate) stimulus: Option<PathBuf>,
 
     /// How many ticks to run in each engine [default: 100000, or as many as fit into ten seconds]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    pub(crate) scans: Option<u64>,
+    #[arg(long, visible_alias = "scans", value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) ticks: Option<u64>,
 
-    /// Prints the times as one JSON object
+    /// Prints the times as one JSON object, as --message-format json does
     #[arg(long)]
     pub(crate) json: bool,
 
     /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
-
-    #[command(flatten)]
-    pub(crate) passes: PassArgs,
 
     #[command(flatten)]
     pub(crate) control: ControlArgs,

@@ -6,7 +6,7 @@ use clap::Args;
 use plcc_abi::Dialect;
 
 use super::values::dialect;
-use super::{ControllerArg, FormatArg, SourceArgs};
+use super::{ControllerArg, SourceArgs};
 
 #[derive(Args)]
 pub(crate) struct ExplainArgs {
@@ -37,10 +37,6 @@ pub(crate) struct XrefArgs {
     /// The source, - is standard input; several files are one PMAC download, in their order
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,

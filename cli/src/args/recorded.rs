@@ -29,8 +29,8 @@ pub(crate) struct ReplayArgs {
     pub(crate) from: Option<u64>,
 
     /// The last tick
-    #[arg(long, value_name = "TICK")]
-    pub(crate) to: Option<u64>,
+    #[arg(long, alias = "to", value_name = "TICK")]
+    pub(crate) until: Option<u64>,
 
     /// Variables for the trace and the dump, as `plcc run` takes them
     #[arg(long, value_name = "NAME,NAME…")]

@@ -13,7 +13,7 @@ use plcc_runtime::{Event, Executive};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::args::BenchArgs;
+use crate::args::{BenchArgs, FormatArg, PassArgs};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{Input, SourceSettings};
@@ -61,19 +61,29 @@ struct Results {
     code_bytes: [(&'static str, usize); 2],
 }
 
-pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
+pub(crate) fn bench(args: &BenchArgs, passes: &PassArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
-        let count = report.show(&program.sources, &program.diagnostics, Destination::default())?;
+        let count = report.show(
+            &program.sources,
+            &program.diagnostics,
+            Destination::from(args.source.message_format),
+        )?;
         report.message(&format!("{count}: the program is not timed"));
         return Ok(ERRORS);
     };
-    let opt = args.passes.at(args.opt);
+    let opt = passes.at(args.opt);
     let (lowered, (aot, aot_bytes)) = match checked.compiled(opt, compile::aot) {
         Ok(made) => made,
-        Err(error) => return report.not_compiled(error, &program.sources, Destination::default()),
+        Err(error) => {
+            return report.not_compiled(
+                error,
+                &program.sources,
+                Destination::from(args.source.message_format),
+            );
+        }
     };
     let jit_in_parts = |checked: &Checked| jit_in_parts(|| checked.lower(), opt);
     let jit_ms = compile_ms(args, &settings.options, |checked| jit_in_parts(checked).map(drop))?;
@@ -86,7 +96,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     for (name, engine) in engines {
         runs.push(run(name, engine, &lowered.program, args, &settings)?);
     }
-    let scans = match take_turns(&mut runs, args.scans) {
+    let scans = match take_turns(&mut runs, args.ticks) {
         Ok(scans) => scans,
         Err(stop) => {
             let (tick, code) = (stop.tick, stop.code);
@@ -108,7 +118,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         code_bytes: [("jit", jit_bytes), ("aot", aot_bytes)],
     };
     let file = args.files.first().map_or_else(String::new, |file| file.to_string_lossy().into());
-    let text = if args.json {
+    let text = if args.json || args.source.message_format == FormatArg::Json {
         format!("{}\n", results.json(&file, program.dialect.name(), scans))
     } else {
         results.table(&file, scans)

@@ -16,7 +16,7 @@ pub(crate) fn bound(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.paths, report)?;
     let program = Input::read(&args.paths, &args.source)?.check(&settings.options);
     // The bounds take standard output, so that diagnostics go to standard error.
-    let to = Destination { format: args.message_format, stdout_taken: true };
+    let to = Destination { format: args.source.message_format, stdout_taken: true };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
         return Ok(ERRORS);

@@ -9,7 +9,7 @@ use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{Target, emit};
 use plcc_frontend::language;
 
-use crate::args::{BuildArgs, Emit};
+use crate::args::{BuildArgs, Emit, PassArgs};
 use crate::compile::{self, CompileError, Optimized};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input, machine_text};
@@ -19,9 +19,10 @@ use crate::recorded::recorded_sources;
 use crate::report::{Destination, Report};
 use crate::signing;
 
-pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
+/// Compiles a program and writes what was asked for. `passes` are those of `plcc dev build`.
+pub(crate) fn build(args: &BuildArgs, passes: &PassArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let how = args.passes.at(args.opt);
+    let how = passes.at(args.opt);
     let target = match &args.target {
         Some(triple) => Target::baseline(triple),
         None => Target::host_baseline(),
@@ -51,7 +52,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         return Err(Failure::usage("--sign is for artifacts"));
     }
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
-    let to = Destination { format: args.message_format, stdout_taken };
+    let to = Destination { format: args.source.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let other_language = program.other_language();
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
@@ -67,13 +68,6 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         }
         _ => vec![],
     };
-    if args.time_passes {
-        let times = checked.optimized_timed(how).map_or(vec![], |(_, times)| times);
-        for (pass, time) in times {
-            let ms = time.as_secs_f64() * 1e3;
-            report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
-        }
-    }
     let debug = !args.object.no_debug;
     let made = checked
         .compiled(how, |optimized| make(optimized, &target, args.emit, &object, debug, &sources));
@@ -94,6 +88,23 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     read.extend(args.sign.clone());
     output::write(&path, &bytes, &program.sources, &read)?;
     Ok(DONE)
+}
+
+/// Prints how long each pass of the optimiser takes.
+pub(crate) fn time_passes(
+    args: &BuildArgs,
+    passes: &PassArgs,
+    report: &Report,
+) -> Result<(), Failure> {
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let times =
+        program.checked.and_then(|checked| checked.optimized_timed(passes.at(args.opt)).ok());
+    for (pass, time) in times.map_or(vec![], |(_, times)| times) {
+        let ms = time.as_secs_f64() * 1e3;
+        report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
+    }
+    Ok(())
 }
 
 /// How an object or the debug part of an artifact is made: `--prefix` and `--debug-prefix-map`.

@@ -66,8 +66,8 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     }
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
-    let count = report.show_all(&findings, Destination::from(args.message_format))?;
-    if args.message_format == FormatArg::Human {
+    let count = report.show_all(&findings, Destination::from(args.source.message_format))?;
+    if args.source.message_format == FormatArg::Human {
         results
             .programs
             .iter()
@@ -80,7 +80,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     if args.explain_arithmetic {
         explain_arithmetic(&results, args, report)?;
     }
-    if args.message_format == FormatArg::Human && results.files > 0 {
+    if args.source.message_format == FormatArg::Human && results.files > 0 {
         summary(&results, count, report);
     }
     Ok(match (results.failures.is_empty(), count.errors) {
@@ -111,7 +111,7 @@ fn explain_arithmetic(results: &Results, args: &CheckArgs, report: &Report) -> R
         report.warn("--explain-arithmetic prints nothing: there is no PMAC program without errors");
     }
     let text = texts.join("\n");
-    match args.message_format {
+    match args.source.message_format {
         FormatArg::Human => output::print(text.as_bytes()),
         FormatArg::Json => {
             report.message(text.trim_end());

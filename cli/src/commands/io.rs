@@ -9,7 +9,7 @@ use plcc_host::args::ControlArgs;
 use plcc_host::image_file::SymbolTable;
 use plcc_host::session;
 
-use crate::args::{FormatArg, IoArgs};
+use crate::args::IoArgs;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
@@ -18,7 +18,7 @@ use crate::report::{Destination, Report};
 pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
-    let to = Destination { format: FormatArg::Human, stdout_taken: true };
+    let to = Destination { format: args.source.message_format, stdout_taken: true };
     let errors = program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).count();
     let Some(checked) = program.checked.as_ref().filter(|_| errors == 0) else {
         let count = report.show(&program.sources, &program.diagnostics, to)?;

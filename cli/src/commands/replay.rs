@@ -27,10 +27,10 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
     let outputs = [&args.trace, &args.events, &args.dump];
     check_outputs(path, &args.files, outputs.into_iter().flatten().map(PathBuf::as_path))?;
-    if let (Some(from), Some(to)) = (args.from, args.to)
+    if let (Some(from), Some(to)) = (args.from, args.until)
         && from > to
     {
-        return Err(Failure::usage(format!("--from {from} is after --to {to}")));
+        return Err(Failure::usage(format!("--from {from} is after --until {to}")));
     }
     let run = chosen_run(&recording, args.run, path, report)?;
     tell_damage(&recording, run, report);
@@ -56,13 +56,13 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
     Ok(status)
 }
 
-/// The generations that have ticks between `--from` and `--to`; if none has, the nearest one.
+/// The generations that have ticks between `--from` and `--until`; if none has, the nearest one.
 fn asked_for(args: &ReplayArgs, run: &RecordedRun, mut generations: Vec<u16>) -> Vec<u16> {
     let first = |generation: &u16| {
         let span = run.spans.iter().find(|span| span.generation == *generation);
         span.map_or(0, |span| span.first)
     };
-    let (from, to) = (args.from.unwrap_or(0), args.to.unwrap_or(u64::MAX));
+    let (from, to) = (args.from.unwrap_or(0), args.until.unwrap_or(u64::MAX));
     let begins = generations.iter().rposition(|generation| first(generation) <= from);
     generations.drain(..begins.unwrap_or(0));
     let wanted = generations.iter().filter(|generation| first(generation) <= to).count();
@@ -152,7 +152,7 @@ impl Replay<'_> {
         let mut events: Vec<Event> = vec![];
         let (mut checked, mut complete) = (0_u64, true);
         while let Some(next) = replayer.next().map(|next| next.tick).or(Some(end.ticks)) {
-            if args.to.is_some_and(|to| next > to) {
+            if args.until.is_some_and(|to| next > to) {
                 complete = false;
                 break;
             }

@@ -13,7 +13,7 @@ use plcc_load::Artifact;
 use plcc_record::RecordedProgram;
 use plcc_runtime::NativeEngine;
 
-use crate::args::{EngineArg, FormatArg, RunCommand};
+use crate::args::{EngineArg, FormatArg, PassArgs, RunCommand};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
@@ -22,9 +22,9 @@ use crate::output;
 use crate::recorded::recorded_sources;
 use crate::report::{Count, Destination, Report, count_of};
 
-pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
+pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Result<u8, Failure> {
     if let Some(path) = artifact_among(&args.files)? {
-        return run_artifact(path, args, report);
+        return run_artifact(path, args, passes, report);
     }
     if args.run.key.is_some() {
         return Err(Failure::usage("--key is for artifacts; a source has no signature"));
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     })?;
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
-    let to = Destination { format: args.message_format, stdout_taken };
+    let to = Destination { format: args.source.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
     let other_language = program.other_language();
     let Some(checked) = program.checked.filter(|_| errors == 0 || args.keep_going) else {
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
         report.message(&format!("{count}: the program is not run"));
         return Ok(ERRORS);
     };
-    let shown: Vec<_> = match args.message_format {
+    let shown: Vec<_> = match args.source.message_format {
         FormatArg::Json => program.diagnostics,
         FormatArg::Human => {
             let (errors, rest): (Vec<_>, Vec<_>) =
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
         }
     };
     report.show(&program.sources, &shown, to)?;
-    let (tables, mut engine) = match engine(&checked, args) {
+    let (tables, mut engine) = match engine(&checked, args, passes) {
         Ok(engine) => engine,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
@@ -86,8 +86,9 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
 fn engine(
     checked: &Checked,
     args: &RunCommand,
+    passes: &PassArgs,
 ) -> Result<(Program, Box<dyn Engine>), CompileError> {
-    let opt = args.passes.at(args.opt.unwrap_or_default());
+    let opt = passes.at(args.opt.unwrap_or_default());
     Ok(match args.engine.unwrap_or_default() {
         EngineArg::Interp => {
             let program = checked.lower()?.program;
@@ -154,7 +155,12 @@ fn begins_as_artifact(path: &Path) -> bool {
     path.is_file() && read().is_ok() && Artifact::is_artifact(&start)
 }
 
-fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, Failure> {
+fn run_artifact(
+    path: &Path,
+    args: &RunCommand,
+    passes: &PassArgs,
+    report: &Report,
+) -> Result<u8, Failure> {
     let source = &args.source;
     let machine = source.machine.as_deref().map(input::machine).transpose()?;
     let variables = machine.as_ref().is_some_and(|machine| !machine.variables.is_empty());
@@ -171,7 +177,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let without_effect = [
         ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
         ("--opt", args.opt.is_some()),
-        ("--passes", args.passes.passes.is_some()),
+        ("--passes", passes.passes.is_some()),
         ("--keep-going", args.keep_going),
         ("-I", !source.include.is_empty()),
     ];

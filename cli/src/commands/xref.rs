@@ -12,14 +12,14 @@ pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     // The table has standard output; as JSON everything is a line of it.
-    let to = Destination::from(args.message_format);
+    let to = Destination::from(args.source.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
         report.message(&format!("{count}: nothing is listed"));
         return Ok(ERRORS);
     };
     let xref = checked.cross_reference();
-    match args.message_format {
+    match args.source.message_format {
         FormatArg::Human => output::print(xref.to_string().as_bytes())?,
         FormatArg::Json => {
             for row in &xref.rows {
