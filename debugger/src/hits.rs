@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use plcc_frontend::common::{Accessed, Expression, Observer, Value};
 
 use crate::breakpoints::{ActiveData, ActiveLine, Breakpoints, LogPart, show_value, shown};
-use crate::names::Target;
 use crate::observers::TickObserver;
 
 /// What was found at a statement.
@@ -66,7 +65,7 @@ pub(crate) struct HitFinder<'a> {
     placed: &'a [bool],
     lines: HashMap<u32, Vec<&'a ActiveLine>>,
     watched: Vec<Watched<'a>>,
-    target: Option<&'a Target>,
+    target: Option<Accessed>,
     /// The last value of `target`, if only writes that change it are looked for.
     last_value: Option<f64>,
     /// The steps that have sent a text, in order.
@@ -107,7 +106,7 @@ impl<'a> HitFinder<'a> {
     /// Looks for the statements that write the variable `target`, and for those that change the value of an
     /// expression. Either may be missing.
     pub(crate) fn of_writes(
-        target: Option<&'a Target>,
+        target: Option<Accessed>,
         value: Option<&'a Expression>,
         placed: &'a [bool],
         image: &[u8],
@@ -210,7 +209,7 @@ impl Observer for HitFinder<'_> {
     fn read(&mut self, _: Accessed, _: Value) {}
 
     fn write(&mut self, variable: Accessed, value: Value) {
-        if self.in_step && self.target.is_some_and(|target| target.concerns(variable)) {
+        if self.in_step && self.target.is_some_and(|target| target.meets(variable)) {
             if let Some(last) = &mut self.last_value {
                 if *last == value.number() {
                     return;

@@ -33,7 +33,6 @@ mod debugger;
 pub mod history;
 mod hits;
 mod interruption;
-mod names;
 pub mod observers;
 pub mod program;
 pub mod recorded;

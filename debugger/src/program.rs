@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use plcc_abi::{Program, Tables};
+use plcc_abi::Program;
 use plcc_diag::{FileId, SourceMap};
-use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{Accessed, Expression};
+use plcc_frontend::{CheckedProgram, Language, language};
 
 use crate::DebugError;
-use crate::names::{PmiPlaces, Target};
 
 /// The longest source on the disk that is compared with the program's text, in bytes.
 const MAX_SOURCE: u64 = 64 << 20;
@@ -38,7 +37,6 @@ pub struct DebuggedProgram {
     statements: Vec<Option<StatementPlace>>,
     /// The numbers of the statements that begin in a line, in the order of their columns.
     lines: BTreeMap<(FileId, u32), Vec<u32>>,
-    pmi: PmiPlaces,
 }
 
 /// The files of a program, with their full paths.
@@ -87,11 +85,7 @@ impl DebuggedProgram {
         let is_on_disk = |(path, id): (&PathBuf, FileId)| has_text(path, sources.text(id));
         let on_disk = full.iter().zip(ids()).map(is_on_disk).collect();
         let sources = Sources { full, on_disk, map: sources };
-        let pmi = match &tables.tables {
-            Tables::Pmi(tables) => PmiPlaces::new(tables),
-            _ => PmiPlaces::default(),
-        };
-        Self { checked, sources, tables, statements, lines, pmi }
+        Self { checked, sources, tables, statements, lines }
     }
 
     /// The checked program.
@@ -172,23 +166,19 @@ impl DebuggedProgram {
         })
     }
 
-    /// The name of a variable that a statement has accessed, as traces spell it. `None` for internal state without
-    /// a name, such as the last clock of a flip-flop.
-    pub fn name(&self, accessed: Accessed) -> Option<String> {
-        match accessed {
-            Accessed::Pmi(offset) => self.pmi.name(offset),
-            Accessed::Nct(name) => Some(name.to_string()),
-            Accessed::Pmac(name) => Some(name.to_string()),
-        }
+    /// The language that the program is written in.
+    pub fn language(&self) -> &'static dyn Language {
+        language(self.checked.dialect())
     }
 
-    /// The variable that a name means, to compare it with what statements access; `None` if there is none.
-    pub fn target(&self, name: &str) -> Option<Target> {
-        match &self.tables.tables {
-            Tables::Pmi(_) => self.pmi.target(name),
-            Tables::Nct(_) => name.trim().parse().ok().map(Target::Nct),
-            Tables::Pmac(tables) => Target::pmac(name, tables.controller),
-        }
+    /// The name of a variable that a statement has accessed: [`Presentation::name`](plcc_frontend::Presentation::name).
+    pub fn name(&self, accessed: Accessed) -> Option<String> {
+        self.checked.name(accessed)
+    }
+
+    /// What a name means, to compare it with what statements access; `None` if there is no such variable.
+    pub fn accessed(&self, name: &str) -> Option<Accessed> {
+        self.checked.accessed(name)
     }
 }
 

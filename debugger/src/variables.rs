@@ -1,10 +1,8 @@
 //! The variables of a program by class, as the manuals group them, and their values as people read
 //! them.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use plcc_abi::pmi::{PmiTables, Role, Symbol};
-use plcc_abi::{Tables, nct::NctName};
 use plcc_frontend::common::Value as ExpressionValue;
 use plcc_runtime::{Executive, Purpose, Value};
 
@@ -38,147 +36,19 @@ pub struct Shown {
 /// The variables that a program declares or names, by class.
 pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Vec<Class> {
     let mut names: Vec<String> = view.declared().into_iter().map(|(name, _)| name).collect();
-    if let Tables::Nct(_) = program.tables().tables {
-        names.extend((0..3).map(|module| format!("OP{module}")));
-    }
+    names.extend(program.checked().further_names());
     let mut classes: Vec<Class> = vec![];
-    let titles = Titles::new(&program.tables().tables);
+    let titles = program.language().titles(&program.tables().tables);
     for name in names {
-        let title = titles.of(&name);
+        let title = titles(&name);
         match classes.iter_mut().find(|class| class.title == title) {
             Some(class) => class.names.push(name),
             None => classes.push(Class { title: title.into(), names: vec![name] }),
         }
     }
-    classes.sort_by_key(|class| ORDER.iter().position(|title| *title == class.title));
+    let order = program.language().classes();
+    classes.sort_by_key(|class| order.iter().position(|title| *title == class.title));
     classes
-}
-
-/// The titles of the classes that a program's variables belong to, as the manuals group them.
-#[derive(Debug)]
-pub enum Titles<'t> {
-    /// PMI's.
-    Pmi(PmiTitles<'t>),
-    /// NCT's.
-    Nct,
-    /// PMAC's.
-    Pmac,
-}
-
-/// The tables of a PMI program, arranged so that the class of a variable is found at once.
-#[derive(Debug)]
-pub struct PmiTitles<'t> {
-    symbols: HashMap<&'t str, &'t Symbol>,
-    /// What a variable is by its offset, where another one makes it more than a variable.
-    by_offset: HashMap<u32, &'static str>,
-}
-
-impl<'t> Titles<'t> {
-    /// Those of a program with these tables.
-    pub fn new(tables: &'t Tables) -> Self {
-        match tables {
-            Tables::Pmi(tables) => Self::Pmi(PmiTitles::new(tables)),
-            Tables::Nct(_) => Self::Nct,
-            Tables::Pmac(_) => Self::Pmac,
-        }
-    }
-
-    /// The title of a variable's class.
-    pub fn of(&self, name: &str) -> &'static str {
-        match self {
-            Self::Pmi(titles) => titles.of(name),
-            Self::Nct => nct_class(name),
-            Self::Pmac => pmac_class(name),
-        }
-    }
-}
-
-/// The classes in the order in which they are shown.
-const ORDER: &[&str] = &[
-    "Inputs",
-    "Outputs",
-    "Timers",
-    "Flip-flops",
-    "Faults and messages",
-    "Logical variables",
-    "Integer variables",
-    "Executive variables",
-    "Constants",
-    "Inputs I",
-    "Outputs Y",
-    "Flags F",
-    "Registers RH",
-    "Counters Q",
-    "20 ms timers T",
-    "Second timers H",
-    "Minute timers M",
-    "Constants RP",
-    "Registers OP",
-    "Physical lines P, O",
-    "P-variables",
-    "Q-variables",
-    "M-variables",
-    "L-variables",
-    "I-variables",
-    "Memory",
-];
-
-impl<'t> PmiTitles<'t> {
-    fn new(tables: &'t PmiTables) -> Self {
-        let mut by_offset = HashMap::new();
-        let told = tables.faults.iter().chain(&tables.messages);
-        by_offset.extend(told.map(|one| (one.offset, "Faults and messages")));
-        let pins = tables.flipflops.iter().flat_map(|one| [Some(one.q), one.d]).flatten();
-        by_offset.extend(pins.map(|offset| (offset, "Flip-flops")));
-        by_offset.extend(tables.timers.iter().map(|timer| (timer.delayed, "Timers")));
-        let symbols = tables.symbols.iter().rev().map(|symbol| (symbol.name.as_str(), symbol));
-        Self { symbols: symbols.collect(), by_offset }
-    }
-
-    fn of(&self, name: &str) -> &'static str {
-        let Some(symbol) = self.symbols.get(name) else { return "Logical variables" };
-        match symbol.role {
-            Role::Input(_) => "Inputs",
-            Role::Output(_) => "Outputs",
-            Role::Constant => "Constants",
-            Role::TimerControl(_) => "Timers",
-            Role::FlipFlopPin(_) => "Flip-flops",
-            Role::Variable => match self.by_offset.get(&symbol.offset) {
-                Some(title) => title,
-                None if name.starts_with('@') => "Executive variables",
-                None if symbol.ty == plcc_abi::pmi::Type::Logical => "Logical variables",
-                None => "Integer variables",
-            },
-        }
-    }
-}
-
-fn nct_class(name: &str) -> &'static str {
-    match name.parse() {
-        Ok(NctName::I { .. }) => "Inputs I",
-        Ok(NctName::Y { .. }) => "Outputs Y",
-        Ok(NctName::Rh(_)) => "Registers RH",
-        Ok(NctName::Q(_)) => "Counters Q",
-        Ok(NctName::T(_)) => "20 ms timers T",
-        Ok(NctName::H(_)) => "Second timers H",
-        Ok(NctName::M(_)) => "Minute timers M",
-        Ok(NctName::Rp(_)) => "Constants RP",
-        Ok(NctName::Op(_)) => "Registers OP",
-        Ok(NctName::P { .. } | NctName::O { .. }) => "Physical lines P, O",
-        Ok(NctName::F { .. }) | Err(_) => "Flags F",
-    }
-}
-
-fn pmac_class(name: &str) -> &'static str {
-    let name = name.trim_start_matches(|c: char| c == '&' || c.is_ascii_digit());
-    match name.chars().next() {
-        _ if name.contains(':') => "Memory",
-        Some('P') => "P-variables",
-        Some('Q') => "Q-variables",
-        Some('M') => "M-variables",
-        Some('L') => "L-variables",
-        _ => "I-variables",
-    }
 }
 
 impl Debugger<'_> {
@@ -265,15 +135,12 @@ impl Debugger<'_> {
             full_name: None,
             has_parts: false,
         };
-        let (hex, bits) = formats(program, number);
+        let numbers = program.language().numbers();
+        let (hex, bits) = (numbers.hexadecimal(number), numbers.binary(number));
         let mut parts = vec![part("hex", hex), part("bits", bits)];
         // The bits of a word of flags have names of their own.
-        if let Ok(name) = name.parse::<NctName>()
-            && let Tables::Nct(_) = program.tables().tables
-        {
-            let bits: Vec<_> = bit_names(name);
-            parts.extend(self.values(&bits)?);
-        }
+        let bits = program.checked().bit_names(name);
+        parts.extend(self.values(&bits)?);
         Ok(parts)
     }
 
@@ -285,9 +152,9 @@ impl Debugger<'_> {
         let image = self.image()?;
         self.view()?;
         let (program, view) = self.program_and_view();
-        let is_counter = program.tables().dialect() == plcc_abi::Dialect::Pmi && text.contains('#');
+        let is_only_a_name = program.checked().is_only_a_name(text);
         let wrong = match program.expression(text) {
-            Ok(_) if is_counter => DebugError(format!("nothing has the name `{text}`")),
+            Ok(_) if is_only_a_name => DebugError(format!("nothing has the name `{text}`")),
             Ok(expression) => match expression.evaluate(&image) {
                 Ok(value) => return Ok(show_value(value)),
                 Err(error) => DebugError(error.to_string()),
@@ -303,7 +170,8 @@ impl Debugger<'_> {
     /// A shown value in hexadecimal, as its language writes it; `None` if it is no integer.
     pub fn hexadecimal(&self, value: &str) -> Option<String> {
         let number: f64 = value.parse().ok()?;
-        (number.fract() == 0.0).then(|| formats(self.program(), number as i64).0)
+        (number.fract() == 0.0)
+            .then(|| self.program().language().numbers().hexadecimal(number as i64))
     }
 }
 
@@ -325,9 +193,7 @@ fn value_of(
     image: &[u8],
     name: &str,
 ) -> Option<Value> {
-    // `TC#COUNT` is the counter of a timer; in an expression `#` would begin a comment.
-    let is_counter = program.tables().dialect() == plcc_abi::Dialect::Pmi && name.contains('#');
-    if !is_counter
+    if !program.checked().is_only_a_name(name)
         && let Ok(expression) = program.expression(name)
         && let Ok(value) = expression.evaluate(image)
     {
@@ -339,41 +205,4 @@ fn value_of(
     }
     let variable = view.find(name, Purpose::Watch).ok()?;
     Some(view.get(variable))
-}
-
-/// A number as its language writes it in hexadecimal, and its bits in groups of four.
-fn formats(program: &DebuggedProgram, number: i64) -> (String, String) {
-    let wide = number.unsigned_abs() > 0xFFFF || number < -0x8000;
-    let (digits, hex) = match &program.tables().tables {
-        Tables::Pmi(_) if wide => (8, format!("{:08X}h", number as u32)),
-        Tables::Pmi(_) => (4, format!("{:04X}h", number as u16)),
-        Tables::Nct(_) => (4, format!(".{:04X}", number as u16)),
-        Tables::Pmac(_) if !(-0x80_0000..=0xFF_FFFF).contains(&number) => {
-            (12, format!("${:012X}", number & 0xFFFF_FFFF_FFFF))
-        }
-        Tables::Pmac(_) => (6, format!("${:06X}", number & 0xFF_FFFF)),
-    };
-    let group = |at: u32| format!("{:04b}", number >> (4 * at) & 0xF);
-    let bits: Vec<_> = (0..digits).rev().map(group).collect();
-    (hex, bits.join(" "))
-}
-
-/// The names of the 16 bits of a word of flags.
-fn bit_names(word: NctName) -> Vec<String> {
-    let of = |make: &dyn Fn(u16, u8) -> NctName, byte: u16| {
-        (0..16).map(|bit| make(byte + bit / 8, (bit % 8) as u8).to_string()).collect()
-    };
-    let low = |byte: u16| u8::try_from(byte).unwrap_or(u8::MAX);
-    match word {
-        NctName::F { byte, bit: None } => {
-            of(&|byte, bit| NctName::F { byte, bit: Some(bit) }, byte)
-        }
-        NctName::I { byte, bit: None } => {
-            of(&|byte, bit| NctName::I { byte: low(byte), bit: Some(bit) }, byte.into())
-        }
-        NctName::Y { byte, bit: None } => {
-            of(&|byte, bit| NctName::Y { byte: low(byte), bit: Some(bit) }, byte.into())
-        }
-        _ => vec![],
-    }
 }

@@ -9,9 +9,10 @@ use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
+use crate::presentation::Presentation;
 use crate::{nct, pmac, pmi};
 
 /// The languages, in the order of [`Dialect::ALL`]. Whatever is done for every language goes
@@ -25,6 +26,9 @@ const _: () = assert!(LANGUAGES.len() == Dialect::ALL.len(), "LANGUAGES misses a
 pub fn language(dialect: Dialect) -> &'static dyn Language {
     LANGUAGES[dialect as usize]
 }
+
+/// Gives the title of a variable's class, by the variable's name.
+pub type Titles<'t> = Box<dyn Fn(&str) -> &'static str + 't>;
 
 /// A language: how its sources are recognised, checked and explained.
 pub trait Language: Sync {
@@ -85,6 +89,19 @@ pub trait Language: Sync {
     /// names (`@CP100-@CP115`) counts as its first name.
     fn topics(&self) -> Vec<Topic>;
 
+    /// How numbers are written for people.
+    fn numbers(&self) -> NumberFormat;
+
+    /// Whether a scan that was suspended is one with its beginning when it goes on. Where it is not, each part that runs
+    /// without a pause is a scan.
+    fn scans_go_on(&self) -> bool;
+
+    /// The titles of the classes of variables, as the manual groups them, in the order in which they are shown.
+    fn classes(&self) -> &'static [&'static str];
+
+    /// The titles of the classes that the variables of a program with these tables belong to.
+    fn titles<'t>(&self, tables: &'t Tables) -> Titles<'t>;
+
     /// Comments for the head of a program's listings. They say what the program's variables are,
     /// if the names alone do not.
     fn listing_comments(&self, _tables: &Tables) -> Vec<String> {
@@ -102,7 +119,7 @@ pub struct Topic {
 }
 
 /// A program without errors, or one in which the PLCs that have errors are empty.
-pub trait CheckedProgram: fmt::Debug + Send + Sync {
+pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     /// The language that the program is written in.
     fn dialect(&self) -> Dialect;
 

@@ -9,6 +9,7 @@
 //! - [`Language`]: recognises, checks and explains programs; the list of all is [`LANGUAGES`].
 //! - [`CheckedProgram`]: a program without errors; makes its IR, its interpreter, its
 //!   cross-reference.
+//! - [`Presentation`]: what displays, debuggers and editors ask about a program's names and its text.
 //! - [`common::Options`]: what is fixed when a program is compiled.
 //!
 //! A comment such as `PMI 2.3.7` or `NCT 4.10` names the section of the control's manual that says
@@ -41,5 +42,7 @@ pub mod language;
 pub mod nct;
 pub mod pmac;
 pub mod pmi;
+mod presentation;
 
-pub use language::{CheckedProgram, LANGUAGES, Language, Topic, language};
+pub use language::{CheckedProgram, LANGUAGES, Language, Titles, Topic, language};
+pub use presentation::Presentation;

@@ -9,18 +9,15 @@ use plcc_frontend::common::{Accessed, MemoryLoader, Observer, Options, Value};
 use plcc_frontend::{CheckedProgram, language};
 
 /// Notes everything in short lines: `3:` for a statement in line 3, `X=1` for a read, `X:=1` for a
-/// write. A variable of PMI is its offset.
+/// write.
 struct Notes<'a> {
+    program: &'a dyn CheckedProgram,
     lines: Vec<Option<u32>>,
     notes: &'a mut Vec<String>,
 }
 
-fn shown(variable: Accessed) -> String {
-    match variable {
-        Accessed::Pmi(offset) => format!("@{offset}"),
-        Accessed::Nct(name) => name.to_string(),
-        Accessed::Pmac(name) => name.to_string(),
-    }
+fn shown(program: &dyn CheckedProgram, variable: Accessed) -> String {
+    program.name(variable).unwrap_or_else(|| format!("{variable:?}"))
 }
 
 impl Observer for Notes<'_> {
@@ -31,11 +28,11 @@ impl Observer for Notes<'_> {
     }
 
     fn read(&mut self, variable: Accessed, value: Value) {
-        self.notes.push(format!("{}={}", shown(variable), value.number()));
+        self.notes.push(format!("{}={}", shown(self.program, variable), value.number()));
     }
 
     fn write(&mut self, variable: Accessed, value: Value) {
-        self.notes.push(format!("{}:={}", shown(variable), value.number()));
+        self.notes.push(format!("{}:={}", shown(self.program, variable), value.number()));
     }
 }
 
@@ -76,7 +73,7 @@ impl Case {
         let mut host = NoHost;
         let mut scan = Scan::new(&mut self.image, &mut host);
         let mut interpreter = self.program.statement_interpreter();
-        let observer = &mut Notes { lines, notes: &mut notes };
+        let observer = &mut Notes { program: self.program.as_ref(), lines, notes: &mut notes };
         let outcome = interpreter.call_observed(0, from, &mut scan, observer);
         assert_eq!(outcome, expected);
         assert!(self.image == plain, "being observed has changed the image");
@@ -89,23 +86,11 @@ fn pmi_tells_statements_reads_writes_and_what_timers_and_flipflops_do() {
     let text = "$TIMER\nE/TC/DC = 5\n$FLIPFLOP\nQ/D/CK/PR/CL\n$INTEGER\nN,A[4]\n$END\n\
                 D = 1\nCK = D\nIF (Q)\nA[N+1] = N-1\nENDIF\nIF (DC)\nN = 9\nENDIF\nTC = Q\n";
     let mut case = Case::new(Dialect::Pmi, text);
-    let symbols = case.program.lower().unwrap().program.tables.symbols();
-    let offset = |name: &str| symbols.iter().find(|symbol| symbol.name == name).unwrap().offset;
-    let (outcome, notes) = case.scan(None);
+    let (outcome, mut notes) = case.scan(None);
     assert_eq!(outcome, Outcome::End);
-    let names = [("Q", "Q"), ("D", "D"), ("CK", "CK"), ("N", "N"), ("DC", "DC"), ("TC", "TC")];
-    let mut places: Vec<_> =
-        names.iter().map(|(name, _)| (format!("@{}", offset(name)), (*name).to_owned())).collect();
-    places.push((format!("@{}", offset("A") + 2), "A[1]".into()));
-    let named = |note: &String| {
-        let end = note.find([':', '=']).unwrap();
-        let name = places.iter().find(|(place, _)| *place == note[..end]);
-        name.map_or_else(|| note.clone(), |(_, name)| format!("{name}{}", &note[end..]))
-    };
-    let mut notes: Vec<_> = notes.iter().map(named).collect();
-    // The counter of the timer has no name.
+    // The counter of the timer comes last.
     let counter = notes.pop().unwrap();
-    assert!(counter.ends_with(":=0") || counter.ends_with(":=5"), "{counter}");
+    assert!(["TC#COUNT:=0", "TC#COUNT:=5"].contains(&counter.as_str()), "{counter}");
     let expected =
         "8: D:=1 9: D=1 CK:=1 Q:=1 10: Q=1 11: N=0 N=0 A[1]:=-1 13: DC=0 16: Q=1 TC:=1 DC:=0";
     assert_eq!(notes.join(" "), expected);
@@ -124,23 +109,23 @@ fn nct_tells_bits_words_op_and_open_calls() {
     assert!(module_1.is_some() || layout.tasks.len() == 2);
     let (_, notes) = case.scan(None);
     assert_eq!(notes.join(" "), "9:", "the first task is :000");
-    struct OfModule1(Vec<String>);
-    impl Observer for OfModule1 {
+    struct OfModule1<'a>(&'a dyn CheckedProgram, Vec<String>);
+    impl Observer for OfModule1<'_> {
         fn statement(&mut self, statement: u32, _: &[u8]) {
-            self.0.push(format!("#{statement}"));
+            self.1.push(format!("#{statement}"));
         }
         fn read(&mut self, variable: Accessed, value: Value) {
-            self.0.push(format!("{}={}", shown(variable), value.number()));
+            self.1.push(format!("{}={}", shown(self.0, variable), value.number()));
         }
         fn write(&mut self, variable: Accessed, value: Value) {
-            self.0.push(format!("{}:={}", shown(variable), value.number()));
+            self.1.push(format!("{}:={}", shown(self.0, variable), value.number()));
         }
     }
-    let mut notes = OfModule1(vec![]);
+    let mut notes = OfModule1(case.program.as_ref(), vec![]);
     let mut host = NoHost;
     let mut scan = Scan::new(&mut case.image, &mut host);
     case.program.statement_interpreter().call_observed(1, None, &mut scan, &mut notes);
-    let notes: Vec<_> = notes.0.into_iter().filter(|note| !note.starts_with('#')).collect();
+    let notes: Vec<_> = notes.1.into_iter().filter(|note| !note.starts_with('#')).collect();
     assert_eq!(
         notes.join(" "),
         "F020=0 F0040:=0 F0046:=0 F0047:=0 OP1:=2 F020:=2 Y012=0 Y012:=1 Q03=0 Q03:=1"

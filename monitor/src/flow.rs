@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 
-use plcc_abi::Dialect;
 use plcc_debugger::observers::TickObserver;
 use plcc_debugger::trace::{Access, Call};
 use plcc_frontend::common::{Accessed, Observer, Value};
@@ -189,23 +188,23 @@ pub(crate) struct Flow {
 }
 
 impl Flow {
-    /// The last scan of each task, up to a tick. On an NCT a scan that was interrupted goes on in
-    /// the next slices and is one with its beginning; on a PMAC each round of a WHILE is a scan.
-    pub(crate) fn new(traces: &Traces, tick: u64, dialect: Dialect) -> Self {
+    /// The last scan of each task, up to a tick. `scans_go_on` says what a scan is that was suspended: see
+    /// [`Language::scans_go_on`](plcc_frontend::Language::scans_go_on).
+    pub(crate) fn new(traces: &Traces, tick: u64, scans_go_on: bool) -> Self {
         let mut flow = Self::default();
         // The tasks whose last scan has been taken in from its beginning.
         let mut complete: Vec<usize> = vec![];
         for (tick, steps) in traces.back_from(tick) {
             flow.ticks += 1;
             for (number, call) in steps.calls.iter().enumerate().rev() {
-                if !(call.resumed && dialect == Dialect::Nct) {
+                if !(call.resumed && scans_go_on) {
                     *flow.begun.entry(call.task).or_default() += 1;
                 }
                 if complete.contains(&call.task) {
                     continue;
                 }
                 flow.take(tick, steps, number, *call);
-                if !call.resumed || dialect != Dialect::Nct {
+                if !(call.resumed && scans_go_on) {
                     complete.push(call.task);
                 }
             }

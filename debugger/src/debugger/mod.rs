@@ -6,7 +6,7 @@ mod steps;
 mod versions;
 
 use plcc_diag::FileId;
-use plcc_frontend::common::{Accessed, StatementInterpreter};
+use plcc_frontend::common::StatementInterpreter;
 use plcc_runtime::{Executive, Stop};
 
 use crate::DebugError;
@@ -356,11 +356,7 @@ impl<'a> Debugger<'a> {
         view.resume(&before).map_err(|error| DebugError(error.to_string()))?;
         // What lies outside the image (PMAC's sparse memory, NCT's registers OP) is written again.
         for access in writes {
-            let is_outside = match access.variable {
-                Accessed::Pmi(_) => false,
-                Accessed::Nct(name) => matches!(name, plcc_abi::nct::NctName::Op(_)),
-                Accessed::Pmac(name) => matches!(name, plcc_abi::pmac::PmacName::Memory(_)),
-            };
+            let is_outside = program.checked().is_outside_image(access.variable);
             let Some(name) = program.name(access.variable).filter(|_| is_outside) else { continue };
             let Ok(variable) = view.find(&name, plcc_runtime::Purpose::Stimulus) else { continue };
             view.set(variable, plcc_runtime::Setting::Float(access.value.number()));

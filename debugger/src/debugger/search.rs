@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use plcc_frontend::common::Accessed;
 use plcc_runtime::{Event, EventBody, Executive, Purpose, Value};
 
 use super::event_text::shown;
@@ -10,7 +11,6 @@ use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
 use crate::DebugError;
 use crate::history::TickResult;
 use crate::hits::{Found, Hit, HitFinder, What};
-use crate::names::Target;
 use crate::observers::Observed;
 
 /// On the way back so many ticks are searched at once, each of these segments in the order of time.
@@ -255,16 +255,16 @@ impl Debugger<'_> {
             true => number_of(history.executive(), name),
             false => None,
         };
-        let finder = HitFinder::of_writes(target.as_ref(), value.as_ref(), &self.placed, &image);
+        let finder = HitFinder::of_writes(target, value.as_ref(), &self.placed, &image);
         let mut finder = finder.changing(before);
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder).cut_at(cut);
         history.run(tick, &mut engine)?;
         Ok(finder.finish(history.executive().image()).hits)
     }
 
-    fn target(&self, name: &str) -> Result<Target, DebugError> {
+    fn target(&self, name: &str) -> Result<Accessed, DebugError> {
         let program = &self.session.program;
-        program.target(name).ok_or_else(|| DebugError(format!("`{name}` names no variable")))
+        program.accessed(name).ok_or_else(|| DebugError(format!("`{name}` names no variable")))
     }
 
     /// Goes back to the last statement before the position that wrote a variable. If the value was changed from

@@ -1,6 +1,7 @@
 //! What the languages share: the options of a compilation, files and includes, the machine file,
 //! the loader of tables, expressions, observers of statements, cross-references, internal errors.
 
+mod accessed;
 mod broken_invariant;
 mod cross_reference;
 pub mod expression;
@@ -11,12 +12,14 @@ pub mod lints;
 mod loader;
 mod lower_error;
 mod lowered;
+mod number_format;
 mod observer;
 mod options;
 mod other_languages;
 mod surroundings;
 pub mod tsv;
 
+pub use accessed::Accessed;
 pub use broken_invariant::{BrokenInvariant, OrMissing};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
 pub use expression::{Evaluate, EvaluationError, Expression, Value};
@@ -26,7 +29,8 @@ pub use lints::LintLevels;
 pub use loader::{FileLoader, MemoryLoader};
 pub use lower_error::LowerError;
 pub use lowered::Lowered;
-pub use observer::{Accessed, NoObserver, Observer, StatementInterpreter};
+pub use number_format::NumberFormat;
+pub use observer::{NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};
 pub(crate) use other_languages::{
     EXPLAINED_ERRORS, Explanation, Habits, explanation, help, tell_small_letters_once,

@@ -5,22 +5,9 @@
 //! observer, and [`NoObserver`] makes the interpreter that engines use: its methods are empty, so
 //! that nothing of them is left in the machine code.
 
-use plcc_abi::nct::NctName;
-use plcc_abi::pmac::PmacName;
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
-use super::Value;
-
-/// A single variable, or an element of an array, that a statement has read or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Accessed {
-    /// PMI: the variable whose value begins at this offset of the process image.
-    Pmi(u32),
-    /// NCT: a bit, a word or a register.
-    Nct(NctName),
-    /// PMAC: a variable, or words of memory. A Q-variable has its coordinate system.
-    Pmac(PmacName),
-}
+use super::{Accessed, Value};
 
 /// Something that is told of each statement while a statement interpreter runs. It can't change
 /// what the program does.

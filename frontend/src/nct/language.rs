@@ -1,17 +1,18 @@
 //! NCT as one of the languages.
 
-use plcc_abi::{Dialect, Engine};
+use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::Program;
 use super::ast::{Op, Stmt};
+use super::presentation;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Topic};
+use crate::language::{CheckedProgram, Language, Titles, Topic};
 
 /// The PLC language of NCT's controls.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +72,23 @@ impl Language for Nct {
         let topic =
             |row: &super::names::Name| Topic { name: row.name.into(), meaning: row.meaning.into() };
         keywords::topics(&KEYWORDS).chain(super::names::all().iter().map(topic)).collect()
+    }
+
+    fn numbers(&self) -> NumberFormat {
+        NumberFormat { prefix: ".", suffix: "", widths: &[16, 32], both_beside: true }
+    }
+
+    /// A scan that was interrupted goes on in the next slices.
+    fn scans_go_on(&self) -> bool {
+        true
+    }
+
+    fn classes(&self) -> &'static [&'static str] {
+        presentation::CLASSES
+    }
+
+    fn titles<'t>(&self, _: &'t Tables) -> Titles<'t> {
+        Box::new(presentation::title)
     }
 }
 

@@ -6,6 +6,7 @@
 //! Where the manual is silent or contradicts itself, the rulings in the project's `docs/nct.md`
 //! decide.
 
+mod access;
 mod analyse;
 mod ast;
 mod control_flow;
@@ -14,6 +15,7 @@ mod language;
 mod layout;
 mod lower;
 mod oracle;
+mod presentation;
 mod reachable;
 mod read;
 mod reference;

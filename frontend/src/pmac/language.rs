@@ -5,15 +5,16 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::ast::{Stmt, StmtKind};
 use super::expression::{Context, parse_expression};
+use super::presentation;
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
 use super::tasks::tasks;
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Topic};
+use crate::language::{CheckedProgram, Language, Titles, Topic};
 
 /// The PLC language of PMAC and Turbo PMAC.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +90,22 @@ impl Language for Pmac {
             Tables::Pmac(tables) => super::reference::listing_comments::listing_comments(tables),
             Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
         }
+    }
+
+    fn numbers(&self) -> NumberFormat {
+        NumberFormat { prefix: "$", suffix: "", widths: &[24, 48], both_beside: false }
+    }
+
+    fn scans_go_on(&self) -> bool {
+        false
+    }
+
+    fn classes(&self) -> &'static [&'static str] {
+        presentation::CLASSES
+    }
+
+    fn titles<'t>(&self, _: &'t Tables) -> Titles<'t> {
+        Box::new(presentation::title)
     }
 }
 

@@ -14,6 +14,7 @@
 //! Architecture Invariant: no syntax tree is nested. All expressions are in postfix order in one
 //! array, and statements are an array with jumps in it, so that nothing recurses on program size.
 
+mod access;
 mod analyse;
 mod ast;
 mod explain_arithmetic;
@@ -25,6 +26,7 @@ mod lower;
 mod oracle;
 mod origin;
 mod outputs;
+mod presentation;
 mod read;
 pub mod reference;
 mod tables;

@@ -1,16 +1,17 @@
 //! PMI as one of the languages.
 
-use plcc_abi::{Dialect, Engine};
+use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
+use super::presentation;
 use super::reference::{KEYWORDS, MANUAL};
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Topic};
+use crate::language::{CheckedProgram, Language, Titles, Topic};
 
 /// The PMI language.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +70,22 @@ impl Language for Pmi {
     fn topics(&self) -> Vec<Topic> {
         let variables = super::reference::executive::topics();
         keywords::topics(&KEYWORDS).chain(variables).collect()
+    }
+
+    fn numbers(&self) -> NumberFormat {
+        NumberFormat { prefix: "", suffix: "h", widths: &[16, 32], both_beside: false }
+    }
+
+    fn scans_go_on(&self) -> bool {
+        false
+    }
+
+    fn classes(&self) -> &'static [&'static str] {
+        presentation::CLASSES
+    }
+
+    fn titles<'t>(&self, tables: &'t Tables) -> Titles<'t> {
+        presentation::titles(tables)
     }
 }
 

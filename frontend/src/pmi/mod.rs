@@ -10,6 +10,7 @@
 //! postfix order in one vector, all statements are steps with jump targets in another, so no
 //! function recurses on the length of a program.
 
+mod access;
 mod analyse;
 mod ast;
 mod expression;
@@ -17,6 +18,7 @@ mod language;
 mod layout;
 mod lower;
 mod oracle;
+mod presentation;
 mod read;
 mod reference;
 mod tables;
@@ -42,6 +44,8 @@ pub struct Program {
     limits: Limits,
     /// The table of names for expressions.
     names: expression::NameTable,
+    /// What is shown of the program.
+    known: std::sync::OnceLock<presentation::Known>,
 }
 
 /// Reads and checks the program in `file`; included files are asked of `loader` and added to
@@ -63,8 +67,8 @@ pub fn check(
     }
     let layout = layout::Layout::new(&checked);
     let (sources, names) = (sources.clone(), expression::NameTable::default());
-    let program = Program { checked, layout, sources, limits: options.limits, names };
-    (Some(program), diagnostics)
+    let (limits, known) = (options.limits, std::sync::OnceLock::new());
+    (Some(Program { checked, layout, sources, limits, names, known }), diagnostics)
 }
 
 impl Program {

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::{Dialect, Tables};
+use plcc_frontend::{Language, language};
 use serde_json::Value as Json;
 
 use super::Session;
@@ -107,47 +108,35 @@ impl Session<'_> {
         Dialect::ALL.iter().copied().find(|dialect| dialect.name() == name)
     }
 
+    /// The same as what it is to be asked.
+    pub(super) fn language(&self) -> Option<&'static dyn Language> {
+        self.dialect().map(language)
+    }
+
     /// The tables of the program.
     pub(super) fn tables(&self) -> Option<&Tables> {
         self.debugger.as_ref().map(|debugger| &debugger.program().tables().tables)
     }
 }
 
-/// A number in a format, as the language writes it.
-pub(super) fn formatted(value: f64, format: Format, dialect: Option<Dialect>) -> String {
-    if value.fract() != 0.0 || format == Format::Decimal || value.abs() >= 9.0e18 {
-        return plcc_runtime::value::number(value);
-    }
-    let number = value as i64;
-    let bits = |count: u32| -> u64 {
-        if count >= 64 { number as u64 } else { number as u64 & ((1 << count) - 1) }
-    };
-    // The narrowest width of the language that holds the number.
-    let fits = |width: u32| number >= -(1 << (width - 1)) && number < 1 << width;
-    let widths: &[u32] = match dialect {
-        Some(Dialect::Pmac) => &[24, 48],
-        _ => &[16, 32],
-    };
-    let width = widths.iter().copied().find(|&width| fits(width)).unwrap_or(64);
-    let digits = (width / 4) as usize;
-    match format {
-        Format::Decimal => plcc_runtime::value::number(value),
-        Format::Hexadecimal => match dialect {
-            Some(Dialect::Pmac) => format!("${:0digits$X}", bits(width)),
-            Some(Dialect::Nct) => format!(".{:0digits$X}", bits(width)),
-            _ => format!("{:0digits$X}h", bits(width)),
-        },
-        Format::Binary => {
-            let group = |at: usize| format!("{:04b}", bits(width) >> (4 * at) & 0xF);
-            let groups: Vec<String> = (0..digits).rev().map(group).collect();
-            groups.join(" ")
-        }
+/// A number in a format, as a language writes it.
+pub(super) fn formatted(value: f64, format: Format, language: Option<&dyn Language>) -> String {
+    let numbers = language.map(Language::numbers);
+    let is_integer = value.fract() == 0.0 && value.abs() < 9.0e18;
+    match (format, numbers.filter(|_| is_integer)) {
+        (Format::Hexadecimal, Some(numbers)) => numbers.hexadecimal(value as i64),
+        (Format::Binary, Some(numbers)) => numbers.binary(value as i64),
+        _ => plcc_runtime::value::number(value),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn formatted(value: f64, format: Format, dialect: Option<Dialect>) -> String {
+        super::formatted(value, format, dialect.map(language))
+    }
 
     #[test]
     fn numbers_are_written_as_the_languages_do() {

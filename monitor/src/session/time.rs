@@ -215,7 +215,7 @@ impl Session<'_> {
         let tick = self.time.shown;
         let is_known = self.flow.as_ref().is_some_and(|(of, _)| *of == tick);
         if !is_known {
-            let dialect = self.debugger()?.program().tables().dialect();
+            let scans_go_on = self.debugger()?.program().language().scans_go_on();
             self.enter_version_of(tick)?;
             let history = self.debugger()?.history();
             let (known, version_first) = (history.known(), history.first());
@@ -229,7 +229,7 @@ impl Session<'_> {
                     self.trace(of)?;
                 }
             }
-            let flow = Flow::new(&self.traces, tick, dialect);
+            let flow = Flow::new(&self.traces, tick, scans_go_on);
             self.flow = Some((tick, flow));
         }
         let nothing = || Refusal::new("no tick was run yet");

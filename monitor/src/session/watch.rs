@@ -56,7 +56,7 @@ impl Session<'_> {
         let names: Vec<String> = variables.map(|(_, row)| row.name.clone()).collect();
         let moment = self.read(&names)?;
         let forces = self.forces();
-        let dialect = self.dialect();
+        let language = self.language();
         let mut shown = vec![];
         for (entry, row) in rows {
             let number = row.fixed.or_else(|| moment.values.get(&row.name).copied());
@@ -65,7 +65,7 @@ impl Session<'_> {
                 (row.name != entry.name && row.title.is_none()).then(|| entry.name.clone());
             shown.push(VariableRow {
                 title: row.title.map(str::to_owned).or(resolved),
-                value: number.map(|value| formatted(value, entry.format, dialect)),
+                value: number.map(|value| formatted(value, entry.format, language)),
                 format: entry.format,
                 logical: matches!(number, Some(value) if value == 0.0 || value == 1.0),
                 forced: forces.iter().any(|force| force.name == row.name),

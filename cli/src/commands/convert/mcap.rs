@@ -21,8 +21,8 @@ use std::path::Path;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use plcc_debugger::variables::Titles;
 use plcc_files::open_output;
+use plcc_frontend::language;
 use plcc_host::run::TraceText;
 use plcc_record::RecordedRun;
 use plcc_runtime::{Event, EventBody, Executive, Value, Variable};
@@ -95,13 +95,14 @@ impl Mcap {
         let known = watches.iter().zip(programs).map(|((watch, executive), program)| {
             let names = watch.names().iter().map(|(name, variable)| (name.as_str(), *variable));
             let names: HashMap<&str, Variable> = names.collect();
-            (names, executive, Titles::new(&program.found.program.tables))
+            let program = &program.found.program;
+            (names, executive, language(program.dialect()).titles(&program.tables))
         });
         let known: Vec<_> = known.collect();
         for (index, name) in text.names().enumerate() {
             // The first program that has it says what it is.
             let found = known.iter().find_map(|(names, executive, titles)| {
-                Some((titles.of(name), executive.get(*names.get(name)?)))
+                Some((titles(name), executive.get(*names.get(name)?)))
             });
             let Some((class, value)) = found else { continue };
             let at = classes.iter().position(|one| one.title == class);

@@ -6,6 +6,7 @@ use plcc_abi::nct::arithmetic::from_bcd;
 use super::run::Run;
 use crate::common::{Accessed, Observer, Value};
 use crate::nct::{
+    access,
     ast::{Bit, Operand, Space, Variable, Word},
     status_flags::{NOT_BCD, SYNTAX},
     tables::name,
@@ -95,7 +96,7 @@ impl<O: Observer> Run<'_, O> {
         value: Value,
     ) {
         if let Some(name) = name(variable) {
-            tell(&mut self.observer, Accessed::Nct(name), value);
+            tell(&mut self.observer, access::accessed(name), value);
         }
     }
 

@@ -16,8 +16,9 @@ use plcc_abi::{
     nct::{NctName, context},
 };
 
-use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter, Value};
+use crate::common::{NoObserver, Observer, StatementInterpreter, Value};
 use crate::nct::{
+    access,
     ast::{Op, Operand, Program, Variable, Word},
     layout::Layout,
 };
@@ -140,7 +141,7 @@ impl Interpreter {
             }
             let next = run.step(at, &stmt.op);
             if run.observer.is_active() && run.op != op_before {
-                let register = Accessed::Nct(NctName::Op(module as u8));
+                let register = access::accessed(NctName::Op(module as u8));
                 run.observer.write(register, Value::Integer(run.op.into()));
             }
             match next {

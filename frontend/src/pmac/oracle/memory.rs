@@ -16,6 +16,7 @@ use plcc_abi::{HostFn, Scan};
 
 use super::resolved::{Bits, LVariable};
 use crate::common::{Accessed, Observer, Value};
+use crate::pmac::access;
 
 /// What the guide says of a controller's memory.
 #[derive(Clone, Copy, Debug)]
@@ -205,7 +206,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         };
         let number = self.map.number(number);
         let name = PmacName::Variable(Variable { kind, number, system });
-        tell(&mut self.observer, Accessed::Pmac(name), Value::Real(value));
+        tell(&mut self.observer, access::accessed(name), Value::Real(value));
     }
 
     /// Whether angles are in radians: I15 is not 0.
@@ -288,7 +289,7 @@ impl<O: Observer> Memory<'_, '_, O> {
                 Space::X => Definition::X { address, field },
                 Space::Y => Definition::Y { address, field },
             });
-            self.observer.write(Accessed::Pmac(name), Value::Integer(word.into()));
+            self.observer.write(access::accessed(name), Value::Integer(word.into()));
         }
     }
 

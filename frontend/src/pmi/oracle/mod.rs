@@ -14,8 +14,9 @@ use plcc_abi::{
 };
 use plcc_diag::Span;
 
-use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter};
+use crate::common::{NoObserver, Observer, StatementInterpreter};
 use crate::pmi::{
+    access,
     ast::{self, Checked},
     layout::{Layout, Location},
 };
@@ -108,7 +109,7 @@ impl Interpreter {
                 Step::Logical { offset, value } => {
                     let value = rows.value(value, image, observer).ok_or(this)?;
                     write_u8(image, offset, u8::from(value != 0));
-                    observer.write(Accessed::Pmi(offset), Type::Logical.observed(value));
+                    observer.write(access::accessed(offset), Type::Logical.observed(value));
                 }
                 Step::Assign { location, value, effect } => {
                     let value = rows.value(value, image, observer).ok_or(this)?;
@@ -153,7 +154,7 @@ fn assign<O: Observer>(
         Type::Integer => write_i16(image, location.offset, value as i16),
         Type::Long => write_i32(image, location.offset, value),
     }
-    observer.write(Accessed::Pmi(location.offset), location.ty.observed(value));
+    observer.write(access::accessed(location.offset), location.ty.observed(value));
     match effect {
         Some(Effect::Timer(timer)) => timer.control(image, value != 0),
         Some(Effect::Clock(flipflop)) => flipflop.act(image, true),
@@ -164,8 +165,10 @@ fn assign<O: Observer>(
         && let Some(effect) = effect
     {
         for location in effect.written() {
-            observer
-                .write(Accessed::Pmi(location.offset), location.ty.observed(location.read(image)));
+            observer.write(
+                access::accessed(location.offset),
+                location.ty.observed(location.read(image)),
+            );
         }
     }
 }

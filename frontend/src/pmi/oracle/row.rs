@@ -10,7 +10,8 @@ use plcc_abi::{
     pmi::{Type, arithmetic},
 };
 
-use crate::common::{Accessed, Observer, Value};
+use crate::common::{Observer, Value};
+use crate::pmi::access;
 use crate::pmi::ast::{Binary, Op};
 use crate::pmi::layout::Location;
 
@@ -19,7 +20,7 @@ impl Location {
     #[inline(always)]
     fn load<O: Observer>(self, image: &[u8], observer: &mut O) -> i32 {
         let value = self.read(image);
-        observer.read(Accessed::Pmi(self.offset), self.ty.observed(value));
+        observer.read(access::accessed(self.offset), self.ty.observed(value));
         value
     }
 }

@@ -237,7 +237,7 @@ impl Session<'_> {
         let mut values: Vec<NamedValue> = vec![];
         if self.statements.values {
             for (name, access) in &named {
-                let value = values::shown(access.value, dialect);
+                let value = values::shown(access.value, program.language());
                 let shown = NamedValue { name: name.clone(), value, written: access.is_write };
                 match values.iter_mut().find(|known| known.name == *name) {
                     Some(known) => *known = shown,

@@ -3,6 +3,7 @@
 use plcc_abi::Dialect;
 use plcc_debugger::trace::Access;
 use plcc_frontend::common::Value;
+use plcc_frontend::language;
 
 use super::RowFlow;
 use crate::session::values;
@@ -21,7 +22,7 @@ pub(super) fn nct_token(
     let (mut truth, mut value) = (None, None);
     match access.map(|access| access.value) {
         Some(Value::Logical(bit)) => truth = Some(bit),
-        Some(other) => value = Some(values::shown(other, Dialect::Nct)),
+        Some(other) => value = Some(values::shown(other, language(Dialect::Nct))),
         None => {}
     }
     let name = access.and_then(name);
@@ -67,7 +68,7 @@ pub(super) fn token(
     token.name = Some(name.clone());
     match access.value {
         Value::Logical(value) => token.truth = Some(value != piece.negated),
-        value => token.value = Some(values::shown(value, dialect)),
+        value => token.value = Some(values::shown(value, language(dialect))),
     }
     token
 }

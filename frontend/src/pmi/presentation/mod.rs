@@ -1,0 +1,53 @@
+//! What is shown of a PMI program: the names of its variables, and the classes of PMI 5.2.
+
+mod classes;
+mod names;
+
+use plcc_abi::Tables;
+use plcc_abi::pmi::PmiTables;
+
+use super::{Program, tables};
+use crate::common::Accessed;
+use crate::presentation::Presentation;
+use names::Names;
+
+pub(super) use classes::{CLASSES, titles};
+
+/// What is made of a program when something of it is shown first.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    names: Names,
+}
+
+impl Program {
+    fn known(&self) -> &Known {
+        self.known.get_or_init(|| {
+            let program = tables::program(&self.checked, &self.layout, vec![], vec![]);
+            // A program whose tables are broken is refused where it is lowered.
+            let tables = match program.map(|program| program.tables) {
+                Ok(Tables::Pmi(tables)) => tables,
+                _ => PmiTables::default(),
+            };
+            Known { names: Names::new(&tables) }
+        })
+    }
+}
+
+impl Presentation for Program {
+    fn name(&self, accessed: Accessed) -> Option<String> {
+        self.known().names.name(accessed)
+    }
+
+    fn accessed(&self, name: &str) -> Option<Accessed> {
+        self.known().names.accessed(name)
+    }
+
+    fn is_outside_image(&self, _: Accessed) -> bool {
+        false
+    }
+
+    /// `TC#COUNT` is the counter of a timer; in an expression `#` would begin a comment.
+    fn is_only_a_name(&self, text: &str) -> bool {
+        text.contains('#')
+    }
+}
