@@ -154,7 +154,10 @@ impl Breakpoints {
             set.push((id, line.clone()));
             let place = line.prepare(program, file, id).map(|(statement, breakpoint)| {
                 active.entry(statement).or_default().push(breakpoint);
-                program.place(statement).map_or((line.line, 1), |place| (place.line, place.column))
+                program
+                    .places()
+                    .place(statement)
+                    .map_or((line.line, 1), |place| (place.line, place.column))
             });
             answers.push(SetBreakpoint { id, place });
         }
@@ -245,10 +248,10 @@ impl LineBreakpoint {
     ) -> Result<(u32, ActiveLine), DebugError> {
         let none = || DebugError::new("no statement stands in this line or after it");
         let file = plcc_diag::FileId(file);
-        let (line, numbers) = program.statements_from(file, self.line).ok_or_else(none)?;
+        let (line, numbers) = program.places().statements_from(file, self.line).ok_or_else(none)?;
         let behind = |number: &&u32| {
             let column = self.column.filter(|_| line == self.line).unwrap_or(1);
-            program.place(**number).is_some_and(|place| place.end_column > column)
+            program.places().place(**number).is_some_and(|place| place.end_column > column)
         };
         let statement = numbers.iter().find(behind).or(numbers.first()).ok_or_else(none)?;
         let condition = optional(program, self.condition.as_deref())?;

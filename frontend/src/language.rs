@@ -96,6 +96,12 @@ pub trait Language: Sync {
     /// without a pause is a scan.
     fn scans_go_on(&self) -> bool;
 
+    /// Whether the manual has the values that a statement reads and writes above its text, where the others have them at its
+    /// right.
+    fn shows_values_above(&self) -> bool {
+        false
+    }
+
     /// The titles of the classes of variables, as the manual groups them, in the order in which they are shown.
     fn classes(&self) -> &'static [&'static str];
 

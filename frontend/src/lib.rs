@@ -42,7 +42,7 @@ pub mod language;
 pub mod nct;
 pub mod pmac;
 pub mod pmi;
-mod presentation;
+pub mod presentation;
 
 pub use language::{CheckedProgram, LANGUAGES, Language, Titles, Topic, language};
 pub use presentation::Presentation;

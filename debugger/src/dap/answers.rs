@@ -180,8 +180,8 @@ impl<W: Write> Server<'_, W> {
         let at_1 = self.initialize.lines_start_at1;
         let first = self.one_based(arguments.line, at_1);
         let last = arguments.end_line.map_or(first, |line| self.one_based(line, at_1));
-        let places = self.debugger()?.program().statements_between(file, first, last);
-        let told = |place: &crate::program::StatementPlace| {
+        let places = self.debugger()?.program().places().statements_between(file, first, last);
+        let told = |place: &plcc_frontend::presentation::StatementPlace| {
             json!({
                 "line": self.line(place.line),
                 "column": self.column(place.column),
@@ -279,7 +279,9 @@ impl<W: Write> Server<'_, W> {
         for (id, (statement, name)) in
             (1..).zip(statements).skip(arguments.start_frame).take(levels)
         {
-            let Some(place) = self.debugger()?.program().place(statement) else { continue };
+            let Some(place) = self.debugger()?.program().places().place(statement) else {
+                continue;
+            };
             frames.push(StackFrame {
                 id,
                 name,
@@ -398,7 +400,9 @@ impl<W: Write> Server<'_, W> {
     fn line_here(&mut self) -> Result<Option<(u64, FileId, u32)>, DebugError> {
         let debugger = self.debugger()?;
         let tick = debugger.position().tick;
-        let place = debugger.step_here()?.and_then(|step| debugger.program().place(step.statement));
+        let place = debugger
+            .step_here()?
+            .and_then(|step| debugger.program().places().place(step.statement));
         Ok(place.map(|place| (tick, place.file, place.line)))
     }
 

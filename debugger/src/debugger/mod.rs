@@ -133,7 +133,7 @@ impl Session<'_> {
     pub(crate) fn cut_statements(&mut self, tick: u64) -> Result<Vec<u32>, DebugError> {
         let Some((file, line)) = self.history.cut_at(tick)? else { return Ok(vec![]) };
         let Some(file) = self.program.file(&file) else { return Ok(vec![]) };
-        Ok(match self.program.statements_from(file, line) {
+        Ok(match self.program.places().statements_from(file, line) {
             Some((found, statements)) if found == line => statements.to_vec(),
             _ => vec![],
         })
@@ -171,7 +171,7 @@ impl<'a> Debugger<'a> {
     /// Begins before the first statement of a run.
     pub fn new(session: Session<'a>) -> Self {
         let interpreter = session.program.checked().statement_interpreter();
-        let placed = session.program.placed();
+        let placed = session.program.places().placed();
         let position = Position { tick: session.history.first(), step: 0 };
         Self {
             session,

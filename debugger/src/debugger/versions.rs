@@ -75,7 +75,7 @@ impl Debugger<'_> {
         self.session = Session { may_change, control, ..opened };
         self.session.history.interrupt_by(self.interruption.clone());
         self.interpreter = self.session.program.checked().statement_interpreter();
-        self.placed = self.session.program.placed();
+        self.placed = self.session.program.places().placed();
         self.trace = None;
         self.breakpoints.move_to(&self.session.program);
         let first = self.history().first();

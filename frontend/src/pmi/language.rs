@@ -80,6 +80,11 @@ impl Language for Pmi {
         false
     }
 
+    /// True logicals are underlined, and numbers stand above their variables (PMI 5.1).
+    fn shows_values_above(&self) -> bool {
+        true
+    }
+
     fn classes(&self) -> &'static [&'static str] {
         presentation::CLASSES
     }

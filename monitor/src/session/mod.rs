@@ -115,7 +115,7 @@ impl<'a> Session<'a> {
         let text = text.unwrap_or_default();
         let program = debugger.as_ref().map(Debugger::program);
         let interpreter = program.map(|program| program.checked().statement_interpreter());
-        let placed = program.map_or(vec![], |program| program.placed());
+        let placed = program.map_or(vec![], |program| program.places().placed());
         let time = Time::new(debugger.as_ref(), speed);
         let generation = debugger.as_ref().map_or(0, Debugger::generation);
         let files = debugger.as_ref().map(|debugger| &debugger.program().tables().files);

@@ -1,6 +1,6 @@
 //! Tasks: where each waits, and how often it runs.
 
-use plcc_abi::{Dialect, Tables};
+use plcc_abi::Tables;
 use plcc_runtime::TaskStatus;
 
 use super::Session;
@@ -91,17 +91,11 @@ impl Session<'_> {
         Ok(facts)
     }
 
-    /// The task that a line of a PMAC program belongs to: that of the PLC whose OPEN stands before it. `None` for the
-    /// other languages.
-    pub(super) fn plc_of_row(&self, row: usize) -> Option<usize> {
-        let debugger = self.debugger.as_ref()?;
-        if debugger.program().tables().dialect() != Dialect::Pmac {
-            return None;
-        }
-        let opens =
-            self.text.rows.get(..=row)?.iter().rev().find_map(|row| opened_plc(&row.text()))?;
-        let tasks = &debugger.program().tables().tasks;
-        tasks.iter().position(|task| task.name == opens)
+    /// The task that a row belongs to, where the text says so.
+    pub(super) fn task_of_row(&self, row: usize) -> Option<usize> {
+        let program = self.debugger.as_ref()?.program();
+        let name = program.checked().task_of(&self.text.rows, row)?;
+        program.tables().tasks.iter().position(|task| task.name == name)
     }
 }
 

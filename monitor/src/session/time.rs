@@ -341,7 +341,7 @@ impl Session<'_> {
     /// The task of the statement at the cursor.
     fn task_at_cursor(&mut self) -> Option<usize> {
         let row = self.cursor_row()?;
-        if let Some(task) = self.plc_of_row(row) {
+        if let Some(task) = self.task_of_row(row) {
             return Some(task);
         }
         let statement = *self.text.rows.get(row)?.statements.first()?;

@@ -33,7 +33,7 @@ impl Session<'_> {
         let number = number.map(|row| row.number.clone());
         self.text = ProgramText::new(program);
         self.interpreter = Some(program.checked().statement_interpreter());
-        self.placed = program.placed();
+        self.placed = program.places().placed();
         (self.executive_tick, self.flow) = (None, None);
         self.traces.clear();
         self.statements = StatementState::new(&self.text, self.store.statements());

@@ -1,5 +1,6 @@
 //! Statements with the values that they read and wrote in one scan (power flow).
 
+pub use plcc_frontend::presentation::Role;
 use serde::{Deserialize, Serialize};
 
 /// How a language's manual shows values beside statements.
@@ -90,26 +91,6 @@ pub struct Token {
     pub value: Option<String>,
     /// The variable, where the token is one; it may be written otherwise in the program.
     pub name: Option<String>,
-}
-
-/// What a token is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// White space.
-    Blank,
-    /// A word of the language.
-    Keyword,
-    /// A label.
-    Label,
-    /// A variable, or a name that stands for one.
-    Variable,
-    /// A number, or a name that stands for one.
-    Constant,
-    /// A sign.
-    Operator,
-    /// A text in quotes.
-    Text,
 }
 
 /// A variable with a value.

@@ -64,7 +64,7 @@ fn a_tick_that_was_cut_is_shown_up_to_the_line_where_its_scan_stood() {
         let mut debugger = Debugger::new(session);
         debugger.go_to_tick(1).unwrap();
         let trace = debugger.trace().unwrap().clone();
-        let line = |statement: u32| debugger.program().place(statement).unwrap().line;
+        let line = |statement: u32| debugger.program().places().place(statement).unwrap().line;
         let lines: Vec<u32> = trace.steps.iter().map(|step| line(step.statement)).collect();
         assert_eq!(lines.last(), Some(&last), "{name}: {lines:?}");
         assert!(lines.contains(&before) && !lines.contains(&(last + 1)), "{name}: {lines:?}");

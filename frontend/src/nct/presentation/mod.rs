@@ -2,12 +2,14 @@
 
 mod classes;
 mod names;
+mod text;
 
 use plcc_abi::nct::NctName;
+use plcc_diag::SourceMap;
 
 use super::{Program, access};
 use crate::common::Accessed;
-use crate::presentation::Presentation;
+use crate::presentation::{Presentation, Row, StatementPlaces};
 
 pub(super) use classes::{CLASSES, title};
 
@@ -33,5 +35,9 @@ impl Presentation for Program {
 
     fn further_names(&self) -> Vec<String> {
         (0..MODULES).map(|module| NctName::Op(module).to_string()).collect()
+    }
+
+    fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
+        text::text(sources, places)
     }
 }

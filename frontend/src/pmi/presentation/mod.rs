@@ -2,13 +2,15 @@
 
 mod classes;
 mod names;
+mod text;
 
 use plcc_abi::Tables;
 use plcc_abi::pmi::PmiTables;
+use plcc_diag::SourceMap;
 
 use super::{Program, tables};
 use crate::common::Accessed;
-use crate::presentation::Presentation;
+use crate::presentation::{Presentation, Row, StatementPlaces};
 use names::Names;
 
 pub(super) use classes::{CLASSES, titles};
@@ -16,6 +18,7 @@ pub(super) use classes::{CLASSES, titles};
 /// What is made of a program when something of it is shown first.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
+    tables: PmiTables,
     names: Names,
 }
 
@@ -28,7 +31,7 @@ impl Program {
                 Ok(Tables::Pmi(tables)) => tables,
                 _ => PmiTables::default(),
             };
-            Known { names: Names::new(&tables) }
+            Known { names: Names::new(&tables), tables }
         })
     }
 }
@@ -49,5 +52,15 @@ impl Presentation for Program {
     /// `TC#COUNT` is the counter of a timer; in an expression `#` would begin a comment.
     fn is_only_a_name(&self, text: &str) -> bool {
         text.contains('#')
+    }
+
+    fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
+        text::text(&self.known().tables, sources, places)
+    }
+
+    /// An element of an array is written as the array.
+    fn is_written_as(&self, accessed: &str, piece: &str) -> bool {
+        let rest = accessed.strip_prefix(piece);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
     }
 }

@@ -1,10 +1,8 @@
 //! Choosing and finding statements, and moving the cursor (PMI 5.1, NCT 5).
 
-use plcc_abi::Dialect;
+use plcc_frontend::presentation::{Block, Piece, Role};
 
 use crate::session::Session;
-use crate::text::Piece;
-use crate::view::Role;
 use crate::{Refusal, Reply};
 
 impl Session<'_> {
@@ -171,17 +169,8 @@ impl Session<'_> {
     }
 
     pub(in crate::session) fn module(&mut self, down: bool) -> Result<Reply, Refusal> {
-        let dialect = self.debugger()?.program().tables().dialect();
-        let begins = |row: &usize| {
-            let Some(content) = self.text.rows.get(*row) else { return false };
-            let label = content.pieces.iter().find(|piece| piece.role != Role::Blank);
-            match dialect {
-                // `:001`; a label of three digits begins a module, a subroutine or a text.
-                Dialect::Nct => label.is_some_and(|label| label.role == Role::Label),
-                Dialect::Pmi => label.is_some_and(|label| label.role == Role::Label),
-                Dialect::Pmac => content.text().trim_start().to_uppercase().starts_with("OPEN"),
-            }
-        };
+        self.debugger()?;
+        let begins = |row: &usize| self.text.rows.get(*row).is_some_and(|row| row.begins_part);
         let found = match down {
             true => (self.statements.cursor + 1..self.text.rows.len()).find(begins),
             false => (0..self.statements.cursor).rev().find(begins),
@@ -192,10 +181,10 @@ impl Session<'_> {
 
     /// From the beginning of a condition to its end, or back.
     pub(in crate::session) fn condition(&mut self) -> Result<Reply, Refusal> {
-        let dialect = self.debugger()?.program().tables().dialect();
+        self.debugger()?;
         let words = |row: usize| -> Vec<Block> {
             let pieces = self.text.rows.get(row).map_or(&[][..], |row| &row.pieces);
-            pieces.iter().filter_map(|piece| block(piece, dialect)).collect()
+            pieces.iter().filter_map(|piece| piece.block).collect()
         };
         let cursor = self.statements.cursor;
         let nothing = || Refusal::new("no condition begins or ends in this line");
@@ -262,32 +251,5 @@ impl Session<'_> {
         self.statements.values = !self.statements.values;
         let state = if self.statements.values { "shown" } else { "hidden" };
         Ok(Reply::message(format!("values are {state}")))
-    }
-}
-
-/// What a token does to the nesting of conditions.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Block {
-    Opens,
-    Closes,
-}
-
-fn block(piece: &Piece, dialect: Dialect) -> Option<Block> {
-    let text = piece.text.trim().to_uppercase();
-    match (dialect, text.as_str()) {
-        (Dialect::Pmi, "IF") => Some(Block::Opens),
-        (Dialect::Pmi, "ENDIF") => Some(Block::Closes),
-        (Dialect::Pmac, "IF" | "WHILE") => Some(Block::Opens),
-        (Dialect::Pmac, "ENDIF" | "ENDI" | "ENDWHILE" | "ENDW") => Some(Block::Closes),
-        (Dialect::Nct, "Z") => Some(Block::Closes),
-        // A condition begins with a test: a bit, a relation, or a parenthesis.
-        (Dialect::Nct, text) if piece.statement.is_some() => {
-            let tests = ["I", "Y", "F", "V", "P", "O", "NI", "NY", "NF", "NV", "NP", "NO"];
-            let letters: String = text.chars().take_while(char::is_ascii_alphabetic).collect();
-            let is_test =
-                text.starts_with(['=', '<', '>', '(']) || tests.contains(&letters.as_str());
-            is_test.then_some(Block::Opens)
-        }
-        _ => None,
     }
 }

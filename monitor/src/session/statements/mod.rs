@@ -3,7 +3,7 @@
 mod find;
 mod tokens;
 
-use plcc_abi::Dialect;
+use plcc_debugger::Debugger;
 use plcc_debugger::trace::Access;
 
 use super::{Session, values};
@@ -14,7 +14,7 @@ use crate::view::{
     DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,
     StatementLine, StatementsView,
 };
-use tokens::{nct_token, token};
+use tokens::{statement_token, token};
 
 /// What is shown of the program.
 #[derive(Debug, Default)]
@@ -109,9 +109,9 @@ impl Session<'_> {
             line.waits = here.map(|(task, _)| task.clone()).collect();
             lines.push(line);
         }
-        let layout = match self.debugger()?.program().tables().dialect() {
-            Dialect::Pmi => StatementLayout::ValuesAbove,
-            Dialect::Nct | Dialect::Pmac => StatementLayout::ValuesRight,
+        let layout = match self.debugger()?.program().language().shows_values_above() {
+            true => StatementLayout::ValuesAbove,
+            false => StatementLayout::ValuesRight,
         };
         Ok(StatementsView {
             layout,
@@ -163,34 +163,14 @@ impl Session<'_> {
         let mut found = vec![];
         for (task, last) in waiting {
             let Some(row) = self.text.row_of(last) else { continue };
-            let row = self.open_while(row).unwrap_or(row);
-            let tasks = &self.debugger()?.program().tables().tasks;
+            let program = self.debugger.as_ref().map(Debugger::program);
+            let Some(program) = program else { continue };
+            let row = program.checked().waits_in(&self.text.rows, row);
+            let tasks = &program.tables().tasks;
             let name = tasks.get(task).map_or_else(String::new, |task| task.name.clone());
             found.push((name, row));
         }
         Ok(found)
-    }
-
-    /// The WHILE of a PMAC in whose loop a row lies.
-    fn open_while(&self, row: usize) -> Option<usize> {
-        let mut depth = 0;
-        for at in (0..=row).rev() {
-            let text = self.text.rows.get(at)?.text().to_uppercase();
-            let closes = text.matches("ENDWHILE").count() + text.matches("ENDW ").count();
-            let opens =
-                text.matches("WHILE").count().saturating_sub(text.matches("ENDWHILE").count());
-            if text.contains("OPEN PLC") {
-                return None;
-            }
-            if at != row {
-                depth += closes;
-            }
-            if opens > depth {
-                return Some(at);
-            }
-            depth -= opens;
-        }
-        None
     }
 
     /// What the statements of a row did.
@@ -220,7 +200,6 @@ impl Session<'_> {
         let pieces = content.pieces.clone();
         let Some(debugger) = &self.debugger else { return Err(missing()) };
         let program = debugger.program();
-        let dialect = program.tables().dialect();
         let named: Vec<(String, Access)> = flow
             .accesses
             .iter()
@@ -228,10 +207,8 @@ impl Session<'_> {
             .collect();
         let mut used = vec![false; named.len()];
         let tokens = pieces.iter().map(|piece| match piece.statement {
-            Some(statement) => {
-                nct_token(piece, statement, &flow, &|access| program.name(access.variable))
-            }
-            None => token(piece, &named, &mut used, dialect),
+            Some(statement) => statement_token(piece, statement, &flow, program),
+            None => token(piece, &named, &mut used, program),
         });
         let tokens = tokens.collect();
         let mut values: Vec<NamedValue> = vec![];

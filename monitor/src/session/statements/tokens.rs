@@ -1,31 +1,30 @@
 //! Tokens with the values that a statement read or wrote.
 
-use plcc_abi::Dialect;
+use plcc_debugger::DebuggedProgram;
 use plcc_debugger::trace::Access;
 use plcc_frontend::common::Value;
-use plcc_frontend::language;
+use plcc_frontend::presentation::Piece;
 
 use super::RowFlow;
 use crate::session::values;
-use crate::text::Piece;
 use crate::view::Token;
 
-/// A statement of NCT with what it did.
-pub(super) fn nct_token(
+/// A token that is a whole statement, with what that did.
+pub(super) fn statement_token(
     piece: &Piece,
     statement: u32,
     flow: &RowFlow,
-    name: &dyn Fn(&Access) -> Option<String>,
+    program: &DebuggedProgram,
 ) -> Token {
     let executed = flow.by_statement.iter().find(|(of, _)| *of == statement);
     let access = executed.and_then(|(_, executed)| executed.accesses.first());
     let (mut truth, mut value) = (None, None);
     match access.map(|access| access.value) {
         Some(Value::Logical(bit)) => truth = Some(bit),
-        Some(other) => value = Some(values::shown(other, language(Dialect::Nct))),
+        Some(other) => value = Some(values::shown(other, program.language())),
         None => {}
     }
-    let name = access.and_then(name);
+    let name = access.and_then(|access| program.name(access.variable));
     Token { text: piece.text.clone(), role: piece.role, truth, value, name }
 }
 
@@ -34,7 +33,7 @@ pub(super) fn token(
     piece: &Piece,
     named: &[(String, Access)],
     used: &mut [bool],
-    dialect: Dialect,
+    program: &DebuggedProgram,
 ) -> Token {
     let mut token = Token {
         text: piece.text.clone(),
@@ -44,15 +43,7 @@ pub(super) fn token(
         name: piece.name.clone(),
     };
     let Some(own) = &piece.name else { return token };
-    let is_own = |name: &str| match name.strip_prefix(own.as_str()) {
-        Some("") => true,
-        Some(rest) => dialect == Dialect::Pmi && rest.starts_with('['),
-        // A Q-variable has its coordinate system in front of it.
-        None => {
-            name.starts_with('&')
-                && name.trim_start_matches(|c| c == '&' || char::is_numeric(c)) == own
-        }
-    };
+    let is_own = |name: &str| program.checked().is_written_as(name, own);
     let fits = |access: &Access| access.is_write == piece.target;
     let candidates =
         || named.iter().enumerate().filter(|(_, (name, access))| is_own(name) && fits(access));
@@ -68,7 +59,7 @@ pub(super) fn token(
     token.name = Some(name.clone());
     match access.value {
         Value::Logical(value) => token.truth = Some(value != piece.negated),
-        value => token.value = Some(values::shown(value, language(dialect))),
+        value => token.value = Some(values::shown(value, program.language())),
     }
     token
 }
