@@ -1,6 +1,7 @@
 //! A program as the debugger sees it: its sources, the places of its statements, its variables.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use plcc_abi::Program;
 use plcc_diag::{FileId, SourceMap};
@@ -16,7 +17,7 @@ const MAX_SOURCE: u64 = 64 << 20;
 /// A checked program with what a debugger has to know of it.
 #[derive(Debug)]
 pub struct DebuggedProgram {
-    checked: Box<dyn CheckedProgram>,
+    checked: Arc<dyn CheckedProgram>,
     sources: Sources,
     tables: Program,
     places: StatementPlaces,
@@ -50,12 +51,17 @@ impl DebuggedProgram {
         let is_on_disk = |(path, id): (&PathBuf, FileId)| has_text(path, sources.text(id));
         let on_disk = full.iter().zip(ids()).map(is_on_disk).collect();
         let sources = Sources { full, on_disk, map: sources };
-        Self { checked, sources, tables, places }
+        Self { checked: checked.into(), sources, tables, places }
     }
 
     /// The checked program.
     pub fn checked(&self) -> &dyn CheckedProgram {
         self.checked.as_ref()
+    }
+
+    /// The same, to be kept while the session changes.
+    pub fn shared(&self) -> Arc<dyn CheckedProgram> {
+        Arc::clone(&self.checked)
     }
 
     /// Its tables.

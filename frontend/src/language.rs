@@ -12,7 +12,7 @@ use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::presentation::Presentation;
+use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
 
 /// The languages, in the order of [`Dialect::ALL`]. Whatever is done for every language goes
@@ -96,10 +96,20 @@ pub trait Language: Sync {
     /// without a pause is a scan.
     fn scans_go_on(&self) -> bool;
 
-    /// Whether the manual has the values that a statement reads and writes above its text, where the others have them at its
-    /// right.
-    fn shows_values_above(&self) -> bool {
+    /// Whether the manual's display of statements shows those that the user has chosen, with the values above their text, rather
+    /// than the whole program with the values at the right.
+    fn chooses_statements(&self) -> bool {
         false
+    }
+
+    /// What a part of a program is called to which users go from the part before.
+    fn part_title(&self) -> &'static str {
+        "MODUL"
+    }
+
+    /// The control's terminal, if it has one, without a program.
+    fn terminal(&self) -> Option<Box<dyn Terminal>> {
+        None
     }
 
     /// The titles of the classes of variables, as the manual groups them, in the order in which they are shown.

@@ -2,8 +2,6 @@
 
 import { element, refill, setText } from "./dom.js";
 
-const PMAC_ONLY = new Set(["terminal"]);
-
 export class Frame {
   constructor(app) {
     this.app = app;
@@ -37,8 +35,8 @@ export class Frame {
   }
 
   visibleScreens() {
-    const dialect = this.app.status?.dialect;
-    return this.app.screens.filter((screen) => !PMAC_ONLY.has(screen.name) || dialect === "pmac");
+    const hasTerminal = this.app.status?.has_terminal;
+    return this.app.screens.filter((screen) => screen.name !== "terminal" || hasTerminal);
   }
 
   drawScreens() {

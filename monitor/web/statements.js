@@ -203,11 +203,11 @@ export class StatementsScreen {
   }
 
   menu() {
-    return this.app.status?.dialect === "pmi" ? this.pmiMenu() : this.otherMenu(this.app.status?.dialect === "pmac");
+    return this.app.status?.chooses_statements ? this.choosingMenu() : this.wholeMenu(this.app.status?.part_title ?? "MODUL");
   }
 
   // The keys of PMI 5.1.
-  pmiMenu() {
+  choosingMenu() {
     return [
       { key: "F1", letter: "d", label: "directory", action: () => this.directory() },
       { key: "F2", letter: "n", label: "next stmt", action: () => this.go({ command: "next_statement" }) },
@@ -222,8 +222,7 @@ export class StatementsScreen {
   }
 
   // The keys of NCT chapter 5; PMAC's screen, for which no manual has any, has the same.
-  otherMenu(isPmac) {
-    const module = isPmac ? "PLC" : "MODUL";
+  wholeMenu(module) {
     return [
       { key: "F1", letter: "h", label: "HELP", help: "these keys", action: () => help(this.title, this.menu()) },
       { key: "F3", letter: "m", label: `${module}↓`, help: "the next module, label or PLC", action: () => this.go({ command: "module", down: true }) },

@@ -83,7 +83,7 @@ pub(crate) fn tested_variable(cond: &ConditionPart) -> Option<Variable> {
 }
 
 /// The names of all variables that the program names, sorted.
-fn named(program: &Program) -> Vec<NctName> {
+pub(crate) fn named(program: &Program) -> Vec<NctName> {
     let mut all = vec![];
     for stmt in &program.stmts {
         each_variable(&stmt.op, |variable| all.extend(name(variable)));

@@ -15,6 +15,7 @@ use crate::common::{
     StatementInterpreter,
 };
 use crate::language::{CheckedProgram, Language, Titles, Topic};
+use crate::presentation::Terminal;
 
 /// The PLC language of PMAC and Turbo PMAC.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +99,14 @@ impl Language for Pmac {
 
     fn scans_go_on(&self) -> bool {
         false
+    }
+
+    fn part_title(&self) -> &'static str {
+        "PLC"
+    }
+
+    fn terminal(&self) -> Option<Box<dyn Terminal>> {
+        Some(Box::new(presentation::PmacTerminal::new(None)))
     }
 
     fn classes(&self) -> &'static [&'static str] {

@@ -81,7 +81,7 @@ impl Language for Pmi {
     }
 
     /// True logicals are underlined, and numbers stand above their variables (PMI 5.1).
-    fn shows_values_above(&self) -> bool {
+    fn chooses_statements(&self) -> bool {
         true
     }
 

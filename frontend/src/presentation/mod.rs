@@ -3,17 +3,34 @@
 //!
 //! [`Presentation`] is what they ask; the other files hold what they get, and what the languages make it with.
 
+mod announced;
+mod fact;
+mod io_point;
 pub mod lines;
+mod panel;
 mod places;
+mod terminal;
 mod text;
 pub mod tokens;
+mod watch;
+
+use std::collections::BTreeMap;
 
 use plcc_diag::SourceMap;
 
 use crate::common::Accessed;
 
+pub use announced::Announced;
+pub use fact::Fact;
+pub use io_point::IoPoint;
+pub use panel::{Cell, PanelDraft, Shown};
 pub use places::{StatementPlace, StatementPlaces};
+pub use terminal::{Answer, Desk, Terminal};
 pub use text::{Block, Piece, Role, Row, rows};
+pub use watch::{MAX_ROWS, WatchRow};
+
+/// Reads the values of variables at the moment that is shown. A name that has no value is left out.
+pub type Read<'r> = &'r mut dyn FnMut(&[String]) -> Result<BTreeMap<String, f64>, String>;
 
 /// What is shown of a checked program. Each language implements it in the folder `presentation` of its own.
 pub trait Presentation {
@@ -62,6 +79,70 @@ pub trait Presentation {
     /// The name of the task that a row belongs to, where the text says so. `None` where its statements have to be executed
     /// to know.
     fn task_of(&self, _rows: &[Row], _row: usize) -> Option<String> {
+        None
+    }
+
+    /// Whether a task is one of the user's, rather than one for the engine alone.
+    fn is_users_task(&self, _name: &str) -> bool {
+        true
+    }
+
+    /// What is shown beside the tasks, of which `tasks` are the names; `tick_ns` is the length of a tick.
+    ///
+    /// # Errors
+    /// When a value can't be read.
+    fn facts(
+        &self,
+        _tasks: &[String],
+        _tick_ns: u64,
+        _read: Read<'_>,
+    ) -> Result<Vec<Fact>, String> {
+        Ok(vec![])
+    }
+
+    /// The rows of an entry of the watch list.
+    ///
+    /// # Errors
+    /// What is wrong with the entry.
+    fn watch_rows(&self, entry: &str) -> Result<Vec<WatchRow>, String> {
+        Ok(vec![WatchRow::of(entry)])
+    }
+
+    /// The variable for which the program defines a name. `None` where names mean variables themselves.
+    fn defined_name(&self, _word: &str) -> Option<String> {
+        None
+    }
+
+    /// Whether a name means a number of the source, of which [`place_of_value`](crate::CheckedProgram::place_of_value)
+    /// gives the place.
+    fn is_in_source(&self, _name: &str) -> bool {
+        false
+    }
+
+    /// Whether the process image alone says which faults and messages are on. Otherwise the events say it.
+    fn announces_by_image(&self) -> bool {
+        false
+    }
+
+    /// The faults and messages that are on in an image.
+    fn announced(&self, _image: &[u8]) -> Vec<Announced> {
+        vec![]
+    }
+
+    /// The inputs and outputs. `declared` are the names of the variables that the program declares or names, `image` is
+    /// the present process image.
+    fn io_points(&self, declared: &[String], image: &[u8]) -> Vec<IoPoint>;
+
+    /// Panels, displays and tables of the control. `active` are the faults and messages that are on.
+    ///
+    /// # Errors
+    /// When a value can't be read, or nothing is known of the control's panels.
+    fn panels(&self, _active: &[Announced], _read: Read<'_>) -> Result<Vec<PanelDraft>, String> {
+        Ok(vec![])
+    }
+
+    /// The control's terminal, if it has one, knowing the program.
+    fn terminal(&self) -> Option<Box<dyn Terminal>> {
         None
     }
 }

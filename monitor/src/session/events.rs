@@ -2,16 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use plcc_abi::Tables;
-use plcc_abi::pmi::{Announcement, TextItem, Type};
 use plcc_runtime::{Event, EventBody};
 
 use super::Session;
 use crate::Refusal;
 use crate::view::{Active, EventKind, EventLine, EventsView};
 
-/// The characters of a fault's text that are shown (PMI 3.1.6).
-const MAX_CHARACTERS: usize = 40;
 /// The display of a PMAC: lines and characters of a line.
 const DISPLAY_LINES: usize = 2;
 const DISPLAY_CHARACTERS: usize = 40;
@@ -53,39 +49,16 @@ impl Session<'_> {
             let own = past.iter().rev().find(|event| name_of(&event.body) == Some(name))?;
             Some(own.tick)
         };
-        if let Some(Tables::Pmi(tables)) = self.tables() {
-            let (faults, messages) = (tables.faults.clone(), tables.messages.clone());
-            let (tick, executive_tick) = (self.time.shown, self.executive_tick);
-            let debugger = self.debugger()?;
-            if tick >= debugger.history().known() {
-                return Ok(vec![]);
-            }
-            let image = if executive_tick == Some(tick) {
-                debugger.history_mut().executive().image().to_vec()
-            } else {
-                debugger.go_to_end_of_tick(tick)?;
-                debugger.image()?
-            };
-            if executive_tick != Some(tick) {
-                self.executive_tick = None;
-            }
-            let of = |list: Vec<Announcement>, kind: EventKind| {
-                let image = &image;
-                let is_on =
-                    move |one: &Announcement| integer(image, one.offset, Type::Logical) != 0;
-                list.into_iter().filter(is_on).map(move |one| (one, kind)).collect::<Vec<_>>()
-            };
-            let mut active = of(faults, EventKind::Fault);
-            active.extend(of(messages, EventKind::Message));
-            return Ok(active
-                .into_iter()
-                .map(|(one, kind)| Active {
-                    kind,
-                    since: since(&one.name),
-                    text: text_of(&one.text, &image),
-                    name: one.name,
-                })
-                .collect());
+        let program = self.debugger()?.program().shared();
+        if program.announces_by_image() {
+            let Some(image) = self.shown_image()? else { return Ok(vec![]) };
+            let active = program.announced(&image).into_iter().map(|one| Active {
+                kind: if one.is_fault { EventKind::Fault } else { EventKind::Message },
+                since: since(&one.name),
+                text: one.text,
+                name: one.name,
+            });
+            return Ok(active.collect());
         }
         let mut active: Vec<Active> = vec![];
         for event in past {
@@ -115,38 +88,6 @@ fn name_of(body: &EventBody) -> Option<&str> {
         EventBody::Fault { name, .. } => Some(name),
         EventBody::Message { name, flag, .. } => name.as_deref().or(flag.as_deref()),
         _ => None,
-    }
-}
-
-/// The text of a fault or message with the present values.
-fn text_of(items: &[TextItem], image: &[u8]) -> String {
-    let mut text = String::new();
-    for item in items {
-        match item {
-            TextItem::Text(words) => text.push_str(words),
-            TextItem::Value { ty, offset } => {
-                if !text.is_empty() && !text.ends_with(' ') {
-                    text.push(' ');
-                }
-                text.push_str(&integer(image, *offset, *ty).to_string());
-            }
-        }
-    }
-    text.chars().take(MAX_CHARACTERS).collect()
-}
-
-fn integer(image: &[u8], offset: u32, ty: Type) -> i64 {
-    let bytes = |count: usize| image.get(offset as usize..)?.get(..count);
-    match ty {
-        Type::Logical => bytes(1).and_then(|b| b.first().copied()).map_or(0, i64::from),
-        Type::Integer => {
-            let two = bytes(2).and_then(|bytes| bytes.try_into().ok());
-            two.map_or(0, |bytes| i64::from(i16::from_le_bytes(bytes)))
-        }
-        Type::Long => {
-            let four = bytes(4).and_then(|bytes| bytes.try_into().ok());
-            four.map_or(0, |bytes| i64::from(i32::from_le_bytes(bytes)))
-        }
     }
 }
 

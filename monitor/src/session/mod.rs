@@ -35,6 +35,7 @@ use crate::view::{Body, Screen, Status, TargetKind, View};
 use crate::{Command, Rebuilder, Refusal, Reply};
 use io::IoState;
 use online::OnlineState;
+pub(crate) use online::no_terminal;
 use scope::ScopeState;
 use statements::StatementState;
 use store::Store;
@@ -241,6 +242,7 @@ impl<'a> Session<'a> {
         let tick = self.time.shown;
         let program = self.debugger.as_ref().map(Debugger::program);
         let first = self.first();
+        let language = self.language();
         let control = self.link.as_ref().and_then(|link| link.status());
         let unreachable = self.link.as_ref().and_then(|link| link.error());
         Status {
@@ -250,7 +252,10 @@ impl<'a> Session<'a> {
                 .and_then(|program| program.tables().files.first().cloned())
                 .or_else(|| Some(control?.program.clone()))
                 .unwrap_or_default(),
-            dialect: self.dialect().map_or_else(String::new, |dialect| dialect.name().into()),
+            dialect: language.map_or("", |language| language.dialect().name()).into(),
+            chooses_statements: language.is_some_and(|language| language.chooses_statements()),
+            part_title: language.map_or("", |language| language.part_title()).into(),
+            has_terminal: language.is_some_and(|language| language.terminal().is_some()),
             state: self.state(),
             reason: unreachable.map(str::to_owned).or_else(|| self.time.stopped.clone()),
             tick,

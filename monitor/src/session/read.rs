@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use plcc_abi::{Dialect, Tables};
+use plcc_abi::Dialect;
 use plcc_frontend::{Language, language};
 use serde_json::Value as Json;
 
@@ -81,6 +81,14 @@ impl Session<'_> {
         self.read_run(names)
     }
 
+    /// The same for what a language shows: the values alone, and a text as the error.
+    pub(super) fn read_values(
+        &mut self,
+        names: &[String],
+    ) -> Result<BTreeMap<String, f64>, String> {
+        self.read(names).map(|moment| moment.values).map_err(|refusal| refusal.message)
+    }
+
     /// The values at the end of the tick that is shown, of the run or recording.
     fn read_run(&mut self, names: &[String]) -> Result<Moment, Refusal> {
         let (tick, executive_tick) = (self.time.shown, self.executive_tick);
@@ -99,6 +107,22 @@ impl Session<'_> {
         Ok(Moment { text, values: debugger.numbers(names)? })
     }
 
+    /// The process image at the end of the tick that is shown; `None` if it was not run yet.
+    pub(super) fn shown_image(&mut self) -> Result<Option<Vec<u8>>, Refusal> {
+        let (tick, executive_tick) = (self.time.shown, self.executive_tick);
+        let debugger = self.debugger()?;
+        if tick >= debugger.history().known() {
+            return Ok(None);
+        }
+        if executive_tick == Some(tick) {
+            return Ok(Some(debugger.history_mut().executive().image().to_vec()));
+        }
+        debugger.go_to_end_of_tick(tick)?;
+        let image = debugger.image()?;
+        self.executive_tick = None;
+        Ok(Some(image))
+    }
+
     /// The language; of a control without a record as the control says it.
     pub(super) fn dialect(&self) -> Option<Dialect> {
         if let Some(debugger) = &self.debugger {
@@ -111,11 +135,6 @@ impl Session<'_> {
     /// The same as what it is to be asked.
     pub(super) fn language(&self) -> Option<&'static dyn Language> {
         self.dialect().map(language)
-    }
-
-    /// The tables of the program.
-    pub(super) fn tables(&self) -> Option<&Tables> {
-        self.debugger.as_ref().map(|debugger| &debugger.program().tables().tables)
     }
 }
 

@@ -453,11 +453,11 @@ fn the_pmac_terminal_gathers_from_ticks_that_are_run_again() {
     assert_eq!(typed(&mut session, "LIST GATHER 1,2").unwrap(), "");
     assert!(lines(&mut session).is_empty());
     let past = std::time::Instant::now();
-    assert!(session.continue_listing(past));
+    assert!(session.continue_answer(past));
     assert_eq!(lines(&mut session), [begun + 3]);
     assert!(session.poll());
     assert_eq!(lines(&mut session), [begun + 3, begun + 5]);
-    assert!(!session.continue_listing(past));
+    assert!(!session.continue_answer(past));
     let Body::Scope(scope) = session.view(&Screen::Scope { samples: 10 }).body else { panic!() };
     let names: Vec<_> = scope.channels.iter().map(|channel| channel.name.as_str()).collect();
     assert_eq!((names, scope.from), (vec!["X:$0", "L:$700"], begun));

@@ -66,7 +66,7 @@ impl Session<'_> {
             link.poll();
         }
         let Some(run_target) = self.run_target() else { return false };
-        let listed = self.continue_listing(until);
+        let listed = self.continue_answer(until);
         while self.time.run_until < run_target && Instant::now() < until {
             let tick = self.time.run_until;
             // While the user stays at a tick of another version of the program, that one is not left.

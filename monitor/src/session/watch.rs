@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use plcc_abi::Tables;
-use plcc_abi::pmi::{PmiTables, Role, Symbol};
+use plcc_frontend::presentation::WatchRow;
 
 use super::Session;
 use super::read::formatted;
@@ -11,8 +10,6 @@ use super::store::{Entry, checked_name};
 use crate::view::{VariableRow, VariablesView};
 use crate::{Format, Refusal, Reply, RunningProgram};
 
-/// How many rows an entry has at most.
-const MAX_ROWS: u32 = 1024;
 /// How many rows a list has at most. All of them are read from the control and shown ten times a second.
 const MAX_LIST_ROWS: usize = 2000;
 
@@ -23,29 +20,10 @@ pub(super) struct WatchState {
     last: BTreeMap<String, f64>,
 }
 
-/// A row of the watch list. An entry such as `A[2-5]` has several.
-#[derive(Clone, Debug, PartialEq)]
-struct Row {
-    name: String,
-    title: Option<&'static str>,
-    /// The value, for a row that is no variable: the delay of a timer.
-    fixed: Option<f64>,
-}
-
-impl Row {
-    fn of(name: impl Into<String>) -> Self {
-        Self { name: name.into(), title: None, fixed: None }
-    }
-
-    fn titled(name: impl Into<String>, title: &'static str) -> Self {
-        Self { title: Some(title), ..Self::of(name) }
-    }
-}
-
 impl Session<'_> {
     pub(super) fn variables_view(&mut self) -> Result<VariablesView, Refusal> {
         let entries = self.store.entries().to_vec();
-        let rows: Vec<(Entry, Row)> = entries
+        let rows: Vec<(Entry, WatchRow)> = entries
             .into_iter()
             .flat_map(|entry| {
                 let rows = self.rows_of(&entry.name).unwrap_or_default();
@@ -84,25 +62,16 @@ impl Session<'_> {
     }
 
     /// The rows of an entry.
-    fn rows_of(&self, entry: &str) -> Result<Vec<Row>, Refusal> {
-        match self.tables() {
-            Some(Tables::Pmi(tables)) => pmi_rows(tables, entry),
-            Some(Tables::Pmac(_)) => pmac_rows(entry, &|word| self.defined_name(word)),
-            _ => Ok(vec![Row::of(entry)]),
+    fn rows_of(&self, entry: &str) -> Result<Vec<WatchRow>, Refusal> {
+        match &self.debugger {
+            Some(debugger) => debugger.program().checked().watch_rows(entry).map_err(Refusal::new),
+            None => Ok(vec![WatchRow::of(entry)]),
         }
     }
 
-    /// The variable for which a PMAC program defines a name. In the other languages a name means the variable itself, and
-    /// `TC#COUNT` is no expression of PMI, where `#` ends the line.
+    /// The variable for which the program defines a name.
     pub(super) fn defined_name(&self, word: &str) -> Option<String> {
-        if !matches!(self.tables(), Some(Tables::Pmac(_))) {
-            return None;
-        }
-        let expression = self.debugger.as_ref()?.program().expression(word).ok()?;
-        match expression.variables() {
-            [name] if !name.eq_ignore_ascii_case(word) => Some(name.clone()),
-            _ => None,
-        }
+        self.debugger.as_ref()?.program().checked().defined_name(word)
     }
 
     pub(super) fn watch(&mut self, names: &[String]) -> Result<Reply, Refusal> {
@@ -192,12 +161,10 @@ impl Session<'_> {
         Ok(Reply::message(format!("{name}={value} before tick {tick}")))
     }
 
-    /// Whether a name means a number of the source: the delay of a PMI timer, or a constant.
+    /// Whether a name means a number of the source.
     fn is_in_source(&self, name: &str) -> bool {
-        let Some(Tables::Pmi(tables)) = self.tables() else { return false };
-        let base = name.split_once('[').map_or(name, |(base, _)| base);
-        let symbol = tables.symbols.iter().find(|symbol| symbol.name == base);
-        name.ends_with("#DELAY") || symbol.is_some_and(|symbol| symbol.role == Role::Constant)
+        let program = self.debugger.as_ref().map(|debugger| debugger.program());
+        program.is_some_and(|program| program.checked().is_in_source(name))
     }
 
     /// Builds the program that the control runs with another delay or constant, and has it take the place of the one that
@@ -264,90 +231,5 @@ impl Session<'_> {
         }
         debugger.history_mut().change(tick, name, value, force)?;
         Ok(tick)
-    }
-}
-
-/// The rows of an entry of PMI (PMI 5.2).
-fn pmi_rows(tables: &PmiTables, entry: &str) -> Result<Vec<Row>, Refusal> {
-    let (base, index) = match entry.split_once('[') {
-        Some((base, rest)) => (base.trim(), rest.strip_suffix(']').map(str::trim)),
-        None => (entry, None),
-    };
-    let find = |name: &str| tables.symbols.iter().find(|symbol| symbol.name == name);
-    let Some(symbol) = find(base) else { return Ok(vec![Row::of(entry)]) };
-    if let Some(elements) = symbol.elements {
-        let (first, last) = match index {
-            None | Some("*") => (0, elements.saturating_sub(1)),
-            Some(range) => {
-                let (first, last) = range.split_once('-').unwrap_or((range, range));
-                let number = |text: &str| text.trim().parse::<u32>().ok();
-                let wrong = || Refusal::new(format!("`{range}` is neither `*`, N nor M-N"));
-                (number(first).ok_or_else(wrong)?, number(last).ok_or_else(wrong)?)
-            }
-        };
-        if first > last || last >= elements {
-            let end = elements.saturating_sub(1);
-            return Err(Refusal::new(format!("the elements are {base}[0] to {base}[{end}]")));
-        }
-        let last = last.min(first + MAX_ROWS - 1);
-        return Ok((first..=last).map(|index| Row::of(format!("{base}[{index}]"))).collect());
-    }
-    let name_at = |offset: u32| {
-        let at = |symbol: &&Symbol| symbol.offset == offset && symbol.elements.is_none();
-        tables.symbols.iter().find(at).map(|symbol| symbol.name.clone())
-    };
-    if let Role::TimerControl(timer) = symbol.role
-        && let Some(timer) = tables.timers.get(timer as usize)
-    {
-        let delay = Row::titled(format!("{base}#DELAY"), "delay value");
-        let delay = Row { fixed: Some(f64::from(timer.preset)), ..delay };
-        let contact = name_at(timer.delayed).map(|name| Row::titled(name, "delayed contact"));
-        let mut rows = vec![Row::titled(base, "control contact")];
-        rows.extend(contact);
-        rows.extend([delay, Row::titled(format!("{base}#COUNT"), "timer counter")]);
-        return Ok(rows);
-    }
-    let flip_flop = tables.flipflops.iter().find(|one| one.q == symbol.offset);
-    if let Some(one) = flip_flop {
-        let pins = [
-            (Some(one.q), "Q"),
-            (one.d, "D"),
-            (one.clock, "CK"),
-            (one.preset, "PR"),
-            (one.clear, "CL"),
-        ];
-        let rows =
-            pins.into_iter().filter_map(|(offset, pin)| Some(Row::titled(name_at(offset?)?, pin)));
-        return Ok(rows.collect());
-    }
-    Ok(vec![Row::of(entry)])
-}
-
-/// The rows of an entry of PMAC: a range as in `P1..5`, a variable, a name that the program defines.
-fn pmac_rows(entry: &str, defined: &dyn Fn(&str) -> Option<String>) -> Result<Vec<Row>, Refusal> {
-    if let Some((first, last)) = entry.split_once("..") {
-        let digits = first.find(|c: char| c.is_ascii_digit()).unwrap_or(first.len());
-        let (letters, first) = first.split_at_checked(digits).unwrap_or((first, ""));
-        let wrong = || Refusal::new(format!("`{entry}` is no range: one is written P1..5"));
-        let first: u32 = first.parse().map_err(|_| wrong())?;
-        let last: u32 = last.trim().parse().map_err(|_| wrong())?;
-        if first > last {
-            return Err(wrong());
-        }
-        let last = last.min(first.saturating_add(MAX_ROWS - 1));
-        let letters = letters.to_uppercase();
-        return Ok((first..=last).map(|number| Row::of(format!("{letters}{number}"))).collect());
-    }
-    Ok(vec![Row::of(defined(entry).unwrap_or_else(|| entry.to_uppercase()))])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_range_may_end_at_the_largest_number() {
-        let rows = pmac_rows("P4294967294..4294967295", &|_| None).unwrap();
-        assert_eq!(rows, [Row::of("P4294967294"), Row::of("P4294967295")]);
     }
 }

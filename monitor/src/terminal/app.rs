@@ -5,6 +5,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::draw;
 use super::keys::{self, Action};
+use crate::session::no_terminal;
 use crate::view::{Body, IoRow, PanelCell, Screen, View};
 use crate::{Command, Format, Refusal, Reply, Session};
 
@@ -63,14 +64,15 @@ pub(super) struct App {
     /// Which panel is shown, and how many of its cells stand side by side.
     pub(super) panel: usize,
     pub(super) columns: usize,
-    /// What is being typed in the PMAC terminal.
+    /// What is being typed in the terminal.
     pub(super) line: String,
     pub(super) references: String,
     /// How many rows the list or text has on the screen.
     pub(super) height: usize,
-    pub(super) is_pmi: bool,
-    /// Whether the control is a PMAC, which alone has a terminal.
-    pub(super) is_pmac: bool,
+    /// Whether the keys of the statements are those for choosing some of them.
+    pub(super) chooses_statements: bool,
+    /// Whether the control has a terminal.
+    pub(super) has_terminal: bool,
     pub(super) is_left: bool,
 }
 
@@ -90,8 +92,8 @@ impl App {
             line: String::new(),
             references: String::new(),
             height: 10,
-            is_pmi: status.dialect == "pmi",
-            is_pmac: status.dialect == "pmac",
+            chooses_statements: status.chooses_statements,
+            has_terminal: status.has_terminal,
             is_left: false,
         }
     }
@@ -118,8 +120,8 @@ impl App {
         let area = frame.area();
         self.height = usize::from(area.height).saturating_sub(draw::rows_around(self, area.width));
         let view = self.view(session, usize::from(area.width));
-        self.is_pmi = view.status.dialect == "pmi";
-        self.is_pmac = view.status.dialect == "pmac";
+        self.chooses_statements = view.status.chooses_statements;
+        self.has_terminal = view.status.has_terminal;
         draw::draw(self, &view, frame);
     }
 
@@ -154,7 +156,7 @@ impl App {
 
     /// The keys of the page itself.
     fn own_key(&mut self, session: &mut Session<'_>, code: KeyCode) -> bool {
-        let found = keys::keys(self.page, self.is_pmi).iter().find(|key| match code {
+        let found = keys::keys(self.page, self.chooses_statements).iter().find(|key| match code {
             KeyCode::F(number) => key.function == number,
             KeyCode::Char(letter) => key.letter == letter,
             KeyCode::Insert => {
@@ -228,13 +230,13 @@ impl App {
 
     /// The pages that a number key shows, with their numbers.
     pub(super) fn pages(&self) -> impl Iterator<Item = (usize, (Page, &'static str))> + use<> {
-        let is_pmac = self.is_pmac;
-        (1..).zip(PAGES).filter(move |(_, (page, _))| is_pmac || *page != Page::Terminal)
+        let has_terminal = self.has_terminal;
+        (1..).zip(PAGES).filter(move |(_, (page, _))| has_terminal || *page != Page::Terminal)
     }
 
     pub(super) fn go(&mut self, page: Page) {
-        if page == Page::Terminal && !self.is_pmac {
-            self.message = Some(("only a PMAC has a terminal".into(), true));
+        if page == Page::Terminal && !self.has_terminal {
+            self.message = Some((no_terminal(), true));
             return;
         }
         let is_list = matches!(self.page, Page::Directory | Page::References | Page::Help);

@@ -74,7 +74,8 @@ const fn key(function: u8, letter: char, label: &'static str, action: Action) ->
     Key { function, letter, label, action }
 }
 
-const PMI_STATEMENTS: &[Key] = &[
+/// The keys of PMI 5.1.
+const CHOSEN_STATEMENTS: &[Key] = &[
     key(1, 'd', "directory", Action::Directory),
     key(2, 'n', "next stmt", Action::NextStatement),
     key(3, 'b', "prev stmt", Action::PreviousStatement),
@@ -85,7 +86,8 @@ const PMI_STATEMENTS: &[Key] = &[
     key(8, 'P', "program", Action::ShowProgram),
 ];
 
-const OTHER_STATEMENTS: &[Key] = &[
+/// The keys of NCT 5.
+const STATEMENTS: &[Key] = &[
     key(1, 'h', "HELP", Action::Help),
     key(3, 'm', "MODUL↓", Action::ModuleDown),
     key(4, 'M', "MODUL↑", Action::ModuleUp),
@@ -142,10 +144,10 @@ const DIRECTORY: &[Key] =
     &[key(1, 's', "select", Action::Select), key(2, 'x', "clear", Action::ClearSelection)];
 
 /// The keys of a page.
-pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {
+pub(super) fn keys(page: Page, chooses_statements: bool) -> &'static [Key] {
     match page {
-        Page::Statements if is_pmi => PMI_STATEMENTS,
-        Page::Statements => OTHER_STATEMENTS,
+        Page::Statements if chooses_statements => CHOSEN_STATEMENTS,
+        Page::Statements => STATEMENTS,
         Page::Variables => VARIABLES,
         Page::Io => IO,
         Page::Scope => SCOPE,
@@ -155,7 +157,7 @@ pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {
     }
 }
 
-/// What the terminal of a PMAC has in the place of keys.
+/// What the terminal has in the place of keys.
 pub(super) const LEAVE_TERMINAL: &str = "Enter sends the line  Esc, Tab, Shift-Tab: another screen";
 
 /// The text of the help, a line each.

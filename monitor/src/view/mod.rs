@@ -132,6 +132,12 @@ pub struct Status {
     pub program: String,
     /// The language: `pmi`, `nct` or `pmac`.
     pub dialect: String,
+    /// Whether the keys of the statements are those for choosing some of them (PMI 5.1).
+    pub chooses_statements: bool,
+    /// What a part of the program is called to which the user goes from the part before: `MODUL`, `PLC`.
+    pub part_title: String,
+    /// Whether the control has a terminal.
+    pub has_terminal: bool,
     /// `running`, `stopped`, `paused`, `ended`, `recorded`, `not connected`.
     pub state: String,
     /// Why the program was stopped or what is wrong with the connection.

@@ -1,15 +1,19 @@
 //! What is shown of an NCT program: the names of its variables, and their classes.
 
 mod classes;
+mod io;
 mod names;
+mod panels;
 mod text;
 
 use plcc_abi::nct::NctName;
 use plcc_diag::SourceMap;
 
-use super::{Program, access};
+use super::{Program, access, tables};
 use crate::common::Accessed;
-use crate::presentation::{Presentation, Row, StatementPlaces};
+use crate::presentation::{
+    Announced, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces,
+};
 
 pub(super) use classes::{CLASSES, title};
 
@@ -39,5 +43,14 @@ impl Presentation for Program {
 
     fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
         text::text(sources, places)
+    }
+
+    fn io_points(&self, _: &[String], _: &[u8]) -> Vec<IoPoint> {
+        io::points(tables::named(&self.checked))
+    }
+
+    fn panels(&self, active: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
+        let texts = &self.checked.texts;
+        Ok(panels::panels(&self.settings, &texts.softkeys, &texts.info, active))
     }
 }

@@ -1,16 +1,26 @@
 //! What is shown of a PMAC program: the names of its variables, and their classes.
 
 mod classes;
+mod facts;
+mod io;
+mod motors;
+mod panels;
+mod terminal;
 mod text;
+mod watch;
 
 use plcc_abi::pmac::PmacName;
 use plcc_diag::SourceMap;
 
-use super::{Program, access};
+use super::{Program, access, outputs, tasks};
 use crate::common::Accessed;
-use crate::presentation::{Presentation, Row, StatementPlaces};
+use crate::presentation::{
+    Announced, Fact, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Terminal,
+    WatchRow,
+};
 
 pub(super) use classes::{CLASSES, title};
+pub(super) use terminal::PmacTerminal;
 
 impl Presentation for Program {
     fn name(&self, accessed: Accessed) -> Option<String> {
@@ -44,5 +54,37 @@ impl Presentation for Program {
     /// The PLC whose OPEN stands before the row.
     fn task_of(&self, rows: &[Row], row: usize) -> Option<String> {
         rows.get(..=row)?.iter().rev().find_map(|row| text::opened_plc(&row.text()))
+    }
+
+    /// The statements of COMMANDs are tasks for the engine.
+    fn is_users_task(&self, name: &str) -> bool {
+        !name.starts_with("COMMAND")
+    }
+
+    fn facts(&self, tasks: &[String], tick_ns: u64, read: Read<'_>) -> Result<Vec<Fact>, String> {
+        facts::facts(tasks, tick_ns, read)
+    }
+
+    fn watch_rows(&self, entry: &str) -> Result<Vec<WatchRow>, String> {
+        watch::rows(entry, &|word| watch::defined_name(self, word))
+    }
+
+    fn defined_name(&self, word: &str) -> Option<String> {
+        watch::defined_name(self, word)
+    }
+
+    fn io_points(&self, declared: &[String], image: &[u8]) -> Vec<IoPoint> {
+        let tasks = tasks::tasks(&self.download, &self.loaded);
+        let code = tasks.iter().map(|(_, code)| *code);
+        let outputs = outputs::outputs(&self.download, &self.loaded, code);
+        io::points(&self.loaded.layout, &outputs, declared, image)
+    }
+
+    fn panels(&self, _: &[Announced], read: Read<'_>) -> Result<Vec<PanelDraft>, String> {
+        panels::panels(self.loaded.layout.controller, read)
+    }
+
+    fn terminal(&self) -> Option<Box<dyn Terminal>> {
+        Some(Box::new(PmacTerminal::new(Some(self.loaded.layout.controller))))
     }
 }

@@ -1,8 +1,12 @@
 //! What is shown of a PMI program: the names of its variables, and the classes of PMI 5.2.
 
+mod announced;
 mod classes;
+mod io;
 mod names;
+mod panels;
 mod text;
+mod watch;
 
 use plcc_abi::Tables;
 use plcc_abi::pmi::PmiTables;
@@ -10,7 +14,9 @@ use plcc_diag::SourceMap;
 
 use super::{Program, tables};
 use crate::common::Accessed;
-use crate::presentation::{Presentation, Row, StatementPlaces};
+use crate::presentation::{
+    Announced, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, WatchRow,
+};
 use names::Names;
 
 pub(super) use classes::{CLASSES, titles};
@@ -62,5 +68,29 @@ impl Presentation for Program {
     fn is_written_as(&self, accessed: &str, piece: &str) -> bool {
         let rest = accessed.strip_prefix(piece);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+    }
+
+    fn watch_rows(&self, entry: &str) -> Result<Vec<WatchRow>, String> {
+        watch::rows(&self.known().tables, entry)
+    }
+
+    fn is_in_source(&self, name: &str) -> bool {
+        watch::is_in_source(&self.known().tables, name)
+    }
+
+    fn announces_by_image(&self) -> bool {
+        true
+    }
+
+    fn announced(&self, image: &[u8]) -> Vec<Announced> {
+        announced::announced(&self.known().tables, image)
+    }
+
+    fn io_points(&self, _: &[String], _: &[u8]) -> Vec<IoPoint> {
+        io::points(&self.known().tables)
+    }
+
+    fn panels(&self, _: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
+        Ok(panels::panels(&self.known().tables))
     }
 }

@@ -52,7 +52,7 @@ impl Session<'_> {
                     is_first && piece.text.trim_matches(':').eq_ignore_ascii_case(label)
                 }
                 (None, Role::Keyword) => is_same,
-                // A statement of NCT is a token with its operand.
+                // A token that is a whole statement has its operand in it.
                 (None, _) if piece.statement.is_some() => {
                     piece.text.to_uppercase().contains(&name.to_uppercase())
                 }
@@ -96,7 +96,7 @@ impl Session<'_> {
         }))
     }
 
-    /// Shows a row: among the chosen ones on a PMI, by moving the cursor elsewhere.
+    /// Shows a row: among the chosen ones, where some are chosen, else by moving the cursor there.
     fn show_row(&mut self, row: usize) {
         match self.statements.chosen {
             Some(_) => self.choose(row),

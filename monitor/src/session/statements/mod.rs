@@ -65,7 +65,7 @@ struct RowFlow {
     times: u32,
     /// In order of execution.
     accesses: Vec<Access>,
-    /// The statements and what each of them did (NCT).
+    /// The statements and what each of them did.
     by_statement: Vec<(u32, Executed)>,
 }
 
@@ -109,7 +109,7 @@ impl Session<'_> {
             line.waits = here.map(|(task, _)| task.clone()).collect();
             lines.push(line);
         }
-        let layout = match self.debugger()?.program().language().shows_values_above() {
+        let layout = match self.debugger()?.program().language().chooses_statements() {
             true => StatementLayout::ValuesAbove,
             false => StatementLayout::ValuesRight,
         };

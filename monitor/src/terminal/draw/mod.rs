@@ -171,7 +171,7 @@ pub(super) fn rows_around(app: &App, width: u16) -> usize {
 fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
     let width = usize::from(width);
     let mut rows = vec![String::new()];
-    let keys = keys::keys(app.page, app.is_pmi).iter().map(|key| match key.function {
+    let keys = keys::keys(app.page, app.chooses_statements).iter().map(|key| match key.function {
         0 => format!("{} {}", key.letter, key.label),
         number => format!("F{number}/{} {}", key.letter, key.label),
     });

@@ -1,16 +1,15 @@
 //! ENABLE, DISABLE, PAUSE and RESUME of PLCs (appendix C). Each sets the state of a PLC as the operator sets a variable:
 //! `ENABLE PLC 3` is `PLC3=1`, so it needs `--allow write`, is logged, and is in the record.
 
-use super::Answer;
-use crate::Refusal;
-use crate::session::Session;
+use super::PmacTerminal;
+use crate::presentation::{Answer, Desk};
 
 /// The last PLC's number.
 const LAST: u32 = 31;
 
-impl Session<'_> {
+impl PmacTerminal {
     /// A command for PLCs; `None` if the line is none. `plain` is the line in capitals without spaces.
-    pub(super) fn plc_command(&mut self, plain: &str) -> Option<Answer> {
+    pub(super) fn plc_command(&mut self, desk: &mut dyn Desk, plain: &str) -> Option<Answer> {
         const COMMANDS: [(&str, &str); 8] = [
             ("ENABLE", "1"),
             ("ENA", "1"),
@@ -30,36 +29,33 @@ impl Session<'_> {
         };
         Some(numbers(list).and_then(|numbers| {
             let names = numbers.into_iter().map(|number| format!("{kind}{number}"));
-            self.set_plcs(names.collect(), value)
+            self.set_plcs(desk, names.collect(), value)
         }))
     }
 
     /// `^D`: disables all PLCs and PLCCs.
-    pub(super) fn disable_all_plcs(&mut self) -> Answer {
+    pub(super) fn disable_all_plcs(&mut self, desk: &mut dyn Desk) -> Answer {
         let names = ["PLC", "PLCC"]
             .iter()
             .flat_map(|kind| (0..=LAST).map(move |number| format!("{kind}{number}")));
-        self.set_plcs(names.collect(), "0")
+        self.set_plcs(desk, names.collect(), "0")
     }
 
     /// Sets those that the program has; the empty ones have no state.
-    fn set_plcs(&mut self, names: Vec<String>, value: &str) -> Answer {
-        let tasks: Vec<String> = {
-            let tasks = &self.debugger()?.program().tables().tasks;
-            tasks.iter().map(|task| task.name.clone()).collect()
-        };
+    fn set_plcs(&mut self, desk: &mut dyn Desk, names: Vec<String>, value: &str) -> Answer {
+        let tasks = desk.tasks()?;
         let mut done = vec![];
         for name in names.into_iter().filter(|name| tasks.contains(name)) {
-            done.push(self.change(&name, value)?.message.unwrap_or_default());
+            done.push(desk.set(&name, value)?);
         }
         Ok(done.join("\n"))
     }
 }
 
 /// The numbers of a list: `3`, `1,4,7` or `2..5`.
-fn numbers(list: &str) -> Result<Vec<u32>, Refusal> {
+fn numbers(list: &str) -> Result<Vec<u32>, String> {
     let wrong =
-        || Refusal::new("ERR003: PLCs are named by numbers from 0 to 31, as in 1,3 or 1..5");
+        || String::from("ERR003: PLCs are named by numbers from 0 to 31, as in 1,3 or 1..5");
     let number =
         |text: &str| text.parse::<u32>().ok().filter(|number| *number <= LAST).ok_or_else(wrong);
     if let Some((first, last)) = list.split_once("..") {

@@ -1,30 +1,29 @@
 //! The windows of PMAC's executive program: positions, jog ribbon, connectors (guide, Executive Program; Checking the
 //! Flag Inputs; suggested M-variables of appendices E and F).
 
-use plcc_abi::Tables;
+use plcc_abi::number;
 use plcc_abi::pmac::Controller;
-use plcc_runtime::value::number;
 
-use super::{Cell, Draft, Shown};
-use crate::Refusal;
-use crate::session::Session;
-use crate::session::online::{MOTORS, Motor};
+use super::motors::{self, MOTORS, Motor};
+use crate::presentation::{Cell, PanelDraft, Read, Shown};
 
 /// How many decimals positions have.
 const DECIMALS: f64 = 1000.0;
 
-impl Session<'_> {
-    pub(super) fn pmac_panels(&mut self) -> Result<Vec<Draft>, Refusal> {
-        let of_pmac = matches!(self.tables(), Some(Tables::Pmac(tables)) if tables.controller == Controller::Pmac);
-        if !of_pmac {
-            return Err(Refusal::new(
-                "the guide gives the registers of motors and connectors for PMAC only, not for Turbo PMAC",
-            ));
-        }
-        let numbers: Vec<u32> = (1..=MOTORS).collect();
-        let motors = self.motors(&numbers)?;
-        Ok(vec![positions(&motors), flags(), connector()])
+/// The windows of a PMAC.
+///
+/// # Errors
+/// On a Turbo PMAC, or when the registers can't be read.
+pub(super) fn panels(controller: Controller, read: Read<'_>) -> Result<Vec<PanelDraft>, String> {
+    if controller != Controller::Pmac {
+        return Err(
+            "the guide gives the registers of motors and connectors for PMAC only, not for Turbo PMAC"
+                .into(),
+        );
     }
+    let numbers: Vec<u32> = (1..=MOTORS).collect();
+    let motors = motors::motors(Some(controller), &numbers, read)?;
+    Ok(vec![positions(&motors), flags(), connector()])
 }
 
 fn rounded(value: f64) -> String {
@@ -32,7 +31,7 @@ fn rounded(value: f64) -> String {
 }
 
 /// The position window.
-fn positions(motors: &[Motor]) -> Draft {
+fn positions(motors: &[Motor]) -> PanelDraft {
     let cells = (1..).zip(motors).flat_map(|(motor, values): (u32, &Motor)| {
         let text = |label: &str, value: f64| Cell {
             label: format!("#{motor} {label}"),
@@ -45,7 +44,7 @@ fn positions(motors: &[Motor]) -> Draft {
             text("following error", values.following_error),
         ]
     });
-    Draft {
+    PanelDraft {
         title: "Position window".into(),
         columns: 3,
         cells: cells.collect(),
@@ -59,7 +58,7 @@ fn positions(motors: &[Motor]) -> Draft {
 
 /// What the jog ribbon shows of each motor, and its flags. They are single bits of words, so each cell has the word, and a
 /// function for its bit.
-fn flags() -> Draft {
+fn flags() -> PanelDraft {
     let cells = (1..=MOTORS).flat_map(|motor| {
         let (low, high) = ((motor - 1) * 0x3C, (motor - 1) * 0xC0);
         let x = format!("X:${:X}", 0x3D + low);
@@ -76,7 +75,7 @@ fn flags() -> Draft {
             Cell::formatted("FAULT", channel, bit::<23>),
         ]
     });
-    Draft {
+    PanelDraft {
         title: "Motors and flags".into(),
         columns: 8,
         cells: cells.collect(),
@@ -94,7 +93,7 @@ fn byte<const LOW: u32>(word: f64) -> String {
 }
 
 /// The connectors: MI1 to MI8 and MO1 to MO8, the control panel and the multiplexer port.
-fn connector() -> Draft {
+fn connector() -> PanelDraft {
     let jpan = ["J-", "J+", "Prejog", "Start", "Step/Quit", "Stop", "Home", "Feed hold"];
     let bits: [fn(f64) -> String; 8] =
         [bit::<8>, bit::<9>, bit::<10>, bit::<11>, bit::<12>, bit::<13>, bit::<14>, bit::<15>];
@@ -108,7 +107,7 @@ fn connector() -> Draft {
     cells.push(Cell::formatted("selector", "Y:$FFC0", |word| {
         format!("{:04b}", word as i64 >> 16 & 0xF)
     }));
-    Draft {
+    PanelDraft {
         title: "Connectors".into(),
         columns: 4,
         cells,

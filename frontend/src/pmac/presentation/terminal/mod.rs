@@ -5,33 +5,26 @@
 //! answers are the guide's; an error begins with ERRnnn where the guide has a number for it.
 
 mod gather;
-mod motion;
 mod plcs;
 
-use plcc_abi::image::read_u64;
-use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, Layout, PmacName};
-use plcc_abi::{Dialect, Tables};
-use plcc_runtime::value::number;
+use std::time::Instant;
 
-use super::Session;
-use super::tasks::opened_plc;
-use crate::view::{TerminalLine, TerminalView};
-use crate::{Refusal, Reply};
+use plcc_abi::number;
+use plcc_abi::pmac::{Controller, Kind, Layout, PmacName};
+
+use super::io::{definition, definition_text};
+use super::motors::{self, MOTORS, Motor};
+use super::text::opened_plc;
+use crate::presentation::{Answer, Desk, Terminal};
 
 /// How many values one command shows.
 const MAX_VALUES: u32 = 256;
-/// How many lines the terminal keeps.
-const MAX_LINES: usize = 1000;
 
-/// What a command answers.
-type Answer = Result<String, Refusal>;
-
-pub(super) use motion::{MOTORS, Motor};
-
-/// What was typed and answered, and what later commands refer to.
+/// What later commands refer to.
 #[derive(Debug)]
-pub(super) struct OnlineState {
-    lines: Vec<TerminalLine>,
+pub(in crate::pmac) struct PmacTerminal {
+    /// The controller of the program; `None` if the program is not known.
+    controller: Option<Controller>,
     /// The motor and the coordinate system that are addressed.
     motor: u32,
     system: u32,
@@ -42,102 +35,79 @@ pub(super) struct OnlineState {
     last: String,
 }
 
-impl Default for OnlineState {
-    fn default() -> Self {
-        let (gather, last) = (gather::Gather::default(), String::new());
-        Self { lines: vec![], motor: 1, system: 1, gather, listing: None, last }
+impl PmacTerminal {
+    pub(in crate::pmac) fn new(controller: Option<Controller>) -> Self {
+        let gather = gather::Gather::default();
+        Self { controller, motor: 1, system: 1, gather, listing: None, last: String::new() }
     }
 }
 
-impl OnlineState {
-    fn add(&mut self, typed: bool, text: &str) {
-        self.lines.extend(text.lines().map(|line| TerminalLine { typed, text: line.into() }));
-        let over = self.lines.len().saturating_sub(MAX_LINES);
-        self.lines.drain(..over);
-    }
-}
-
-impl Session<'_> {
-    pub(super) fn terminal_view(&mut self) -> Result<TerminalView, Refusal> {
-        self.require_pmac()?;
-        Ok(TerminalView { lines: self.online.lines.clone() })
-    }
-
-    fn require_pmac(&self) -> Result<(), Refusal> {
-        match self.dialect() {
-            Some(Dialect::Pmac) | None => Ok(()),
-            Some(_) => Err(Refusal::new("only a PMAC has a terminal")),
-        }
-    }
-
-    pub(super) fn online(&mut self, line: &str) -> Result<Reply, Refusal> {
-        self.require_pmac()?;
-        self.online.add(true, line);
-        let answer = self.answer(line.trim());
-        match &answer {
-            Ok(text) => self.online.add(false, text),
-            Err(refusal) => self.online.add(false, &refusal.message),
-        }
-        answer.map(|text| Reply { message: None, text: Some(text) })
-    }
-
-    fn answer(&mut self, line: &str) -> Answer {
+impl Terminal for PmacTerminal {
+    fn answer(&mut self, line: &str, desk: &mut dyn Desk) -> Answer {
         let plain = line.to_uppercase().replace(char::is_whitespace, "");
         if let Some(letter) = plain.strip_prefix('^').filter(|rest| rest.chars().count() == 1) {
-            return self.control_character(letter);
+            return self.control_character(desk, letter);
         }
-        self.online.last = line.to_owned();
-        self.command(line, &plain)
+        self.last = line.to_owned();
+        self.command(desk, line, &plain)
     }
 
+    fn further_lines(&mut self, until: Instant, desk: &mut dyn Desk) -> Option<Vec<String>> {
+        self.continue_listing(until, desk)
+    }
+}
+
+impl PmacTerminal {
     /// A command; `plain` is the same in capitals without spaces.
-    fn command(&mut self, line: &str, plain: &str) -> Answer {
+    fn command(&mut self, desk: &mut dyn Desk, line: &str, plain: &str) -> Answer {
         if plain.is_empty() {
             return Ok(String::new());
         }
-        if let Some(answer) = self.address(plain) {
+        if let Some(answer) = self.address(desk, plain) {
             return answer;
         }
         if plain.contains("->") && !plain.ends_with("->") {
-            return Err(Refusal::new(
+            return Err(String::from(
                 "definitions are the program's: change them in the source and build it again, or \
                  have the program execute the definition",
             ));
         }
         if let Some((name, value)) = line.split_once('=').filter(|_| !plain.starts_with('J')) {
-            return self.assign(name, value);
+            return self.assign(desk, name, value);
         }
         if let Some(name) = plain.strip_suffix("->") {
-            return self.definition_of(name);
+            return self.definition_of(desk, name);
         }
-        if let Some(answer) = self.gather_command(plain).or_else(|| self.plc_command(plain)) {
+        if let Some(answer) =
+            self.gather_command(desk, plain).or_else(|| self.plc_command(desk, plain))
+        {
             return answer;
         }
-        if let Some(answer) = self.report(plain) {
+        if let Some(answer) = self.report(desk, plain) {
             return answer;
         }
         if let Some(reason) = refused(plain) {
-            return Err(Refusal::new(reason));
+            return Err(String::from(reason));
         }
         let listed = plain.strip_prefix("LISTPLCC").map(|number| (true, number));
         if let Some((compiled, number)) =
             listed.or_else(|| plain.strip_prefix("LISTPLC").map(|number| (false, number)))
         {
-            return self.list_plc(compiled, number);
+            return self.list_plc(desk, compiled, number);
         }
         if let Some(rest) =
             plain.strip_prefix('R').filter(|rest| rest.contains([':', '$', 'X', 'Y']))
         {
-            return self.read_memory(rest);
+            return self.read_memory(desk, rest);
         }
         let names = self.in_system(range_of(plain)?);
-        let moment = self.read(&names)?;
+        let values = desk.read(&names)?;
         let mut texts = vec![];
         for name in &names {
-            match moment.values.get(name) {
+            match values.get(name) {
                 Some(value) => texts.push(number(*value)),
                 None => {
-                    return Err(Refusal::new(format!("ERR003: {}", self.unknown(name).message)));
+                    return Err(format!("ERR003: {}", desk.unknown(name)));
                 }
             }
         }
@@ -145,14 +115,14 @@ impl Session<'_> {
     }
 
     /// `#`, `&`, `#2`, `&3`, and such a number before a command: `#2P`. `None` if the line begins with neither.
-    fn address(&mut self, plain: &str) -> Option<Answer> {
+    fn address(&mut self, desk: &mut dyn Desk, plain: &str) -> Option<Answer> {
         let (is_motor, rest) = match plain.strip_prefix('#') {
             Some(rest) => (true, rest),
             None => (false, plain.strip_prefix('&')?),
         };
         let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
         let (digits, command) = rest.split_at_checked(end)?;
-        let slot = if is_motor { &mut self.online.motor } else { &mut self.online.system };
+        let slot = if is_motor { &mut self.motor } else { &mut self.system };
         if rest.is_empty() {
             return Some(Ok(slot.to_string()));
         }
@@ -160,15 +130,15 @@ impl Session<'_> {
             Ok(number @ 1..=MOTORS) => *slot = number,
             _ => {
                 let what = if is_motor { "motors" } else { "coordinate systems" };
-                return Some(Err(Refusal::new(format!("ERR003: the {what} are 1 to {MOTORS}"))));
+                return Some(Err(format!("ERR003: the {what} are 1 to {MOTORS}")));
             }
         }
-        Some(self.command(command, command))
+        Some(self.command(desk, command, command))
     }
 
     /// Q-variables are those of the addressed coordinate system.
     fn in_system(&self, names: Vec<String>) -> Vec<String> {
-        let system = self.online.system;
+        let system = self.system;
         let in_system = |name: String| match name.starts_with('Q') && system > 1 {
             true => format!("&{system}{name}"),
             false => name,
@@ -177,7 +147,7 @@ impl Session<'_> {
     }
 
     /// `P1=5`, `P1..5=0`, or a name that the program defines.
-    fn assign(&mut self, name: &str, value: &str) -> Answer {
+    fn assign(&mut self, desk: &mut dyn Desk, name: &str, value: &str) -> Answer {
         let plain = name.to_uppercase().replace(char::is_whitespace, "");
         let names = match range_of(&plain) {
             Ok(names) => self.in_system(names),
@@ -185,25 +155,27 @@ impl Session<'_> {
         };
         let mut done = vec![];
         for name in &names {
-            done.push(self.change(name, value.trim())?.message.unwrap_or_default());
+            done.push(desk.set(name, value.trim())?);
         }
         Ok(done.join("\n"))
     }
 
     /// What reports something of the controller; `None` if the line is no such command.
-    fn report(&mut self, plain: &str) -> Option<Answer> {
-        let (motor, system) = (self.online.motor, self.online.system);
-        let one = |found: Result<Vec<String>, Refusal>| found.map(|lines| lines.join("\n"));
+    fn report(&mut self, desk: &mut dyn Desk, plain: &str) -> Option<Answer> {
+        let (controller, motor, system) = (self.controller, self.motor, self.system);
+        let one = |found: Result<Vec<String>, String>| found.map(|lines| lines.join("\n"));
         Some(match plain {
-            "P" => self.motor_values(&[motor], |motor| motor.position),
-            "V" => self.motor_values(&[motor], |motor| motor.velocity),
-            "F" => self.motor_values(&[motor], |motor| motor.following_error),
-            "?" => one(self.motor_statuses(&[motor])),
-            "??" => one(self.system_statuses(&[system])),
-            "???" => self.global_status(),
-            "TYPE" => Ok(match self.tables() {
-                Some(Tables::Pmac(tables)) => format!("{:?}", tables.controller).to_uppercase(),
-                _ => "PMAC".into(),
+            "P" => self.motor_values(desk, &[motor], |motor| motor.position),
+            "V" => self.motor_values(desk, &[motor], |motor| motor.velocity),
+            "F" => self.motor_values(desk, &[motor], |motor| motor.following_error),
+            "?" => one(motors::motor_statuses(controller, &[motor], &mut |names| desk.read(names))),
+            "??" => {
+                one(motors::system_statuses(controller, &[system], &mut |names| desk.read(names)))
+            }
+            "???" => motors::global_status(controller, &mut |names| desk.read(names)),
+            "TYPE" => Ok(match self.controller {
+                Some(controller) => format!("{controller:?}").to_uppercase(),
+                None => "PMAC".into(),
             }),
             "VERSION" | "VER" => Ok(env!("CARGO_PKG_VERSION").into()),
             _ => return None,
@@ -211,60 +183,65 @@ impl Session<'_> {
     }
 
     /// A value of each motor, in a row.
-    fn motor_values(&mut self, motors: &[u32], value: impl Fn(&Motor) -> f64) -> Answer {
-        let motors = self.motors(motors)?;
+    fn motor_values(
+        &mut self,
+        desk: &mut dyn Desk,
+        motors: &[u32],
+        value: impl Fn(&Motor) -> f64,
+    ) -> Answer {
+        let motors = motors::motors(self.controller, motors, &mut |names| desk.read(names))?;
         Ok(motors.iter().map(|motor| number(value(motor))).collect::<Vec<_>>().join(" "))
     }
 
     /// A control character, by its letter.
-    fn control_character(&mut self, letter: &str) -> Answer {
+    fn control_character(&mut self, desk: &mut dyn Desk, letter: &str) -> Answer {
+        let controller = self.controller;
         let all: Vec<u32> = (1..=MOTORS).collect();
-        let row = |found: Result<Vec<String>, Refusal>| found.map(|lines| lines.join("\n"));
+        let row = |found: Result<Vec<String>, String>| found.map(|lines| lines.join("\n"));
         match letter {
-            "B" => row(self.motor_statuses(&all)),
-            "C" => row(self.system_statuses(&all)),
-            "D" => self.disable_all_plcs(),
-            "E" => self.gather_once(),
-            "F" => self.motor_values(&all, |motor| motor.following_error),
-            "G" => self.global_status(),
+            "B" => row(motors::motor_statuses(controller, &all, &mut |names| desk.read(names))),
+            "C" => row(motors::system_statuses(controller, &all, &mut |names| desk.read(names))),
+            "D" => self.disable_all_plcs(desk),
+            "E" => self.gather_once(desk),
+            "F" => self.motor_values(desk, &all, |motor| motor.following_error),
+            "G" => motors::global_status(controller, &mut |names| desk.read(names)),
             "I" => {
-                let line = self.online.last.clone();
-                self.answer(&line)
+                let line = self.last.clone();
+                self.answer(&line, desk)
             }
-            "P" => self.motor_values(&all, |motor| motor.position),
-            "V" => self.motor_values(&all, |motor| motor.velocity),
+            "P" => self.motor_values(desk, &all, |motor| motor.position),
+            "V" => self.motor_values(desk, &all, |motor| motor.velocity),
             // Each command is answered before the next one is typed.
             "X" => Ok(String::new()),
-            "Y" => Ok(self.online.last.clone()),
-            "A" | "K" | "O" | "Q" | "R" | "S" | "L" | "U" => Err(Refusal::new(NO_MOTION)),
-            _ => Err(Refusal::new(
+            "Y" => Ok(self.last.clone()),
+            "A" | "K" | "O" | "Q" | "R" | "S" | "L" | "U" => Err(String::from(NO_MOTION)),
+            _ => Err(String::from(
                 "this character is about the serial line or the dual-ported RAM, which the monitor does not use",
             )),
         }
     }
 
-    fn definition_of(&mut self, name: &str) -> Result<String, Refusal> {
-        let own = self.defined_name(name).unwrap_or_else(|| name.to_owned());
+    fn definition_of(&mut self, desk: &mut dyn Desk, name: &str) -> Answer {
+        let own = desk.defined_name(name).unwrap_or_else(|| name.to_owned());
         let number: Option<u32> = own.strip_prefix('M').and_then(|digits| digits.parse().ok());
-        let wrong = || Refusal::new(format!("ERR003: `{name}` is no M-variable"));
+        let wrong = || format!("ERR003: `{name}` is no M-variable");
         let number = number.ok_or_else(wrong)?;
-        let Some(Tables::Pmac(tables)) = self.tables() else {
-            return Err(Refusal::new("without the program its definitions are not known"));
+        let Some(controller) = self.controller else {
+            return Err("without the program its definitions are not known".into());
         };
-        let controller = tables.controller;
-        let image = self.debugger()?.history_mut().executive().image();
-        Ok(definition_text(definition(image, controller, number)))
+        let image = desk.image()?;
+        Ok(definition_text(definition(&image, &Layout::new(controller), number)))
     }
 
-    fn list_plc(&mut self, compiled: bool, number: &str) -> Result<String, Refusal> {
+    fn list_plc(&mut self, desk: &mut dyn Desk, compiled: bool, number: &str) -> Answer {
         if compiled {
-            return Err(Refusal::new("ERR003: a PLCC has no text in the control"));
+            return Err(String::from("ERR003: a PLCC has no text in the control"));
         }
-        let wrong = || Refusal::new("ERR003: LIST PLC takes a number from 0 to 31");
+        let wrong = || String::from("ERR003: LIST PLC takes a number from 0 to 31");
         let number: u32 = number.parse().map_err(|_| wrong())?;
         let name = format!("PLC{number}");
         // A program may open the buffer several times; what was downloaded last counts.
-        let rows = &self.text.rows;
+        let rows = desk.rows();
         let open = rows.iter().rposition(|row| opened_plc(&row.text()).as_ref() == Some(&name));
         let mut text: Vec<String> = vec![];
         for (at, row) in rows.iter().enumerate().skip(open.unwrap_or(rows.len())) {
@@ -284,12 +261,12 @@ impl Session<'_> {
     }
 
     /// `R[H]{address}[,n]`: words of memory.
-    fn read_memory(&mut self, rest: &str) -> Result<String, Refusal> {
+    fn read_memory(&mut self, desk: &mut dyn Desk, rest: &str) -> Answer {
         let (hexadecimal, rest) = match rest.strip_prefix('H') {
             Some(rest) => (true, rest),
             None => (false, rest),
         };
-        let wrong = || Refusal::new("ERR003: memory is read by RX:$address or RHY:$address,n");
+        let wrong = || String::from("ERR003: memory is read by RX:$address or RHY:$address,n");
         let (address, count) = rest.split_once(',').unwrap_or((rest, "1"));
         let space = address.chars().next().filter(|c| matches!(c, 'X' | 'Y')).ok_or_else(wrong)?;
         let digits = address.get(1..).unwrap_or_default().trim_start_matches(':');
@@ -302,8 +279,8 @@ impl Session<'_> {
         let last = first.saturating_add(count.clamp(1, MAX_VALUES) - 1);
         let names: Vec<String> =
             (first..=last).map(|address| format!("{space}:${address:X}")).collect();
-        let moment = self.read(&names)?;
-        let words = names.iter().map(|name| match moment.values.get(name) {
+        let values = desk.read(&names)?;
+        let words = names.iter().map(|name| match values.get(name) {
             Some(value) if hexadecimal => format!("{:06X}", *value as i64 & 0xFF_FFFF),
             Some(value) => number(*value),
             None => "?".into(),
@@ -345,13 +322,13 @@ fn refused(plain: &str) -> Option<&'static str> {
 }
 
 /// The names of a command that asks for values: `P3`, `P1..5`.
-fn range_of(plain: &str) -> Result<Vec<String>, Refusal> {
+fn range_of(plain: &str) -> Result<Vec<String>, String> {
     let wrong = || {
-        Refusal::new(format!(
+        format!(
             "`{plain}` can't be given here. The commands are P1 Q1 M1 I1 and ranges as P1..5, M1->, P1=…, \
              RX:$address and RHY:$address,n, LIST PLC n, ENABLE PLC n and the like, #n &n P V F ? ?? ???, \
              GATHER and the like, TYPE, VERSION"
-        ))
+        )
     };
     let (first, last) = plain.split_once("..").map_or((plain, None), |(a, b)| (a, Some(b)));
     let layout = Layout::new(Controller::Turbo);
@@ -372,40 +349,6 @@ fn range_of(plain: &str) -> Result<Vec<String>, Refusal> {
     };
     let last = last.min(variable.number.saturating_add(MAX_VALUES - 1));
     Ok((variable.number..=last).map(|number| format!("{letter}{number}")).collect())
-}
-
-/// The definition of an M-variable in an image. Its number wraps.
-pub(super) fn definition(image: &[u8], controller: Controller, number: u32) -> Definition {
-    let layout = Layout::new(controller);
-    let number = number & (layout.count - 1);
-    Definition::decode(read_u64(image, layout.definition_offset(number)))
-}
-
-/// A definition as a PMAC answers it.
-pub(super) fn definition_text(definition: Definition) -> String {
-    let field = |space: char, address: u32, field: Field| {
-        let format = match field.format {
-            Format::U => "",
-            Format::S => ",S",
-            Format::D => ",D",
-            Format::C => ",C",
-        };
-        match field.width {
-            1 => format!("{space}:${address:X},{}", field.offset),
-            24 if field.offset == 0 => format!("{space}:${address:X},24{format}"),
-            width => format!("{space}:${address:X},{},{width}{format}", field.offset),
-        }
-    };
-    match definition {
-        Definition::Star => "*".into(),
-        Definition::X { address, field: bits } => field('X', address, bits),
-        Definition::Y { address, field: bits } => field('Y', address, bits),
-        Definition::D { address } => format!("D:${address:X}"),
-        Definition::Dp { address } => format!("DP:${address:X}"),
-        Definition::L { address } => format!("L:${address:X}"),
-        Definition::F { address } => format!("F:${address:X}"),
-        Definition::Tw { address } => format!("TW:{address}"),
-    }
 }
 
 /// Whether a line has a word (in capitals) outside of texts.

@@ -1,12 +1,12 @@
 //! What a PMI program drives beside its outputs: operator panels, touch windows, machine status and the production
 //! display (PMI 3.4).
 
+use plcc_abi::number;
 use plcc_abi::pmi::PmiTables;
-use plcc_runtime::value::number;
 
-use super::{Cell, Draft, Shown};
+use crate::presentation::{Cell, PanelDraft, Shown};
 
-pub(super) fn panels(tables: &PmiTables) -> Vec<Draft> {
+pub(super) fn panels(tables: &PmiTables) -> Vec<PanelDraft> {
     let elements = |name: &str| {
         let symbol = tables.symbols.iter().find(|symbol| symbol.name == name);
         symbol.and_then(|symbol| symbol.elements).unwrap_or(0)
@@ -25,7 +25,7 @@ pub(super) fn panels(tables: &PmiTables) -> Vec<Draft> {
         digits
             .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
     });
-    panels.push(Draft {
+    panels.push(PanelDraft {
         title: "Pending M and G codes".into(),
         columns: 4,
         cells: codes
@@ -39,22 +39,22 @@ pub(super) fn panels(tables: &PmiTables) -> Vec<Draft> {
 
 /// Five rows of three push-buttons, and one that is centred: "Upper left @CP100, upper right @CP102, bottom centered
 /// @CP115".
-fn operator_panel() -> Draft {
+fn operator_panel() -> PanelDraft {
     let button = |at: u32| {
         Cell::button(format!("@CP1{at:02}"), format!("@CP1{at:02}"), Some(format!("@CL1{at:02}")))
     };
     let mut cells: Vec<Cell> = (0..15).map(button).collect();
     cells.extend([Cell::gap(), button(15)]);
-    Draft { title: "Operator panel".into(), columns: 3, cells, note: None }
+    PanelDraft { title: "Operator panel".into(), columns: 3, cells, note: None }
 }
 
 /// A 4 x 4 panel.
-fn square_panel(panel: u32) -> Draft {
+fn square_panel(panel: u32) -> PanelDraft {
     let button = |at: u32| {
         let name = format!("@4P{panel}{at:02}");
         Cell::button(name.clone(), name, Some(format!("@4L{panel}{at:02}")))
     };
-    Draft {
+    PanelDraft {
         title: format!("4 x 4 panel {panel}"),
         columns: 4,
         cells: (0..16).map(button).collect(),
@@ -63,7 +63,7 @@ fn square_panel(panel: u32) -> Draft {
 }
 
 /// A touch window of twelve buttons, of the variables with this letter, and a variable that says more of it.
-fn touch_window(title: &str, letter: char, more: &str) -> Draft {
+fn touch_window(title: &str, letter: char, more: &str) -> PanelDraft {
     let button = |at: u32| Cell {
         label: format!("@{letter}TX{at:02}"),
         shown: Shown::Key(format!("@{letter}TX{at:02}")),
@@ -75,7 +75,7 @@ fn touch_window(title: &str, letter: char, more: &str) -> Draft {
     cells.push(Cell::number(format!("@{more}"), format!("@{more}")));
     let attributes = (0..12).map(|at| format!("@{letter}AT{at:02}"));
     cells.extend(attributes.map(|name| Cell::number(name.clone(), name)));
-    Draft {
+    PanelDraft {
         title: title.into(),
         columns: 4,
         cells,
@@ -96,7 +96,7 @@ fn status_value(value: f64, conversion: f64) -> String {
     }
 }
 
-fn machine_status(rows: u32) -> Draft {
+fn machine_status(rows: u32) -> PanelDraft {
     let cells = (0..rows).flat_map(|row| {
         let element = |array: &str| format!("@{array}[{row}]");
         let text = Cell {
@@ -111,7 +111,7 @@ fn machine_status(rows: u32) -> Draft {
         };
         [text, value.editable(), Cell::light("not while a program runs", element("STSEM"))]
     });
-    Draft { title: "mach stat".into(), columns: 3, cells: cells.collect(), note: None }
+    PanelDraft { title: "mach stat".into(), columns: 3, cells: cells.collect(), note: None }
 }
 
 fn mode(value: f64) -> String {
@@ -124,7 +124,7 @@ fn mode(value: f64) -> String {
     .into()
 }
 
-fn production(axes: u32) -> Draft {
+fn production(axes: u32) -> PanelDraft {
     let percent = |label: &str, unused: &str| Cell {
         unused: Some(unused.into()),
         ..Cell::number(format!("{label} %"), label)
@@ -149,5 +149,5 @@ fn production(axes: u32) -> Draft {
         cells.push(Cell::light(format!("not homed {axis}"), format!("@NHOME[{axis}]")));
         cells.push(Cell::gap());
     }
-    Draft { title: "Production".into(), columns: 4, cells, note: None }
+    PanelDraft { title: "Production".into(), columns: 4, cells, note: None }
 }

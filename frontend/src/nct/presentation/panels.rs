@@ -2,10 +2,9 @@
 //! displayed, messages, softkeys and the machine control board, functions, tables, constants.
 
 use plcc_abi::nct::{NctControl, NctSettings};
-use plcc_runtime::value::number;
+use plcc_abi::number;
 
-use super::{Cell, Draft, Shown};
-use crate::view::Active;
+use crate::presentation::{Announced, Cell, PanelDraft, Shown};
 
 /// The parameters MAGAZINE and PLC_TAB.
 const MAGAZINE: u16 = 61;
@@ -98,8 +97,8 @@ pub(super) fn panels(
     settings: &NctSettings,
     captions: &[String],
     info: &str,
-    messages: &[Active],
-) -> Vec<Draft> {
+    messages: &[Announced],
+) -> Vec<PanelDraft> {
     let parameter = |number: u16| {
         let found = settings.parameters.iter().find(|(own, _)| *own == number);
         found.map_or(0, |(_, value)| u32::try_from(*value).unwrap_or(0)).min(MAX_ROWS)
@@ -114,7 +113,7 @@ pub(super) fn panels(
         plc_table(pots, rows),
         constants(),
         analog(),
-        Draft {
+        PanelDraft {
             title: "SERVICE PLC".into(),
             columns: 1,
             cells: info
@@ -132,7 +131,7 @@ pub(super) fn panels(
 }
 
 /// Line 2 of every screen, and which one is displayed.
-fn screen(control: NctControl, messages: &[Active]) -> Draft {
+fn screen(control: NctControl, messages: &[Announced]) -> PanelDraft {
     let has_panel = matches!(control, NctControl::Nct98 | NctControl::Nct99);
     let name = if has_panel { screen_of_nct99 } else { screen_of_nct2000 };
     let mut cells = vec![
@@ -147,7 +146,7 @@ fn screen(control: NctControl, messages: &[Active]) -> Draft {
         let flag = format!("I{}", message.name.trim_start_matches('Y'));
         cells.push(Cell::light(format!("{} {}", message.name, message.text), flag));
     }
-    Draft {
+    PanelDraft {
         title: "Screen and messages".into(),
         columns: 1,
         cells,
@@ -161,7 +160,7 @@ fn key(label: &str, group: u32, at: usize) -> Cell {
 }
 
 /// The softkeys of the action menus.
-fn softkeys(captions: &[String]) -> Draft {
+fn softkeys(captions: &[String]) -> PanelDraft {
     let mut cells = vec![];
     let mut group = |title: &str, live: &str, group: u32, labels: &[String]| {
         cells.push(Cell::light(title, live));
@@ -199,7 +198,7 @@ fn softkeys(captions: &[String]) -> Draft {
         Cell::light("F- F+", "Y527"),
         Cell::number("F% RH028", "RH028"),
     ]);
-    Draft {
+    PanelDraft {
         title: "Operator's panel softkeys".into(),
         columns: 9,
         cells,
@@ -208,7 +207,7 @@ fn softkeys(captions: &[String]) -> Draft {
 }
 
 /// The machine control boards 1 and 2.
-fn board() -> Draft {
+fn board() -> PanelDraft {
     let mut cells = vec![Cell::light("board 1", "Y531"), Cell::light("board 2", "Y532")];
     cells.extend((0..8).map(|at| key(&format!("JOG {}", at + 1), 43, at)).map(|cell| {
         // The lamps of I43n are Y45n.
@@ -223,7 +222,7 @@ fn board() -> Draft {
     cells.push(Cell::button("RESET", "I477".into(), None));
     cells.extend((0..8).map(|at| key(&format!("user {}", at + 1), 48, at)));
     cells.push(Cell::number("F% RH028", "RH028"));
-    Draft {
+    PanelDraft {
         title: "Machine control board".into(),
         columns: 4,
         cells,
@@ -235,7 +234,7 @@ fn board() -> Draft {
 }
 
 /// The screen FUNCTION.
-fn functions() -> Draft {
+fn functions() -> PanelDraft {
     let mut cells: Vec<Cell> = (0..8)
         .map(|group| {
             Cell::formatted(format!("M group {}", group + 1), format!("RH07{group}"), blank)
@@ -254,11 +253,11 @@ fn functions() -> Draft {
     ] {
         cells.push(Cell::number(label, register));
     }
-    Draft { title: "FUNCTION".into(), columns: 4, cells, note: None }
+    PanelDraft { title: "FUNCTION".into(), columns: 4, cells, note: None }
 }
 
 /// The tool pot table: row 0 is the spindle.
-fn pot_table(pots: u32) -> Draft {
+fn pot_table(pots: u32) -> PanelDraft {
     let row = |pot_number: u32| {
         let label = match pot_number {
             0 => "0 spindle".to_owned(),
@@ -268,7 +267,7 @@ fn pot_table(pots: u32) -> Draft {
         Cell::formatted(label, format!("F{word:03}"), pot).editable()
     };
     let cells = if pots == 0 { vec![] } else { (0..=pots).map(row).collect() };
-    Draft {
+    PanelDraft {
         title: "Tool pot table".into(),
         columns: 4,
         cells,
@@ -281,13 +280,13 @@ fn pot_table(pots: u32) -> Draft {
 }
 
 /// The PLC table, behind the tool pot table.
-fn plc_table(pots: u32, rows: u32) -> Draft {
+fn plc_table(pots: u32, rows: u32) -> PanelDraft {
     let first = if pots == 0 { POTS } else { POTS + 2 * pots + 2 };
     let row = |row: u32| {
         let word = first + 2 * (row - 1);
         (word <= LAST_WORD).then(|| Cell::number(row.to_string(), format!("F{word:03}")).editable())
     };
-    Draft {
+    PanelDraft {
         title: "PLC table".into(),
         columns: 4,
         cells: (1..=rows).filter_map(row).collect(),
@@ -296,9 +295,9 @@ fn plc_table(pots: u32, rows: u32) -> Draft {
 }
 
 /// The parameters CONST1 to CONST40. They are constants of the machine, so nothing sets them here.
-fn constants() -> Draft {
+fn constants() -> PanelDraft {
     let constant = |at: u32| Cell::number(format!("CONST{at:03}"), format!("RP{at:03}"));
-    Draft {
+    PanelDraft {
         title: "PLC constants".into(),
         columns: 4,
         cells: (1..=40).map(constant).collect(),
@@ -309,9 +308,9 @@ fn constants() -> Draft {
 }
 
 /// The analog inputs of the first interface board.
-fn analog() -> Draft {
+fn analog() -> PanelDraft {
     let cells = (1..=4).map(|at| Cell::number(format!("A{at}"), format!("RH03{}", at + 4)));
-    Draft { title: "Analog inputs".into(), columns: 4, cells: cells.collect(), note: None }
+    PanelDraft { title: "Analog inputs".into(), columns: 4, cells: cells.collect(), note: None }
 }
 
 #[cfg(test)]

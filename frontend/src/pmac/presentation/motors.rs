@@ -6,14 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use plcc_abi::Tables;
 use plcc_abi::pmac::Controller;
 
-use crate::Refusal;
-use crate::session::Session;
+use crate::presentation::Read;
 
 /// How many motors a PMAC has, and how many coordinate systems.
-pub(in crate::session) const MOTORS: u32 = 8;
+pub(in crate::pmac::presentation) const MOTORS: u32 = 8;
 
 /// The distance between the same registers of two neighbouring motors: below address $800, and from $800 on.
 const LOW_STEP: u32 = 0x3C;
@@ -60,13 +58,13 @@ const GLOBAL_X: &[StatusBit] = &[(20, "servo error"), (22, "real-time interrupt 
 
 /// What the registers of a motor say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::session) struct Motor {
+pub(in crate::pmac::presentation) struct Motor {
     /// In counts.
-    pub(in crate::session) position: f64,
+    pub(in crate::pmac::presentation) position: f64,
     /// In counts a millisecond.
-    pub(in crate::session) velocity: f64,
+    pub(in crate::pmac::presentation) velocity: f64,
     /// In counts; 0 in open loop.
-    pub(in crate::session) following_error: f64,
+    pub(in crate::pmac::presentation) following_error: f64,
 }
 
 /// A word at an address in a space: `X:$3D`.
@@ -119,80 +117,95 @@ fn quotient(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a / b }
 }
 
-impl Session<'_> {
-    /// Refuses what needs the addresses of motor registers, which the guide gives for PMAC but not for Turbo PMAC.
-    fn require_pmac_addresses(&self) -> Result<(), Refusal> {
-        match self.tables() {
-            Some(Tables::Pmac(tables)) if tables.controller == Controller::Pmac => Ok(()),
-            Some(Tables::Pmac(_)) => Err(Refusal::new(
-                "the guide gives the registers of motors for PMAC only, not for Turbo PMAC",
-            )),
-            _ => Err(Refusal::new(
-                "without the program the controller is not known; name its source after the socket",
-            )),
+/// Refuses what needs the addresses of motor registers, which the guide gives for PMAC but not for Turbo PMAC.
+fn require_pmac(controller: Option<Controller>) -> Result<(), String> {
+    match controller {
+        Some(Controller::Pmac) => Ok(()),
+        Some(Controller::Turbo) => {
+            Err("the guide gives the registers of motors for PMAC only, not for Turbo PMAC".into())
+        }
+        None => {
+            Err("without the program the controller is not known; name its source after the socket"
+                .into())
         }
     }
+}
 
-    /// The motors of these numbers, all of one moment.
-    ///
-    /// # Errors
-    /// On a Turbo PMAC, or when the registers can't be read.
-    pub(in crate::session) fn motors(&mut self, numbers: &[u32]) -> Result<Vec<Motor>, Refusal> {
-        self.require_pmac_addresses()?;
-        let registers: Vec<Registers> = numbers.iter().map(|&motor| Registers::of(motor)).collect();
-        let mut names: Vec<String> = registers.iter().flat_map(Registers::names).collect();
-        names.push("I10".into());
-        let values = self.read(&names)?.values;
-        let of = |name: &String| values.get(name).copied().unwrap_or(0.0);
-        let cycle = values.get("I10").copied().unwrap_or(0.0);
-        let motor = |own: &Registers| {
-            let [ix08, ix09, ix60] = &own.scales;
-            let scale = of(ix08) * 32.0;
-            // Bit 16 of Ix05: handwheel offset mode.
-            let offset = if has_bit(of(&own.mode), 16) { of(&own.master) } else { 0.0 };
-            let is_open = has_bit(of(own.status.first().unwrap_or(ix08)), 18);
-            let position = of(&own.actual) + of(&own.bias) + of(&own.compensation) - offset;
-            let speed = signed(of(&own.velocity)) * UNITS_PER_MS;
-            Motor {
-                position: quotient(position, scale),
-                velocity: quotient(speed, of(ix09) * 32.0 * cycle * (of(ix60) + 1.0)),
-                following_error: if is_open { 0.0 } else { quotient(of(&own.error), scale) },
-            }
-        };
-        Ok(registers.iter().map(motor).collect())
-    }
+/// The motors of these numbers, all of one moment.
+///
+/// # Errors
+/// On a Turbo PMAC, or when the registers can't be read.
+pub(in crate::pmac::presentation) fn motors(
+    controller: Option<Controller>,
+    numbers: &[u32],
+    read: Read<'_>,
+) -> Result<Vec<Motor>, String> {
+    require_pmac(controller)?;
+    let registers: Vec<Registers> = numbers.iter().map(|&motor| Registers::of(motor)).collect();
+    let mut names: Vec<String> = registers.iter().flat_map(Registers::names).collect();
+    names.push("I10".into());
+    let values = read(&names)?;
+    let of = |name: &String| values.get(name).copied().unwrap_or(0.0);
+    let cycle = values.get("I10").copied().unwrap_or(0.0);
+    let motor = |own: &Registers| {
+        let [ix08, ix09, ix60] = &own.scales;
+        let scale = of(ix08) * 32.0;
+        // Bit 16 of Ix05: handwheel offset mode.
+        let offset = if has_bit(of(&own.mode), 16) { of(&own.master) } else { 0.0 };
+        let is_open = has_bit(of(own.status.first().unwrap_or(ix08)), 18);
+        let position = of(&own.actual) + of(&own.bias) + of(&own.compensation) - offset;
+        let speed = signed(of(&own.velocity)) * UNITS_PER_MS;
+        Motor {
+            position: quotient(position, scale),
+            velocity: quotient(speed, of(ix09) * 32.0 * cycle * (of(ix60) + 1.0)),
+            following_error: if is_open { 0.0 } else { quotient(of(&own.error), scale) },
+        }
+    };
+    Ok(registers.iter().map(motor).collect())
+}
 
-    /// The status words of some motors as twelve hexadecimal digits each, and the names of the bits that are on.
-    pub(super) fn motor_statuses(&mut self, numbers: &[u32]) -> Result<Vec<String>, Refusal> {
-        let words = numbers.iter().map(|&motor| Registers::of(motor).status).collect();
-        self.statuses(words, [MOTOR_X, MOTOR_Y])
-    }
+/// The status words of some motors as twelve hexadecimal digits each, and the names of the bits that are on.
+pub(in crate::pmac::presentation) fn motor_statuses(
+    controller: Option<Controller>,
+    numbers: &[u32],
+    read: Read<'_>,
+) -> Result<Vec<String>, String> {
+    let words = numbers.iter().map(|&motor| Registers::of(motor).status).collect();
+    statuses(controller, read, words, [MOTOR_X, MOTOR_Y])
+}
 
-    /// The same of coordinate systems.
-    pub(super) fn system_statuses(&mut self, numbers: &[u32]) -> Result<Vec<String>, Refusal> {
-        let step = |address: u32, system: u32| address + (system - 1) * HIGH_STEP;
-        let words = numbers
-            .iter()
-            .map(|&system| [word("X", step(0x818, system)), word("Y", step(0x817, system))]);
-        self.statuses(words.collect(), [SYSTEM_X, SYSTEM_Y])
-    }
+/// The same of coordinate systems.
+pub(in crate::pmac::presentation) fn system_statuses(
+    controller: Option<Controller>,
+    numbers: &[u32],
+    read: Read<'_>,
+) -> Result<Vec<String>, String> {
+    let step = |address: u32, system: u32| address + (system - 1) * HIGH_STEP;
+    let words = numbers
+        .iter()
+        .map(|&system| [word("X", step(0x818, system)), word("Y", step(0x817, system))]);
+    statuses(controller, read, words.collect(), [SYSTEM_X, SYSTEM_Y])
+}
 
-    /// The global status words. The guide names bits of the first one only.
-    pub(super) fn global_status(&mut self) -> Result<String, Refusal> {
-        let found = self.statuses(vec![[word("X", 3), word("Y", 3)]], [GLOBAL_X, &[]])?;
-        Ok(found.join("\n"))
-    }
+/// The global status words. The guide names bits of the first one only.
+pub(in crate::pmac::presentation) fn global_status(
+    controller: Option<Controller>,
+    read: Read<'_>,
+) -> Result<String, String> {
+    let found = statuses(controller, read, vec![[word("X", 3), word("Y", 3)]], [GLOBAL_X, &[]])?;
+    Ok(found.join("\n"))
+}
 
-    fn statuses(
-        &mut self,
-        words: Vec<[String; 2]>,
-        bits: [&[StatusBit]; 2],
-    ) -> Result<Vec<String>, Refusal> {
-        self.require_pmac_addresses()?;
-        let names: Vec<String> = words.iter().flatten().cloned().collect();
-        let values = self.read(&names)?.values;
-        Ok(words.iter().map(|words| status_text(words, bits, &values)).collect())
-    }
+fn statuses(
+    controller: Option<Controller>,
+    read: Read<'_>,
+    words: Vec<[String; 2]>,
+    bits: [&[StatusBit]; 2],
+) -> Result<Vec<String>, String> {
+    require_pmac(controller)?;
+    let names: Vec<String> = words.iter().flatten().cloned().collect();
+    let values = read(&names)?;
+    Ok(words.iter().map(|words| status_text(words, bits, &values)).collect())
 }
 
 /// A pair of status words: twelve hexadecimal digits, and after them the names of the bits that are on.
