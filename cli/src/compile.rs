@@ -153,11 +153,7 @@ impl CompileError {
         match error {
             LowerError::Internal(error) => error.into(),
             LowerError::TooLong(statement) => {
-                let code = match dialect {
-                    Dialect::Pmi => "PMI-X4",
-                    Dialect::Nct => "NCT-X2",
-                    Dialect::Pmac => "PMAC-X7",
-                };
+                let code = language(dialect).length_codes().instructions;
                 let what = "the program is too long: with this statement it has more than \
                             524 288 instructions of IR, or the statement more than 131 072";
                 Self::TooLong(Box::new(too_long(code, statement, what)))
@@ -209,11 +205,7 @@ fn code_with(
     let dialect = optimized.program.dialect();
     plcc_codegen::compile(&optimized.module, target, options).map_err(|error| match error {
         CodegenError::TooLong(Some(statement)) => {
-            let code = match dialect {
-                Dialect::Pmi => "PMI-X5",
-                Dialect::Nct => "NCT-X3",
-                Dialect::Pmac => "PMAC-X8",
-            };
+            let code = language(dialect).length_codes().machine_code;
             let what = "the program is too long: with the code of this statement and those after \
                         it, its machine code has more than 32 MiB";
             CompileError::TooLong(Box::new(too_long(code, statement, what)))

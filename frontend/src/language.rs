@@ -60,6 +60,22 @@ pub trait Language: Sync {
         false
     }
 
+    /// Whether `--define` defines names for the program.
+    fn takes_definitions(&self) -> bool {
+        false
+    }
+
+    /// Whether [`check`](Self::check) makes a program in spite of errors, which `run --keep-going` runs.
+    fn runs_despite_errors(&self) -> bool {
+        false
+    }
+
+    /// What begins a comment.
+    fn comment_signs(&self) -> &'static [&'static str];
+
+    /// The codes of diagnostics for programs that are too long.
+    fn length_codes(&self) -> LengthCodes;
+
     /// Reads and checks a program: one file, or several where the language
     /// [joins files](Self::joins_files). Included files are asked of `loader` and added to
     /// `sources`.
@@ -123,6 +139,15 @@ pub trait Language: Sync {
     fn listing_comments(&self, _tables: &Tables) -> Vec<String> {
         Vec::new()
     }
+}
+
+/// The codes of diagnostics for programs that are too long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LengthCodes {
+    /// Too many instructions of IR.
+    pub instructions: &'static str,
+    /// Too many bytes of machine code.
+    pub machine_code: &'static str,
 }
 
 /// A name that `plcc explain` can explain.

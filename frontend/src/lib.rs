@@ -44,5 +44,5 @@ pub mod pmac;
 pub mod pmi;
 pub mod presentation;
 
-pub use language::{CheckedProgram, LANGUAGES, Language, Titles, Topic, language};
+pub use language::{CheckedProgram, LANGUAGES, Language, LengthCodes, Titles, Topic, language};
 pub use presentation::Presentation;

@@ -11,6 +11,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use plcc_abi::Dialect;
 use plcc_diag::lints::Lint;
+use plcc_frontend::language;
 use plcc_host::args::{ControlArgs, RunArgs};
 
 use crate::object_args::ObjectArgs;
@@ -332,12 +333,11 @@ impl SourceArgs {
     /// The first option among those given that only programs of language `dialect` have, as it is
     /// written on the command line.
     pub(crate) fn option_of(&self, dialect: Dialect) -> Option<&'static str> {
-        let given = match dialect {
-            Dialect::Pmi | Dialect::Nct => return None,
-            Dialect::Pmac => {
-                [("--define", !self.define.is_empty()), ("--controller", self.controller.is_some())]
-            }
-        };
+        let language = language(dialect);
+        let given = [
+            ("--define", language.takes_definitions() && !self.define.is_empty()),
+            ("--controller", language.has_controllers() && self.controller.is_some()),
+        ];
         given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 }

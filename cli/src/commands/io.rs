@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use plcc_abi::{Dialect, printable};
 use plcc_diag::{FileId, SourceMap};
+use plcc_frontend::language;
 use plcc_host::args::ControlArgs;
 use plcc_host::image_file::SymbolTable;
 use plcc_host::session;
@@ -67,11 +68,7 @@ fn description(comment: &str) -> String {
 
 /// The comment of the first line that names a variable and has a comment behind it.
 fn comment(sources: &SourceMap, name: &str, dialect: Dialect) -> Option<String> {
-    let signs: &[&str] = match dialect {
-        Dialect::Pmi => &["?"],
-        Dialect::Nct => &["/*", ";"],
-        Dialect::Pmac => &[";", "//", "/*"],
-    };
+    let signs = language(dialect).comment_signs();
     let files = (0..sources.len()).map(|file| sources.text(FileId(file as u32)));
     files.flat_map(str::lines).find_map(|line| {
         let upper = line.to_ascii_uppercase();

@@ -4,9 +4,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use plcc_abi::{Dialect, Engine, Program};
+use plcc_abi::{Engine, Program};
 use plcc_codegen::emit::ObjectOptions;
 use plcc_files::open_regular;
+use plcc_frontend::language;
 use plcc_host::args::RunArgs;
 use plcc_host::session;
 use plcc_load::Artifact;
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     input::refuse_options_of_others(program.dialect, |other| {
-        (args.keep_going && other == Dialect::Pmac).then_some("--keep-going")
+        (args.keep_going && language(other).runs_despite_errors()).then_some("--keep-going")
     })?;
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);

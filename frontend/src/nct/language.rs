@@ -12,7 +12,7 @@ use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
 /// The PLC language of NCT's controls.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +49,14 @@ impl Language for Nct {
                 || ["TWB", "TWS", "TWR"].iter().any(|word| before.ends_with(word));
             module && !address
         })
+    }
+
+    fn comment_signs(&self) -> &'static [&'static str] {
+        &["/*", ";"]
+    }
+
+    fn length_codes(&self) -> LengthCodes {
+        LengthCodes { instructions: "NCT-X2", machine_code: "NCT-X3" }
     }
 
     fn check(

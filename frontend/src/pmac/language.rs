@@ -14,7 +14,7 @@ use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
 
 /// The PLC language of PMAC and Turbo PMAC.
@@ -61,6 +61,23 @@ impl Language for Pmac {
     /// often a file of its own.
     fn may_be_elsewhere(&self, code: &str) -> bool {
         code == "PMAC-W2"
+    }
+
+    fn takes_definitions(&self) -> bool {
+        true
+    }
+
+    /// The PLCs with broken structures are empty.
+    fn runs_despite_errors(&self) -> bool {
+        true
+    }
+
+    fn comment_signs(&self) -> &'static [&'static str] {
+        &[";", "//", "/*"]
+    }
+
+    fn length_codes(&self) -> LengthCodes {
+        LengthCodes { instructions: "PMAC-X7", machine_code: "PMAC-X8" }
     }
 
     fn check(

@@ -11,7 +11,7 @@ use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
     StatementInterpreter,
 };
-use crate::language::{CheckedProgram, Language, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
 /// The PMI language.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,14 @@ impl Language for Pmi {
             let end = word.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(word.len());
             word.get(..end).is_some_and(|word| DIRECTIVES.contains(&word))
         })
+    }
+
+    fn comment_signs(&self) -> &'static [&'static str] {
+        &["?"]
+    }
+
+    fn length_codes(&self) -> LengthCodes {
+        LengthCodes { instructions: "PMI-X4", machine_code: "PMI-X5" }
     }
 
     fn check(
