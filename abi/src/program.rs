@@ -5,12 +5,27 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{nct::NctTables, pmac::PmacTables, pmi::PmiTables};
+use crate::{BitField, ImageSymbol, nct::NctTables, pmac::PmacTables, pmi::PmiTables};
 
-/// Writes [`Dialect`] and [`Tables`] from one list of the languages, so that none can be in one and
-/// not in the other.
+/// What the tables of every language say.
+pub trait DialectTables {
+    /// Whether the number at the end of a name counts bits of bytes, so that 8 and 9 are no last digits: `I007` is followed by
+    /// `I010`.
+    const NAMES_END_IN_BITS: bool = false;
+
+    /// As [`Tables::symbols`].
+    fn symbols(&self) -> Vec<ImageSymbol>;
+
+    /// As [`Tables::bit_fields`].
+    fn bit_fields(&self) -> Vec<BitField> {
+        Vec::new()
+    }
+}
+
+/// Writes [`Dialect`], [`Tables`] and `for_tables!` from one list of the languages, so that none can be in one and
+/// not in the others.
 macro_rules! dialects {
-    ($($(#[$doc:meta])* $variant:ident, $name:literal, $tables:ty;)*) => {
+    ($d:tt $($(#[$doc:meta])* $variant:ident, $name:literal, $tables:ty;)*) => {
         /// A language, and with it the control that runs its programs.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         #[serde(rename_all = "lowercase")]
@@ -26,6 +41,13 @@ macro_rules! dialects {
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
+                }
+            }
+
+            /// As [`DialectTables::NAMES_END_IN_BITS`].
+            pub fn names_end_in_bits(self) -> bool {
+                match self {
+                    $(Self::$variant => <$tables as DialectTables>::NAMES_END_IN_BITS,)*
                 }
             }
         }
@@ -44,16 +66,41 @@ macro_rules! dialects {
                 }
             }
         }
+
+        /// Does the same with the tables of whichever language: `for_tables!(tables, own => own.symbols())`.
+        #[macro_export]
+        macro_rules! for_tables {
+            ($d tables:expr, $d own:ident => $d result:expr) => {
+                match $d tables {
+                    $($crate::Tables::$variant($d own) => $d result,)*
+                }
+            };
+        }
     };
 }
 
-dialects! {
+dialects! { $
     /// Sieb & Meyer SERIES 8.
     Pmi, "pmi", PmiTables;
     /// NCT.
     Nct, "nct", NctTables;
     /// Delta Tau PMAC and Turbo PMAC.
     Pmac, "pmac", PmacTables;
+}
+
+impl Tables {
+    /// The variables of a program that are parts of words, as they are when the program is loaded:
+    /// PMAC's M and L whose definition names bits of a word that lies in the image, unless it reads the
+    /// bits as decimal digits. The program may define an M-variable anew while it runs.
+    pub fn bit_fields(&self) -> Vec<BitField> {
+        for_tables!(self, own => own.bit_fields())
+    }
+
+    /// The variables of a program that lie in its image, in the order of its tables. Variables
+    /// whose place may change while the program runs (PMAC's M and L) are not among them.
+    pub fn symbols(&self) -> Vec<ImageSymbol> {
+        for_tables!(self, own => own.symbols())
+    }
 }
 
 /// A part of the process image that holds one kind of state. Regions do not overlap.

@@ -1,9 +1,7 @@
 //! Where a program's variables lie in its image, in one form for all languages. The layout in an
 //! object file is made of it.
 
-use alloc::{string::String, vec::Vec};
-
-use crate::{Tables, nct, pmac, pmi};
+use alloc::string::String;
 
 /// The type of a variable in the image, little endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -72,26 +70,4 @@ pub struct BitField {
     pub width: u8,
     /// Whether the highest of them is a sign.
     pub signed: bool,
-}
-
-impl Tables {
-    /// The variables of a program that are parts of words, as they are when the program is loaded:
-    /// PMAC's M and L whose definition names bits of a word that lies in the image, unless it reads the
-    /// bits as decimal digits. The program may define an M-variable anew while it runs.
-    pub fn bit_fields(&self) -> Vec<BitField> {
-        match self {
-            Self::Pmi(_) | Self::Nct(_) => Vec::new(),
-            Self::Pmac(tables) => pmac::bit_fields(tables),
-        }
-    }
-
-    /// The variables of a program that lie in its image, in the order of its tables. Variables
-    /// whose place may change while the program runs (PMAC's M and L) are not among them.
-    pub fn symbols(&self) -> Vec<ImageSymbol> {
-        match self {
-            Self::Pmi(tables) => pmi::symbols(tables),
-            Self::Nct(tables) => nct::symbols(tables),
-            Self::Pmac(tables) => pmac::symbols(tables),
-        }
-    }
 }

@@ -1,8 +1,7 @@
 //! What the core asks of each control, and the place where the control of a program is chosen.
 //!
 //! A [`Control`] belongs to the tables of a program: they say which control the program is for. A
-//! further language implements the trait for its tables in its own folder; the match below does
-//! not compile until it is named in it.
+//! further language implements the trait for its tables in its own folder.
 
 use plcc_abi::{Program, Tables};
 
@@ -27,11 +26,7 @@ pub(crate) trait Control {
 
 /// The control that a program's tables are for.
 fn control(tables: &Tables) -> &dyn Control {
-    match tables {
-        Tables::Pmi(tables) => tables,
-        Tables::Nct(tables) => tables,
-        Tables::Pmac(tables) => tables,
-    }
+    plcc_abi::for_tables!(tables, own => own)
 }
 
 /// Checks that the tables of a program fit its image and its tasks, before anything runs.

@@ -33,5 +33,12 @@ pub use layout::{
 };
 pub use name::{NctName, NctNameError};
 pub use settings::{NctControl, NctSettings, ToolPot};
-pub(crate) use symbols::symbols;
 pub use tables::{NctTables, ReachableCode};
+
+impl crate::DialectTables for NctTables {
+    const NAMES_END_IN_BITS: bool = true;
+
+    fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {
+        symbols::symbols(self)
+    }
+}

@@ -26,5 +26,14 @@ pub use memory::{Memory, View};
 pub use name::{PmacName, PmacNameError};
 pub use range::Range;
 pub use sparse_memory::SparseMemory;
-pub(crate) use symbols::{bit_fields, symbols};
 pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable};
+
+impl crate::DialectTables for PmacTables {
+    fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {
+        symbols::symbols(self)
+    }
+
+    fn bit_fields(&self) -> alloc::vec::Vec<crate::BitField> {
+        symbols::bit_fields(self)
+    }
+}

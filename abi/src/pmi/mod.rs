@@ -9,8 +9,13 @@ pub mod tables;
 
 pub use layout::PORTS;
 pub use name::{PmiName, PmiNameError, PmiVariable};
-pub(crate) use symbols::symbols;
 pub use tables::{
     Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,
     TimerKind, Type,
 };
+
+impl crate::DialectTables for PmiTables {
+    fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {
+        symbols::symbols(self)
+    }
+}

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Args;
 use plcc_abi::machine::Machine;
-use plcc_abi::{Dialect, Program, Tables};
+use plcc_abi::{Dialect, Program};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -34,6 +34,37 @@ pub struct ControlArgs {
     /// PMAC's.
     #[command(flatten)]
     pub pmac: PmacArgs,
+}
+
+/// What is asked of each control: its options, and its executive made from them.
+trait ControlOptions: Sync {
+    /// The first option among `args` that only this control has, as it is written on the command line.
+    fn first_given(&self, args: &ControlArgs) -> Option<&'static str>;
+
+    /// Whether a machine file says something that is used when a program runs, rather than when it is
+    /// compiled.
+    fn takes_machine_file(&self) -> bool;
+
+    /// The control at power-up, as the options say.
+    ///
+    /// # Errors
+    /// When the program's tables do not fit together.
+    fn executive(
+        &self,
+        program: &Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn Executive + Send>, String>;
+}
+
+/// The controls, in the order of [`Dialect::ALL`].
+const CONTROLS: &[&dyn ControlOptions] = &[&pmi::Pmi, &nct::Nct, &pmac::Pmac];
+
+const _: () = assert!(CONTROLS.len() == Dialect::ALL.len(), "CONTROLS misses a control");
+
+/// The control of a language.
+#[allow(clippy::indexing_slicing, reason = "the assertion above holds the list to the dialects")]
+fn control(dialect: Dialect) -> &'static dyn ControlOptions {
+    CONTROLS[dialect as usize]
 }
 
 /// The settings that are chosen for one run.
@@ -78,42 +109,25 @@ pub fn executive(
 ) -> Result<Box<dyn Executive + Send>, ControlError> {
     check(args, program.dialect())?;
     let choices = Choices { args, realtime, machine };
-    let executive = match &program.tables {
-        Tables::Pmi(_) => pmi::executive(program, &choices),
-        Tables::Nct(tables) => nct::executive(tables, program, &choices),
-        Tables::Pmac(_) => pmac::executive(program, &choices),
-    };
+    let executive = control(program.dialect()).executive(program, &choices);
     executive.map_err(ControlError::Damaged)
 }
 
 /// Whether a machine file says something that is used when a program runs, rather than when it is
 /// compiled.
 pub fn takes_machine_file(program: &Program) -> bool {
-    match &program.tables {
-        Tables::Pmi(_) | Tables::Pmac(_) => false,
-        Tables::Nct(_) => true,
-    }
+    control(program.dialect()).takes_machine_file()
 }
 
 /// Refuses options that are for controls of another language than `dialect`.
 fn check(args: &ControlArgs, dialect: Dialect) -> Result<(), ControlError> {
     for &other in Dialect::ALL.iter().filter(|&&other| other != dialect) {
-        if let Some(option) = option_of(other, args) {
+        if let Some(option) = control(other).first_given(args) {
             let (of, is) = (other.name(), dialect.name());
             return Err(ControlError::OtherLanguage { option, of, is });
         }
     }
     Ok(())
-}
-
-/// The first option among `args` that only controls of language `dialect` have, as it is written on
-/// the command line.
-fn option_of(dialect: Dialect, args: &ControlArgs) -> Option<&'static str> {
-    match dialect {
-        Dialect::Pmi => args.pmi.first_given(),
-        Dialect::Nct => args.nct.first_given(),
-        Dialect::Pmac => args.pmac.first_given(),
-    }
 }
 
 /// A decimal number without a sign or an exponent, with or without a fraction.

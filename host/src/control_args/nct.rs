@@ -1,11 +1,11 @@
 //! The options that only an NCT control has, and its executive made from them.
 
 use clap::Args;
-use plcc_abi::Program;
 use plcc_abi::nct::{NctControl, NctTables};
+use plcc_abi::{Program, Tables};
 use serde::{Deserialize, Serialize};
 
-use super::Choices;
+use super::{Choices, ControlArgs, ControlOptions};
 use plcc_runtime::Executive;
 use plcc_runtime::nct::{NctExecutive, NctOptions};
 
@@ -37,7 +37,7 @@ pub struct NctArgs {
 
 impl NctArgs {
     /// The first option that is given.
-    pub(super) fn first_given(&self) -> Option<&'static str> {
+    fn first_given(&self) -> Option<&'static str> {
         let Self { param, constants, macros, control, level0_safepoints } = self;
         let given = [
             ("--param", !param.is_empty()),
@@ -50,9 +50,33 @@ impl NctArgs {
     }
 }
 
+/// The NCT control, as one of the controls.
+pub(super) struct Nct;
+
+impl ControlOptions for Nct {
+    fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
+        args.nct.first_given()
+    }
+
+    fn takes_machine_file(&self) -> bool {
+        true
+    }
+
+    fn executive(
+        &self,
+        program: &Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn Executive + Send>, String> {
+        let Tables::Nct(tables) = &program.tables else {
+            return Err("it is for no NCT control".into());
+        };
+        executive(tables, program, choices)
+    }
+}
+
 /// An NCT control at power-up. A machine file of the run stands in place of the settings that the
 /// program was compiled with; options add to either.
-pub(super) fn executive(
+fn executive(
     tables: &NctTables,
     program: &Program,
     choices: &Choices<'_>,

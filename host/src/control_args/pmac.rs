@@ -4,7 +4,7 @@ use clap::Args;
 use plcc_abi::Program;
 use serde::{Deserialize, Serialize};
 
-use super::Choices;
+use super::{Choices, ControlArgs, ControlOptions};
 use plcc_runtime::Executive;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
@@ -18,13 +18,34 @@ pub struct PmacArgs {
 
 impl PmacArgs {
     /// The first option that is given.
-    pub(super) fn first_given(&self) -> Option<&'static str> {
+    fn first_given(&self) -> Option<&'static str> {
         self.background_steps.is_some().then_some("--background-steps")
     }
 }
 
+/// The PMAC, as one of the controls.
+pub(super) struct Pmac;
+
+impl ControlOptions for Pmac {
+    fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
+        args.pmac.first_given()
+    }
+
+    fn takes_machine_file(&self) -> bool {
+        false
+    }
+
+    fn executive(
+        &self,
+        program: &Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn Executive + Send>, String> {
+        executive(program, choices)
+    }
+}
+
 /// A PMAC at power-up.
-pub(super) fn executive(
+fn executive(
     program: &Program,
     choices: &Choices<'_>,
 ) -> Result<Box<dyn Executive + Send>, String> {

@@ -6,7 +6,7 @@ use clap::Args;
 use plcc_abi::Program;
 use serde::{Deserialize, Serialize};
 
-use super::Choices;
+use super::{Choices, ControlArgs, ControlOptions};
 use super::{decimal, seconds};
 use plcc_runtime::Executive;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
@@ -21,13 +21,34 @@ pub struct PmiArgs {
 
 impl PmiArgs {
     /// The first option that is given.
-    pub(super) fn first_given(&self) -> Option<&'static str> {
+    fn first_given(&self) -> Option<&'static str> {
         self.period.is_some().then_some("--period")
     }
 }
 
+/// The PMI control, as one of the controls.
+pub(super) struct Pmi;
+
+impl ControlOptions for Pmi {
+    fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
+        args.pmi.first_given()
+    }
+
+    fn takes_machine_file(&self) -> bool {
+        false
+    }
+
+    fn executive(
+        &self,
+        program: &Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn Executive + Send>, String> {
+        executive(program, choices)
+    }
+}
+
 /// The executive of a PMI control at power-up, as the options say.
-pub(super) fn executive(
+fn executive(
     program: &Program,
     choices: &Choices<'_>,
 ) -> Result<Box<dyn Executive + Send>, String> {
