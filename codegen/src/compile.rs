@@ -230,6 +230,7 @@ fn assemble(
 #[cfg(test)]
 mod tests {
     use plcc_abi::Region;
+    use plcc_ir::InstBuilder;
     use plcc_ir::{Address, BinaryOp, ChunkBuilder, Statement, Type};
 
     use super::*;

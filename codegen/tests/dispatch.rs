@@ -14,7 +14,7 @@ use plcc_abi::{
 };
 use plcc_codegen::{CodegenOptions, JitMemory, Target, compile};
 use plcc_ir::interp::Interpreter;
-use plcc_ir::{Address, BinaryOp, ChunkBuilder, IntCond, Module, Statement, Type};
+use plcc_ir::{Address, BinaryOp, ChunkBuilder, InstBuilder, IntCond, Module, Statement, Type};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::native::LaterCode;
 
@@ -157,7 +157,7 @@ fn switch_and_goto_indirect_choose_by_number() {
         for (number, &target) in targets.iter().enumerate() {
             b.bind(target);
             statement(b, 1);
-            let v = b.func().iconst(Type::I32, 100 + number as i64);
+            let v = b.func().constant(Type::I32, 100 + number as i64);
             b.func().store(at(4), v);
             b.ret();
         }
@@ -236,7 +236,7 @@ fn a_trap_site_says_what_is_to_blame() {
         let start = b.place();
         b.bind(start);
         b.task("constant", start);
-        let number = b.func().iconst(Type::I32, 1);
+        let number = b.func().constant(Type::I32, 1);
         let index = b.func().load(Type::I32, at(4));
         b.func().trap_at(number, index);
     };
@@ -290,15 +290,15 @@ fn calls(b: &mut ChunkBuilder) {
     let start = b.place();
     b.bind(start);
     b.task("t", start);
-    let minus = b.func().iconst(Type::I32, -1);
-    let two = b.func().iconst(Type::I32, 2);
+    let minus = b.func().constant(Type::I32, -1);
+    let two = b.func().constant(Type::I32, 2);
     let half = b.func().fconst(0.5);
     let word = b.func().host_call(HostFn::PmacWordRead, &[minus, two]).unwrap();
     b.func().store(at(0), word);
     let bits = b.func().host_call(HostFn::PmacBits, &[half]).unwrap();
     b.func().store(at(8), bits);
     statement(b, 2);
-    let minus = b.func().iconst(Type::I32, -1);
+    let minus = b.func().constant(Type::I32, -1);
     let half = b.func().fconst(0.5);
     let double = b.func().host_call(HostFn::PmacSin, &[half, minus]).unwrap();
     b.func().store(at(16), double);
@@ -392,7 +392,7 @@ fn labels_far_apart_are_found() {
     for i in (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))) {
         b.bind(places[i]);
         b.task("t", places[i]);
-        let v = b.func().iconst(Type::I32, i as i64);
+        let v = b.func().constant(Type::I32, i as i64);
         b.func().store(at(0), v);
         b.ret();
         if i == 160 {
@@ -478,7 +478,7 @@ fn making_code_later_takes_none_of_the_time_of_the_scan() {
         b.func().set_optimize_for_size(true);
         statement(&mut b, 2);
         add(&mut b, 4, 1);
-        let args = vec![b.func().iconst(Type::I32, 1); 4];
+        let args = vec![b.func().constant(Type::I32, 1); 4];
         b.func().host_call(HostFn::PmacPlc, &args);
         b.jump(again);
         b.func().set_optimize_for_size(false);

@@ -9,6 +9,7 @@ use std::process::Command;
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use plcc_codegen::{CodegenOptions, Target, compile, emit};
+use plcc_ir::InstBuilder;
 
 const TARGETS: [&str; 2] = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"];
 

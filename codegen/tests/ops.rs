@@ -8,8 +8,8 @@ use plcc_abi::{Engine, Outcome, Program, Region, Scan, Tables, image};
 use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond, FuncBuilder, IntCond,
-    Type, UnaryOp, Value, eval,
+    Address, BinaryOp, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond, FuncBuilder,
+    InstBuilder, IntCond, Type, UnaryOp, Value, eval,
 };
 use plcc_runtime::NativeEngine;
 
@@ -142,7 +142,7 @@ fn task(
     let [x, y] = [(A, 0), (B, 1)].map(|(offset, i)| match operands[i] {
         None => b.func().load(types[i], place(types[i], offset).0),
         Some(bits) if types[i] == Type::F64 => b.func().fconst(f64::from_bits(bits as u64)),
-        Some(value) => b.func().iconst(types[i], value),
+        Some(value) => b.func().constant(types[i], value),
     });
     let result = make(b.func(), x, y);
     let ty = b.func().func().ty(result);
@@ -369,7 +369,7 @@ fn bits_and_fields_give_what_eval_gives() {
                 b.brif(bit, set, clear);
                 for (block, result) in [(set, 1), (clear, 0)] {
                     b.switch_to(block);
-                    let result = b.iconst(Type::I1, result);
+                    let result = b.constant(Type::I1, result);
                     b.jump(join, &[result]);
                 }
                 b.switch_to(join);
@@ -396,7 +396,7 @@ fn comparisons_of_fields_give_what_eval_gives() {
                     let value = b.extract(op, x, field);
                     let mut bits = match is_used {
                         true => b.sextend_or_trunc(Type::I64, value),
-                        false => b.iconst(Type::I64, 0),
+                        false => b.constant(Type::I64, 0),
                     };
                     for (cond, number) in compared() {
                         let holds = b.icmp_imm(cond, value, number);

@@ -16,7 +16,7 @@ use plcc_abi::pmi::PmiTables;
 use plcc_abi::unwind::ALIGNMENT;
 use plcc_abi::{HostFn, Program, Tables};
 use plcc_codegen::{CodegenOptions, Target, compile, emit};
-use plcc_ir::{Address, BinaryOp, ChunkBuilder, Module, Type};
+use plcc_ir::{Address, BinaryOp, ChunkBuilder, InstBuilder, Module, Type};
 use tools::is_there;
 
 /// A program whose function calls the host and needs registers and a frame.

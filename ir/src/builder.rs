@@ -8,9 +8,8 @@ use plcc_abi::{HostFn, TrapCode};
 
 use crate::func::ValueData;
 use crate::{
-    Address, Args, BinaryOp, BitGroups, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field,
-    FloatCond, FuncData, InstData, IntCond, Label, StatementId, Terminator, Type, UnaryOp, Value,
-    ValueDef,
+    Args, BitGroups, Block, BlockCall, BlockData, FuncData, InstBuilder, InstData, Label,
+    StatementId, Terminator, Type, Value, ValueDef,
 };
 
 /// A function under construction and the block that instructions are appended to.
@@ -59,11 +58,6 @@ impl FuncBuilder {
             block.terminator.get_or_insert(Terminator::Return);
         }
         self.func
-    }
-
-    /// The function so far.
-    pub fn func(&self) -> &FuncData {
-        &self.func
     }
 
     /// The current block.
@@ -143,21 +137,6 @@ impl FuncBuilder {
         self.func.values.push(ValueData { ty, def })
     }
 
-    /// Appends an instruction; returns its result if it has one.
-    pub fn push(&mut self, data: InstData) -> Option<Value> {
-        self.begin_block_behind_end();
-        self.length += data.length();
-        let (inst, _) = self.func.append(data, self.loc);
-        self.func.blocks[self.block].insts.push(inst);
-        self.func.result(inst)
-    }
-
-    /// Appends an instruction that has a result.
-    fn push_with_result(&mut self, data: InstData) -> Value {
-        // Only stores and calls without result have none, and they do not come here.
-        self.push(data).unwrap_or(Value::NONE)
-    }
-
     /// Ends the current block with a terminator.
     pub fn terminate(&mut self, terminator: Terminator) {
         self.begin_block_behind_end();
@@ -172,104 +151,6 @@ impl FuncBuilder {
         }
     }
 
-    /// Appends an integer constant, cut to the type.
-    pub fn iconst(&mut self, ty: Type, value: i64) -> Value {
-        self.push_with_result(InstData::Iconst { ty, value: ty.wrap(value) })
-    }
-
-    /// Appends a constant double.
-    pub fn fconst(&mut self, value: f64) -> Value {
-        self.push_with_result(InstData::Fconst { bits: value.to_bits() })
-    }
-
-    /// Appends an operation on one operand.
-    pub fn unary(&mut self, op: UnaryOp, arg: Value) -> Value {
-        self.push_with_result(InstData::Unary { op, arg })
-    }
-
-    /// Appends an operation on two operands of one type.
-    pub fn binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Value {
-        self.push_with_result(InstData::Binary { op, args: [a, b] })
-    }
-
-    /// Appends an operation on an operand and a constant, which is cut to the operand's type.
-    pub fn binary_imm(&mut self, op: BinaryOp, a: Value, b: i64) -> Value {
-        let ty = self.func.ty(a);
-        let b = self.iconst(ty, b);
-        self.binary(op, a, b)
-    }
-
-    /// Appends a comparison of two integers.
-    pub fn icmp(&mut self, cond: IntCond, a: Value, b: Value) -> Value {
-        self.push_with_result(InstData::Icmp { cond, args: [a, b] })
-    }
-
-    /// Appends a comparison of an integer with a constant, which is cut to the integer's type.
-    pub fn icmp_imm(&mut self, cond: IntCond, a: Value, b: i64) -> Value {
-        let ty = self.func.ty(a);
-        let b = self.iconst(ty, b);
-        self.icmp(cond, a, b)
-    }
-
-    /// Appends a comparison of two doubles.
-    pub fn fcmp(&mut self, cond: FloatCond, a: Value, b: Value) -> Value {
-        self.push_with_result(InstData::Fcmp { cond, args: [a, b] })
-    }
-
-    /// Appends a choice: `a` if `cond` is true, else `b`.
-    pub fn select(&mut self, cond: Value, a: Value, b: Value) -> Value {
-        self.push_with_result(InstData::Select { cond, args: [a, b] })
-    }
-
-    /// Appends a conversion to another type.
-    pub fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Value {
-        self.push_with_result(InstData::Convert { op, to, arg })
-    }
-
-    /// Appends the reading of a bit of an integer; gives an `i1`.
-    pub fn bit(&mut self, arg: Value, number: u8) -> Value {
-        self.push_with_result(InstData::Bit { arg, number })
-    }
-
-    /// Appends the reading of a field of an integer.
-    pub fn extract(&mut self, op: ExtractOp, arg: Value, field: Field) -> Value {
-        self.push_with_result(InstData::Extract { op, arg, field })
-    }
-
-    /// Appends the replacing of a field of an integer: by the low bits of `bits`, or by an `i1` if the field is one bit.
-    pub fn insert(&mut self, word: Value, bits: Value, field: Field) -> Value {
-        self.push_with_result(InstData::Insert { args: [word, bits], field })
-    }
-
-    /// Converts a signed integer to a wider, narrower or the same type. A truth value is its lowest bit.
-    pub fn sextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
-        self.resize(ConvertOp::Sext, to, arg)
-    }
-
-    /// Converts an unsigned integer or a truth value to a wider, narrower or the same type.
-    pub fn zextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
-        self.resize(ConvertOp::Zext, to, arg)
-    }
-
-    fn resize(&mut self, extend: ConvertOp, to: Type, arg: Value) -> Value {
-        match to.bits().cmp(&self.func.ty(arg).bits()) {
-            std::cmp::Ordering::Equal => arg,
-            std::cmp::Ordering::Less if to == Type::I1 => self.bit(arg, 0),
-            std::cmp::Ordering::Less => self.convert(ConvertOp::Trunc, to, arg),
-            std::cmp::Ordering::Greater => self.convert(extend, to, arg),
-        }
-    }
-
-    /// Appends a load from the process image.
-    pub fn load(&mut self, ty: Type, at: Address) -> Value {
-        self.push_with_result(InstData::Load { ty, at })
-    }
-
-    /// Appends a store to the process image.
-    pub fn store(&mut self, at: Address, value: Value) {
-        self.push(InstData::Store { at, value });
-    }
-
     /// Gives the function local bits, at least as many.
     pub fn local_bits(&mut self, count: u32) {
         self.func.local_bits = self.func.local_bits.max(count);
@@ -277,17 +158,17 @@ impl FuncBuilder {
 
     /// Puts groups of bits of a word, an `i32`, into local bits.
     pub fn unpack(&mut self, word: Value, to: BitGroups) {
-        self.push(InstData::Unpack { word, to });
+        self.build(InstData::Unpack { word, to });
     }
 
     /// A word, an `i32`, with the bits of groups of local bits.
     pub fn pack(&mut self, from: BitGroups) -> Value {
-        self.push_with_result(InstData::Pack { from })
+        self.build(InstData::Pack { from })
     }
 
     /// Appends the question whether the scan has taken longer than it may; gives an `i1`.
     pub fn is_late(&mut self) -> Value {
-        self.push_with_result(InstData::IsLate)
+        self.build(InstData::IsLate)
     }
 
     /// Appends a call of a host function with the arguments of its signature; returns its result if
@@ -296,7 +177,8 @@ impl FuncBuilder {
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
         let args = Args::new(args).unwrap_or(Args::WRONG);
         self.host_calls += 1;
-        self.push(InstData::HostCall { function, args })
+        Some(self.build(InstData::HostCall { function, args }))
+            .filter(|&result| result != Value::NONE)
     }
 
     /// The [length](InstData::length) of the function's instructions.
@@ -347,6 +229,20 @@ impl FuncBuilder {
     }
 }
 
+impl InstBuilder for FuncBuilder {
+    fn func(&self) -> &FuncData {
+        &self.func
+    }
+
+    fn build(&mut self, data: InstData) -> Value {
+        self.begin_block_behind_end();
+        self.length += data.length();
+        let (inst, result) = self.func.append(data, self.loc);
+        self.func.blocks[self.block].insts.push(inst);
+        result
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -354,7 +250,7 @@ mod tests {
     #[test]
     fn a_call_with_a_fifth_argument_is_refused_by_the_verifier() {
         let mut b = FuncBuilder::new("f");
-        let value = b.iconst(Type::I32, 1);
+        let value = b.constant(Type::I32, 1);
         b.host_call(HostFn::ALL[0], &[value; 5]);
         b.ret();
         let errors = crate::verify::function(&crate::Module::default(), &b.finish());

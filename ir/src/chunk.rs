@@ -26,8 +26,8 @@ use plcc_abi::{Region, Task, TrapCode, TrapSite};
 
 use crate::tables::FastMap;
 use crate::{
-    Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, Statement,
-    StatementId, Terminator, Value,
+    Block, BlockCall, FuncBuilder, FuncData, InstBuilder, Label, Module, RegionId, SourceFile,
+    Statement, StatementId, Terminator, Value,
 };
 
 /// A new function begins at the next statement or place when the current one has this many

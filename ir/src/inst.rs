@@ -411,6 +411,14 @@ pub enum InstData {
 }
 
 impl InstData {
+    /// A constant: an integer, which is cut to its type, or the bits of a double.
+    pub(crate) fn constant(ty: Type, value: i64) -> Self {
+        match ty {
+            Type::F64 => Self::Fconst { bits: value as u64 },
+            ty => Self::Iconst { ty, value: ty.wrap(value) },
+        }
+    }
+
     /// What the host function that the instruction calls does to integers; `None` if it calls none, or if nothing
     /// simple can be said.
     pub fn integer_form(&self) -> Option<IntegerForm> {

@@ -268,6 +268,7 @@ mod tests {
     use plcc_abi::{Engine, Outcome, Region, ResumePoint, Scan, TrapCode};
 
     use super::Interpreter;
+    use crate::InstBuilder;
     use crate::{Address, BinaryOp, ChunkBuilder, Type};
 
     #[test]

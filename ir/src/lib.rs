@@ -67,6 +67,7 @@ pub mod field;
 #[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod func;
 pub mod inst;
+mod inst_builder;
 pub mod interp;
 pub mod module;
 mod parts;
@@ -91,6 +92,7 @@ pub use entities::{
 pub use field::{ExtractOp, Field};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{Args, BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Operands, UnaryOp};
+pub use inst_builder::InstBuilder;
 pub use interp::Interpreter;
 pub use module::{Module, SourceFile, Statement};
 pub use types::Type;

@@ -35,6 +35,7 @@ fn seldom_runs(func: &FuncData) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use crate::InstBuilder;
     use crate::{ChunkBuilder, verify};
 
     #[test]
@@ -43,7 +44,7 @@ mod tests {
         let (start, rare) = (builder.place(), builder.place());
         builder.bind(start);
         builder.task("scan", start);
-        let cond = builder.func().iconst(crate::Type::I1, 0);
+        let cond = builder.func().constant(crate::Type::I1, 0);
         let next = builder.place();
         builder.brif(cond, rare, next);
         builder.bind(next);
@@ -51,7 +52,7 @@ mod tests {
         builder.begin_function();
         builder.bind(rare);
         builder.func().set_optimize_for_size(true);
-        builder.func().iconst(crate::Type::I32, 1);
+        builder.func().constant(crate::Type::I32, 1);
         builder.ret();
         builder.func().set_optimize_for_size(false);
         // A function without instructions stays.

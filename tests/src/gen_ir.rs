@@ -3,8 +3,8 @@
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, SourceLine, TrapCode, TrapSite};
 use plcc_ir::{
-    Address, BinaryOp, BitGroups, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond, IntCond,
-    Module, Place, RegionId, SourceFile, Statement, Type, UnaryOp, Value,
+    Address, BinaryOp, BitGroups, ChunkBuilder, ConvertOp, ExtractOp, Field, FloatCond,
+    InstBuilder, IntCond, Module, Place, RegionId, SourceFile, Statement, Type, UnaryOp, Value,
 };
 
 use plcc_random::Rng;
@@ -154,7 +154,7 @@ impl Gen {
         let site = TrapSite { code: TrapCode::ArrayBounds, statement, array };
         let site = self.b.trap_site(site);
         let site = match self.rng.chance(50) {
-            true => self.b.func().iconst(Type::I32, site.into()),
+            true => self.b.func().constant(Type::I32, site.into()),
             false => self.b.func().load(Type::I32, Address::fixed(RegionId(1), 0)),
         };
         let index = self.b.func().load(Type::I32, Address::fixed(RegionId(1), 4));
@@ -239,7 +239,7 @@ impl Gen {
             }
             9 => {
                 let label = self.b.label(places[at + 1]);
-                let number = self.b.func().iconst(Type::I32, label.0.into());
+                let number = self.b.func().constant(Type::I32, label.0.into());
                 self.b.goto_indirect(number);
             }
             _ => {
@@ -470,7 +470,7 @@ impl Gen {
         let is_field = ty == Type::I32 && self.rng.chance(50);
         let constant = |b: &mut ChunkBuilder, number: usize| match ty {
             Type::F64 => b.func().fconst(number as f64),
-            ty => b.func().iconst(ty, number as i64),
+            ty => b.func().constant(ty, number as i64),
         };
         if self.rng.chance(70) {
             let first = constant(&mut self.b, self.rng.below(10));
@@ -561,7 +561,7 @@ impl Gen {
             true => *self.rng.pick(&few),
             false => self.rng.bits() as i64,
         };
-        self.b.func().iconst(ty, value)
+        self.b.func().constant(ty, value)
     }
 
     /// A new value of a type, from operands that are `depth` operations away at most.

@@ -2,7 +2,7 @@
 
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{Program, Region, Tables};
-use plcc_ir::{Address, BinaryOp, ChunkBuilder, Module, Statement, Type};
+use plcc_ir::{Address, BinaryOp, ChunkBuilder, InstBuilder, Module, Statement, Type};
 
 /// Bytes of the image: 8 of variables, and PMI's ports.
 pub(crate) const IMAGE: u32 = 16 + 2048;

@@ -18,14 +18,15 @@
 //! converted to an integer and back, and whether that gives the same number, which is 1 or 0, is shifted in the place of
 //! the 1: a double that is not an integer of 32 bits is none of the numbers.
 
+use super::cursor::Cursor;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
 use super::thresholds::{
     BITS_COMPARISON_COST, COMPARISON_COST, DECODER_COST, DECODER_TEST_COST, DOUBLE_COMPARISON_COST,
     DOUBLE_DECODER_COST,
 };
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst, InstData, IntCond,
@@ -216,24 +217,24 @@ fn mask_test(
     let (mut number, field) = found.field;
     let mut is_integer = None;
     if is_double(out.func, number) {
-        let (integer, holds) = out.insert_integrality_check_of_bits(number);
+        let (integer, holds) = out.integrality_check_of_bits(number);
         is_integer = Some(holds);
         number = integer;
     }
     let from = out.func.ty(number);
     if is_integer.is_none() && field != Field::whole(from) {
-        number = out.insert(InstData::Extract { op: ExtractOp::Unsigned, arg: number, field });
+        number = out.build(InstData::Extract { op: ExtractOp::Unsigned, arg: number, field });
     }
     let ty = if all >> 32 == 0 { Type::I32 } else { Type::I64 };
     if from != ty {
-        number = out.insert_convert(ConvertOp::Zext, ty, number);
+        number = out.convert(ConvertOp::Zext, ty, number);
     }
     let one = match is_integer {
-        Some(is_integer) => out.insert_convert(ConvertOp::Zext, ty, is_integer),
-        None => out.insert_const(ty, 1),
+        Some(is_integer) => out.convert(ConvertOp::Zext, ty, is_integer),
+        None => out.constant(ty, 1),
     };
-    let shifted = out.insert_binary(BinaryOp::Shl, one, number);
-    let common = out.insert_with(BinaryOp::And, shifted, found.set as i64);
-    let none = out.insert_const(ty, 0);
+    let shifted = out.binary(BinaryOp::Shl, one, number);
+    let common = out.binary_imm(BinaryOp::And, shifted, found.set as i64);
+    let none = out.constant(ty, 0);
     InstData::Icmp { cond: IntCond::Ne, args: [common, none] }
 }

@@ -17,9 +17,9 @@
 //! identities of real numbers must not be used for doubles: `x + 0` is not `x` where `x` is -0.
 
 use super::graph::Graph;
-use super::insert::{Insert, constant};
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
+use crate::InstBuilder;
 use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, IntCond, RegionId, SecondaryMap, StatementId, Type,
     UnaryOp, Value, eval,
@@ -140,13 +140,13 @@ pub(super) fn run(func: &mut FuncData, word_regions: &[RegionId], combine_bits: 
     }
 }
 
-impl Insert for Fold<'_> {
+impl InstBuilder for Fold<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
     /// Inserts an instruction before the current one.
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, value) = self.func.append(data, self.loc);
         self.out.push(inst);
         self.ranges.note(self.func, value, &data);
@@ -161,7 +161,9 @@ impl Fold<'_> {
             match self.simplify(&data, ty) {
                 None => break,
                 Some(Rewrite::Inst(next)) => data = next,
-                Some(Rewrite::Const(value)) => return Simplified::Inst(constant(ty, value)),
+                Some(Rewrite::Const(value)) => {
+                    return Simplified::Inst(InstData::constant(ty, value));
+                }
                 Some(Rewrite::Value(value)) => return Simplified::Value(value),
             }
         }
@@ -172,16 +174,16 @@ impl Fold<'_> {
     pub(super) fn insert_simplified(&mut self, data: InstData, ty: Type) -> Value {
         match self.simplified(data, ty) {
             Simplified::Value(value) => value,
-            Simplified::Inst(data) => self.insert(data),
+            Simplified::Inst(data) => self.build(data),
         }
     }
 
     fn simplify(&mut self, data: &InstData, ty: Type) -> Option<Rewrite> {
         match *data {
             InstData::Iconst { .. } | InstData::Fconst { .. } => None,
-            InstData::Unary { op, arg } => self.unary(op, ty, arg),
-            InstData::Binary { op, args } => self.binary(op, ty, args),
-            InstData::Icmp { cond, args } => self.icmp(cond, args),
+            InstData::Unary { op, arg } => self.fold_unary(op, ty, arg),
+            InstData::Binary { op, args } => self.fold_binary(op, ty, args),
+            InstData::Icmp { cond, args } => self.fold_icmp(cond, args),
             InstData::Fcmp { cond, args: [a, b] } => {
                 if self.is_same_integer(a, b) {
                     return Some(Rewrite::truth(eval::fcmp(cond, 0, 0)));
@@ -189,10 +191,10 @@ impl Fold<'_> {
                 let (a, b) = (self.func.constant(a)?, self.func.constant(b)?);
                 Some(Rewrite::truth(eval::fcmp(cond, a, b)))
             }
-            InstData::Select { cond, args } => self.select(cond, ty, args),
-            InstData::Convert { op, to, arg } => self.convert(op, to, arg),
-            InstData::Bit { arg, number } => self.bit(arg, number),
-            InstData::Extract { op, arg, field } => self.extract(op, ty, arg, field),
+            InstData::Select { cond, args } => self.fold_select(cond, ty, args),
+            InstData::Convert { op, to, arg } => self.fold_convert(op, to, arg),
+            InstData::Bit { arg, number } => self.fold_bit(arg, number),
+            InstData::Extract { op, arg, field } => self.fold_extract(op, ty, arg, field),
             InstData::Insert { args, field } => Some(self.replace_field(ty, args, field)),
             InstData::Load { .. } => {
                 let mut fixed = *data;
@@ -262,7 +264,7 @@ impl Fold<'_> {
         }
     }
 
-    fn unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Rewrite> {
+    fn fold_unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Rewrite> {
         if let Some(x) = self.func.constant(arg) {
             let result = eval::unary(op, ty, x);
             return eval::may_become_constant(ty, result).then_some(Rewrite::Const(result));
@@ -287,7 +289,7 @@ impl Fold<'_> {
         }
     }
 
-    fn select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
+    fn fold_select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         if let Some(cond) = self.func.constant(cond) {
             return Some(Rewrite::Value(if cond != 0 { a } else { b }));
         }
@@ -346,13 +348,13 @@ impl Fold<'_> {
             (Some(0), Some(_)) => Some(Rewrite::not(cond)),
             (Some(_), Some(_)) => Some(Rewrite::Value(cond)),
             (Some(0), None) => {
-                let fails = self.insert_not(cond);
+                let fails = self.not(cond);
                 Some(Rewrite::binary(BinaryOp::And, fails, b))
             }
             (Some(_), None) => Some(Rewrite::binary(BinaryOp::Or, cond, b)),
             (None, Some(0)) => Some(Rewrite::binary(BinaryOp::And, cond, a)),
             (None, Some(_)) => {
-                let fails = self.insert_not(cond);
+                let fails = self.not(cond);
                 Some(Rewrite::binary(BinaryOp::Or, fails, a))
             }
             (None, None) if a == cond => Some(Rewrite::binary(BinaryOp::Or, cond, b)),

@@ -14,13 +14,18 @@
 //! instruction becomes dead, so that code does not grow.
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, InstData, Operands, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {
     /// What an operation on two operands can be replaced by.
-    pub(super) fn binary(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
+    pub(super) fn fold_binary(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        [a, b]: [Value; 2],
+    ) -> Option<Rewrite> {
         match (self.func.constant(a), self.func.constant(b)) {
             (Some(x), Some(y)) => {
                 let result = eval::binary(op, ty, x, y);
@@ -55,7 +60,7 @@ impl Fold<'_> {
             (None, Some(cond)) => (cond, a),
             (None, None) => return None,
         };
-        let zero = self.insert_const(ty, 0);
+        let zero = self.constant(ty, 0);
         Some(Rewrite::Inst(InstData::Select { cond, args: [other, zero] }))
     }
 
@@ -127,7 +132,7 @@ impl Fold<'_> {
         let possible_ones = self.ranges.possible_ones(a);
         match op {
             B::Sub => {
-                let opposite = self.insert_const(ty, c.wrapping_neg());
+                let opposite = self.constant(ty, c.wrapping_neg());
                 Some(Rewrite::binary(B::Add, a, opposite))
             }
             B::And if possible_ones & !bits == 0 => Some(Rewrite::Value(a)),
@@ -137,11 +142,11 @@ impl Fold<'_> {
             B::Udiv if possible_ones < bits => Some(Rewrite::Const(0)),
             B::Urem if possible_ones < bits => Some(Rewrite::Value(a)),
             B::Udiv if bits.is_power_of_two() => {
-                let by = self.insert_const(ty, i64::from(bits.trailing_zeros()));
+                let by = self.constant(ty, i64::from(bits.trailing_zeros()));
                 Some(Rewrite::binary(B::Lshr, a, by))
             }
             B::Urem if bits.is_power_of_two() => {
-                let rest = self.insert_const(ty, (bits - 1) as i64);
+                let rest = self.constant(ty, (bits - 1) as i64);
                 Some(Rewrite::binary(B::And, a, rest))
             }
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
@@ -163,7 +168,7 @@ impl Fold<'_> {
                 if first + c >= i64::from(ty.bits()) {
                     return Some(Rewrite::Const(0));
                 }
-                let sum = self.insert_const(ty, first + c);
+                let sum = self.constant(ty, first + c);
                 Some(Rewrite::binary(op, inner, sum))
             }
             _ => None,
@@ -174,7 +179,7 @@ impl Fold<'_> {
     fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Rewrite> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
-        let both = self.insert_const(ty, both);
+        let both = self.constant(ty, both);
         Some(Rewrite::binary(op, inner, both))
     }
 
@@ -208,7 +213,7 @@ impl Fold<'_> {
         if !same || !self.is_used_once(a) || !self.is_used_once(b) {
             return None;
         }
-        let both = self.insert_binary(op, x, y);
+        let both = self.binary(op, x, y);
         Some(Rewrite::binary(BinaryOp::And, both, mask))
     }
 
@@ -306,7 +311,7 @@ impl Fold<'_> {
             if !self.is_used_once(a) || !self.is_used_once(b) {
                 return None;
             }
-            let joined = self.insert_binary(dual, x, y);
+            let joined = self.binary(dual, x, y);
             return Some(Rewrite::not(joined));
         }
         let (negated, y, nested) = match (not_a, not_b) {
@@ -320,8 +325,8 @@ impl Fold<'_> {
         if ![negated, nested, nested_negated].into_iter().all(|value| self.is_used_once(value)) {
             return None;
         }
-        let joined = self.insert_binary(dual, x, y);
-        let neither = self.insert_not(joined);
+        let joined = self.binary(dual, x, y);
+        let neither = self.not(joined);
         Some(Rewrite::binary(op, rest, neither))
     }
 }

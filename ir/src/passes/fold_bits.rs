@@ -11,8 +11,8 @@
 //! ```
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, ExtractOp, Field, InstData, Type, UnaryOp, Value, eval};
 
 /// AND, OR, XOR and NOT that are nested in each other are followed to this depth.
@@ -67,7 +67,7 @@ impl Fold<'_> {
 
     /// What the reading of a field can be replaced by. A field that begins with the lowest bit is a mask, and a single bit
     /// is a truth value.
-    pub(super) fn extract(
+    pub(super) fn fold_extract(
         &mut self,
         op: ExtractOp,
         ty: Type,
@@ -93,7 +93,7 @@ impl Fold<'_> {
                 Some(Rewrite::convert(ConvertOp::Zext, ty, bit))
             }
             ExtractOp::Unsigned if field.first == 0 => {
-                let mask = self.insert_const(ty, field.ones() as i64);
+                let mask = self.constant(ty, field.ones() as i64);
                 Some(Rewrite::binary(BinaryOp::And, arg, mask))
             }
             ExtractOp::Unsigned => None,
@@ -130,7 +130,7 @@ impl Fold<'_> {
         field: Field,
     ) -> Rewrite {
         let masked = |this: &mut Self, value: Value, mask: u64| {
-            let mask = this.insert_const(ty, mask as i64);
+            let mask = this.constant(ty, mask as i64);
             this.insert_simplified(InstData::Binary { op: BinaryOp::And, args: [value, mask] }, ty)
         };
         let rest = masked(self, word, !field.mask());
@@ -140,7 +140,7 @@ impl Fold<'_> {
             new = self.insert_simplified(wide, ty);
         }
         if field.first > 0 {
-            let by = self.insert_const(ty, field.first.into());
+            let by = self.constant(ty, field.first.into());
             let args = [new, by];
             new = self.insert_simplified(InstData::Binary { op: BinaryOp::Shl, args }, ty);
         }
@@ -159,17 +159,17 @@ impl Fold<'_> {
         let neither = x.opposite && y.opposite && op != BinaryOp::Xor;
         let [x_at, y_at] = [x, y].map(|bit| {
             let at = self.moved(bit.of, number - bit.number);
-            if bit.opposite && !neither { self.insert_not(at) } else { at }
+            if bit.opposite && !neither { self.not(at) } else { at }
         });
         let op = match (neither, op) {
             (true, BinaryOp::And) => BinaryOp::Or,
             (true, _) => BinaryOp::And,
             (false, op) => op,
         };
-        let arg = self.insert_binary(op, x_at, y_at);
+        let arg = self.binary(op, x_at, y_at);
         let bit = InstData::Bit { arg, number: number as u8 };
         match neither {
-            true => Some(Rewrite::not(self.insert(bit))),
+            true => Some(Rewrite::not(self.build(bit))),
             false => Some(Rewrite::Inst(bit)),
         }
     }
@@ -208,7 +208,7 @@ impl Fold<'_> {
             Some(number) => (cond, number, b),
             None => {
                 let number = set_and_cleared(self, b, a)?;
-                (self.insert_not(cond), number, a)
+                (self.not(cond), number, a)
             }
         };
         let bit = self.truth_at(ty, cond, number.into());
@@ -262,15 +262,15 @@ impl Fold<'_> {
         // The bit is inverted with the others of its word before these are masked.
         if is_set {
             if opposite {
-                bit = self.insert_not(bit);
+                bit = self.not(bit);
             }
-            bit = self.insert_with(BinaryOp::And, bit, ty.wrap(1 << number));
+            bit = self.binary_imm(BinaryOp::And, bit, ty.wrap(1 << number));
             return Some(Rewrite::binary(BinaryOp::Or, word, bit));
         }
         if !opposite {
-            bit = self.insert_not(bit);
+            bit = self.not(bit);
         }
-        bit = self.insert_with(BinaryOp::Or, bit, ty.wrap(!(1 << number)));
+        bit = self.binary_imm(BinaryOp::Or, bit, ty.wrap(!(1 << number)));
         Some(Rewrite::binary(BinaryOp::And, word, bit))
     }
 
@@ -282,7 +282,7 @@ impl Fold<'_> {
                 return None;
             }
             let moved = self.moved(of, to - number);
-            let mask = self.insert_const(ty, 1 << to);
+            let mask = self.constant(ty, 1 << to);
             return Some(Rewrite::binary(BinaryOp::And, moved, mask));
         }
         let [word, mask] = self.operands(a, BinaryOp::And)?;
@@ -295,7 +295,7 @@ impl Fold<'_> {
             return None;
         }
         let word = self.lowest_bit_at(word, to, MAX_DEPTH);
-        let mask = self.insert_const(ty, 1 << to);
+        let mask = self.constant(ty, 1 << to);
         Some(Rewrite::binary(BinaryOp::And, word, mask))
     }
 
@@ -339,9 +339,9 @@ impl Fold<'_> {
             return match data {
                 InstData::Binary { op, .. } => {
                     let y = self.lowest_bit_at(y, to, depth - 1);
-                    self.insert_binary(op, x, y)
+                    self.binary(op, x, y)
                 }
-                _ => self.insert_not(x),
+                _ => self.not(x),
             };
         }
         let (x, from) = self.shifted_right(value).unwrap_or((value, 0));
@@ -352,8 +352,8 @@ impl Fold<'_> {
     pub(super) fn moved(&mut self, value: Value, by: i64) -> Value {
         match by {
             0 => value,
-            by if by > 0 => self.insert_with(BinaryOp::Shl, value, by),
-            by => self.insert_with(BinaryOp::Lshr, value, -by),
+            by if by > 0 => self.binary_imm(BinaryOp::Shl, value, by),
+            by => self.binary_imm(BinaryOp::Lshr, value, -by),
         }
     }
 }

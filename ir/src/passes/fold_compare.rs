@@ -8,13 +8,13 @@
 //! ```
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
 
 impl Fold<'_> {
     /// What a comparison of two integers can be replaced by.
-    pub(super) fn icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Rewrite> {
+    pub(super) fn fold_icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let ty = self.func.ty(a);
         match (self.func.constant(a), self.func.constant(b)) {
             (Some(x), Some(y)) => Some(Rewrite::truth(eval::icmp(cond, ty, x, y))),
@@ -57,8 +57,8 @@ impl Fold<'_> {
             Some(InstData::Extract { op: _, arg, field })
                 if equality && c == 0 && self.is_used_once(a) =>
             {
-                let masked = self.insert_with(BinaryOp::And, arg, field.mask() as i64);
-                let zero = self.insert_const(ty, 0);
+                let masked = self.binary_imm(BinaryOp::And, arg, field.mask() as i64);
+                let zero = self.constant(ty, 0);
                 Some(Rewrite::icmp(cond, masked, zero))
             }
             _ => None,
@@ -66,7 +66,7 @@ impl Fold<'_> {
         if simpler.is_some() || possible_ones != 1 || !equality {
             return simpler;
         }
-        let bit = self.insert_bit(a, 0);
+        let bit = self.bit(a, 0);
         let same = (cond == IntCond::Eq) == (c != 0);
         Some(if same { Rewrite::Value(bit) } else { Rewrite::not(bit) })
     }
@@ -92,7 +92,7 @@ impl Fold<'_> {
         let narrow = from.wrap(c);
         let fits = eval::convert(op, from, ty, narrow) == c;
         let cond = before_extension(cond, op).filter(|_| fits)?;
-        let narrow = self.insert_const(from, narrow);
+        let narrow = self.constant(from, narrow);
         Some(Rewrite::icmp(cond, arg, narrow))
     }
 

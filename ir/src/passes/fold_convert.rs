@@ -9,8 +9,8 @@
 //! ```
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, Field, InstData, Type, UnaryOp, Value, eval};
 
 /// The origin of a bit is followed back through at most this many instructions.
@@ -27,7 +27,7 @@ pub(super) enum BitOrigin {
 
 impl Fold<'_> {
     /// What a conversion can be replaced by.
-    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Rewrite> {
+    pub(super) fn fold_convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Rewrite> {
         let from = self.func.ty(arg);
         if let Some(x) = self.func.constant(arg) {
             let result = eval::convert(op, from, to, x);
@@ -46,7 +46,7 @@ impl Fold<'_> {
             && let Some(&InstData::Bit { arg: x, number }) = self.func.def_inst(arg)
             && self.func.ty(x) == to
         {
-            let (x, one) = (self.moved(x, -i64::from(number)), self.insert_const(to, 1));
+            let (x, one) = (self.moved(x, -i64::from(number)), self.constant(to, 1));
             return Some(Rewrite::binary(BinaryOp::And, x, one));
         }
         let &InstData::Convert { op: inner, to: _, arg: x } = self.func.def_inst(arg)? else {
@@ -80,7 +80,7 @@ impl Fold<'_> {
     }
 
     /// What the reading of a bit can be replaced by: the same bit of the value that it comes from.
-    pub(super) fn bit(&mut self, arg: Value, number: u8) -> Option<Rewrite> {
+    pub(super) fn fold_bit(&mut self, arg: Value, number: u8) -> Option<Rewrite> {
         if let Some(x) = self.func.constant(arg) {
             return Some(Rewrite::Const(eval::bit(x, number)));
         }
@@ -94,7 +94,7 @@ impl Fold<'_> {
         Some(match (is_truth, opposite) {
             (true, true) => Rewrite::not(value),
             (true, false) => Rewrite::Value(value),
-            (false, true) => Rewrite::not(self.insert(bit)),
+            (false, true) => Rewrite::not(self.build(bit)),
             (false, false) => Rewrite::Inst(bit),
         })
     }

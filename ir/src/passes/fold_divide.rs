@@ -37,8 +37,8 @@
 //! ```
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value};
 
 /// `2^shift / by` rounded to the nearest integer, and half of it rounded down. `shift` is from 1 to 62.
@@ -75,7 +75,7 @@ impl Fold<'_> {
             && let Some(sum) = self.rounded_towards_zero(ty, a, size)
         {
             // The dividend less what of it the divisor divides.
-            let whole = self.insert_with(BinaryOp::And, sum, -(size as i64));
+            let whole = self.binary_imm(BinaryOp::And, sum, -(size as i64));
             return Some(Rewrite::binary(BinaryOp::Sub, a, whole));
         }
         let quotient = if signed {
@@ -100,7 +100,7 @@ impl Fold<'_> {
             return Some(Rewrite::Value(a));
         }
         if c & (c - 1) == 0 {
-            let below = self.insert_const(ty, c - 1);
+            let below = self.constant(ty, c - 1);
             return Some(Rewrite::binary(BinaryOp::And, a, below));
         }
         let quotient = if low >= 0 {
@@ -116,7 +116,7 @@ impl Fold<'_> {
 
     /// The remainder: the dividend less the product of quotient and divisor.
     fn remainder(&mut self, a: Value, quotient: Value, by: i64) -> Rewrite {
-        let product = self.insert_with(BinaryOp::Mul, quotient, by);
+        let product = self.binary_imm(BinaryOp::Mul, quotient, by);
         Rewrite::binary(BinaryOp::Sub, a, product)
     }
 
@@ -142,12 +142,12 @@ impl Fold<'_> {
         }
         let mut dividend = self.extended_to_i64(ConvertOp::Sext, a);
         if moved_by > 0 {
-            dividend = self.insert_with(BinaryOp::Add, dividend, moved_by);
+            dividend = self.binary_imm(BinaryOp::Add, dividend, moved_by);
         }
-        let quotient = self.insert_with(BinaryOp::Umulh, dividend, factor as u64 as i64);
-        let product = self.insert_with(BinaryOp::Mul, quotient, by);
+        let quotient = self.binary_imm(BinaryOp::Umulh, dividend, factor as u64 as i64);
+        let product = self.binary_imm(BinaryOp::Mul, quotient, by);
         let args = [dividend, product];
-        let rest = self.insert(InstData::Binary { op: BinaryOp::Sub, args });
+        let rest = self.build(InstData::Binary { op: BinaryOp::Sub, args });
         Some(Rewrite::Value(self.truncated_from_i64(ty, rest)))
     }
 
@@ -170,9 +170,9 @@ impl Fold<'_> {
         }
         let (factor, half) = factor_and_half(shift, by);
         let wide = self.extended_to_i64(ConvertOp::Sext, a);
-        let product = self.insert_with(BinaryOp::Mul, wide, factor);
-        let sum = self.insert_with(BinaryOp::Add, product, half);
-        let quotient = self.insert_with(BinaryOp::Ashr, sum, i64::from(shift));
+        let product = self.binary_imm(BinaryOp::Mul, wide, factor);
+        let sum = self.binary_imm(BinaryOp::Add, product, half);
+        let quotient = self.binary_imm(BinaryOp::Ashr, sum, i64::from(shift));
         Some(self.truncated_from_i64(ty, quotient))
     }
 
@@ -197,14 +197,14 @@ impl Fold<'_> {
         let bits = ty.bits() - 1;
         if by.is_power_of_two() {
             let sum = self.rounded_towards_zero(ty, a, by)?;
-            return Some(self.insert_with(BinaryOp::Ashr, sum, by.trailing_zeros().into()));
+            return Some(self.binary_imm(BinaryOp::Ashr, sum, by.trailing_zeros().into()));
         }
-        let negative = self.insert_with(BinaryOp::Lshr, a, i64::from(bits));
+        let negative = self.binary_imm(BinaryOp::Lshr, a, i64::from(bits));
         // A number of 16 bits, for example, that was extended with its sign has fewer bits than its type.
         let (low, high) = self.ranges.bounds(a, ty);
         let bits = u64::BITS - ((low ^ low >> 63) | (high ^ high >> 63)).leading_zeros();
         let below = self.multiply_and_shift(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
-        Some(self.insert_binary(BinaryOp::Add, below, negative))
+        Some(self.binary(BinaryOp::Add, below, negative))
     }
 
     /// A dividend, plus the divisor less 1 if it is negative. The divisor is a power of two; where its bits
@@ -220,10 +220,10 @@ impl Fold<'_> {
         let limit = 1i64 << (ty.bits() - shift);
         let copies = match -limit <= low && high < limit {
             true => a,
-            false => self.insert_with(BinaryOp::Ashr, a, i64::from(ty.bits() - 1)),
+            false => self.binary_imm(BinaryOp::Ashr, a, i64::from(ty.bits() - 1)),
         };
-        let less = self.insert_with(BinaryOp::Lshr, copies, (ty.bits() - shift).into());
-        Some(self.insert_binary(BinaryOp::Add, a, less))
+        let less = self.binary_imm(BinaryOp::Lshr, copies, (ty.bits() - shift).into());
+        Some(self.binary(BinaryOp::Add, a, less))
     }
 
     /// The product with the factor, shifted right by `op`. The dividend is extended by `extend` and
@@ -244,12 +244,12 @@ impl Fold<'_> {
         // The greatest product that 32 bits hold, as a signed number if the dividend may be negative.
         let most = if op == BinaryOp::Ashr { i32::MAX as u64 } else { u64::from(u32::MAX) };
         if ty == Type::I32 && shift < 32 && factor <= most >> bits {
-            let product = self.insert_with(BinaryOp::Mul, a, ty.wrap(factor as i64));
-            return Some(self.insert_with(op, product, i64::from(shift)));
+            let product = self.binary_imm(BinaryOp::Mul, a, ty.wrap(factor as i64));
+            return Some(self.binary_imm(op, product, i64::from(shift)));
         }
         let wide = self.extended_to_i64(extend, a);
-        let product = self.insert_with(BinaryOp::Mul, wide, factor as i64);
-        let quotient = self.insert_with(op, product, i64::from(shift));
+        let product = self.binary_imm(BinaryOp::Mul, wide, factor as i64);
+        let quotient = self.binary_imm(op, product, i64::from(shift));
         Some(self.truncated_from_i64(ty, quotient))
     }
 
@@ -257,7 +257,7 @@ impl Fold<'_> {
     fn extended_to_i64(&mut self, extend: ConvertOp, arg: Value) -> Value {
         match self.func.ty(arg) {
             Type::I64 => arg,
-            _ => self.insert_convert(extend, Type::I64, arg),
+            _ => self.convert(extend, Type::I64, arg),
         }
     }
 
@@ -265,7 +265,7 @@ impl Fold<'_> {
     fn truncated_from_i64(&mut self, ty: Type, arg: Value) -> Value {
         match ty {
             Type::I64 => arg,
-            _ => self.insert_convert(ConvertOp::Trunc, ty, arg),
+            _ => self.convert(ConvertOp::Trunc, ty, arg),
         }
     }
 
@@ -278,7 +278,7 @@ impl Fold<'_> {
         if !is_power_of_two || !reciprocal.is_normal() {
             return None;
         }
-        let factor = self.insert_const(Type::F64, reciprocal.to_bits() as i64);
+        let factor = self.constant(Type::F64, reciprocal.to_bits() as i64);
         Some(Rewrite::binary(BinaryOp::Fmul, a, factor))
     }
 }

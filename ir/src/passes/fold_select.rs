@@ -10,7 +10,7 @@
 //! ```
 
 use super::fold::{Fold, Rewrite};
-use super::insert::Insert;
+use crate::InstBuilder;
 use crate::{ConvertOp, InstData, Type, Value};
 
 /// Every integer up to this magnitude is a double.
@@ -51,15 +51,15 @@ impl Fold<'_> {
         for ((integer, converted), constant) in integers.iter_mut().zip(converted).zip(constants) {
             *integer = match (converted, constant) {
                 (Some(value), _) => value,
-                (None, value) => self.insert_const(from, value?),
+                (None, value) => self.constant(from, value?),
             };
         }
-        let chosen = self.insert(InstData::Select { cond, args: integers });
+        let chosen = self.build(InstData::Select { cond, args: integers });
         let double = InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: chosen };
         if ty == Type::F64 {
             return Some(Rewrite::Inst(double));
         }
-        let double = self.insert(double);
+        let double = self.build(double);
         Some(Rewrite::convert(ConvertOp::Bitcast, ty, double))
     }
 

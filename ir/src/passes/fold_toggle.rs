@@ -15,8 +15,8 @@
 
 use super::fold::{Fold, Rewrite};
 use super::fold_convert::BitOrigin;
-use super::insert::Insert;
 use super::value_range::mask;
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
 /// Of the bits that are joined to those of a word, about this many are looked at.
@@ -49,7 +49,7 @@ impl Fold<'_> {
                 return Some(Rewrite::binary(BinaryOp::Xor, b, cond));
             }
             if self.not_of(b) == Some(a) {
-                let same = self.insert_binary(BinaryOp::Xor, a, cond);
+                let same = self.binary(BinaryOp::Xor, a, cond);
                 return Some(Rewrite::not(same));
             }
             return None;
@@ -63,7 +63,7 @@ impl Fold<'_> {
             Some(number) => (b, number, cond),
             None => {
                 let number = toggled(self, b, a)?;
-                (a, number, self.insert_not(cond))
+                (a, number, self.not(cond))
             }
         };
         let bit = self.truth_at(ty, cond, number);
@@ -72,7 +72,7 @@ impl Fold<'_> {
 
     /// A truth value as bit `number` of an integer whose other bits are 0.
     pub(super) fn truth_at(&mut self, ty: Type, truth: Value, number: i64) -> Value {
-        let wide = self.insert_convert(ConvertOp::Zext, ty, truth);
+        let wide = self.convert(ConvertOp::Zext, ty, truth);
         self.moved(wide, number)
     }
 
@@ -128,12 +128,12 @@ impl Fold<'_> {
         let is_whole = self.ranges.possible_ones(word) & mask(ty) & !kept == 0;
         let mut value = match is_whole {
             true => word,
-            false => self.insert_with(BinaryOp::And, word, ty.wrap(kept as i64)),
+            false => self.binary_imm(BinaryOp::And, word, ty.wrap(kept as i64)),
         };
         ors.append(&mut xors);
         let Some((last, by)) = ors.pop() else { return Some(Rewrite::Value(value)) };
         for (op, by) in ors {
-            value = self.insert_binary(op, value, by);
+            value = self.binary(op, value, by);
         }
         Some(Rewrite::binary(last, value, by))
     }
@@ -170,7 +170,7 @@ impl Fold<'_> {
             [x, y] if y == word => x,
             _ => return None,
         };
-        let by = self.insert_binary(BinaryOp::And, by, kept);
+        let by = self.binary(BinaryOp::And, by, kept);
         Some((own & ones, Some(by)))
     }
 
@@ -192,7 +192,7 @@ impl Fold<'_> {
         let toggled = opposite != word_opposite;
         if (value, place) == (of_word, at) {
             return match toggled {
-                true => Some(Some(self.insert_const(ty, ty.wrap(1 << number)))),
+                true => Some(Some(self.constant(ty, ty.wrap(1 << number)))),
                 false => Some(None),
             };
         }
@@ -212,7 +212,7 @@ impl Fold<'_> {
             return None;
         }
         if toggled != inner {
-            by = self.insert_not(by);
+            by = self.not(by);
         }
         Some(Some(self.bit_moved(ty, by, place, number)))
     }
@@ -247,6 +247,6 @@ impl Fold<'_> {
             return self.truth_at(ty, value, i64::from(to));
         }
         let moved = self.moved(value, i64::from(to) - i64::from(from));
-        self.insert_with(BinaryOp::And, moved, ty.wrap(1 << to))
+        self.binary_imm(BinaryOp::And, moved, ty.wrap(1 << to))
     }
 }

@@ -19,9 +19,10 @@
 //! Volatile accesses, host calls, stores through an index, and operations that take long must stay
 //! after their branch. Stores keep their order.
 
+use super::cursor::Cursor;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::thresholds::if_convert::{MAX_COST, SAVED_BY_COMMON_STORE, STORE_COST};
+use crate::InstBuilder;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData,
     PrimaryMap, Terminator, Type, UnaryOp, Value,
@@ -95,15 +96,15 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut PrimaryMap<Block, u32>
     if let Some((at, args)) = common {
         let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
         let mut out = Cursor { func, out: &mut insts, loc };
-        let value = out.insert(InstData::Select { cond, args });
-        out.insert_store(at, value);
+        let value = out.build(InstData::Select { cond, args });
+        out.store(at, value);
     }
     let to = then.to.block;
     let loc = insts.last().map_or(crate::StatementId::NONE, |&inst| func.loc(inst));
     let mut args = vec![];
     for (&a, &b) in then.to.args.iter().zip(&otherwise.to.args) {
         let mut out = Cursor { func, out: &mut insts, loc };
-        args.push(if a == b { a } else { out.insert_select(cond, a, b) });
+        args.push(if a == b { a } else { out.select(cond, a, b) });
     }
     edges[to] -= 1;
     let data = &mut func.blocks[block];
@@ -252,9 +253,9 @@ fn append_arm_inst(
     if let InstData::Store { at, value } = *func.inst(inst) {
         let (loc, ty) = (func.loc(inst), func.ty(value));
         let mut out = Cursor { func, out: insts, loc };
-        let old = out.insert_load(ty, at);
+        let old = out.load(ty, at);
         let args = if taken_if { [value, old] } else { [old, value] };
-        let value = out.insert(InstData::Select { cond, args });
+        let value = out.build(InstData::Select { cond, args });
         func.insts[inst] = InstData::Store { at, value };
     }
     insts.push(inst);

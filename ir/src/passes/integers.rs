@@ -21,9 +21,9 @@ use plcc_abi::{HostFn, IntegerForm};
 
 use super::float_range::{FloatRange, FloatRanges};
 use super::graph::Graph;
-use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{PassedBounds, ValueRanges};
+use crate::InstBuilder;
 use crate::{
     BinaryOp, Block, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, PrimaryMap, RegionId,
     SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value,
@@ -154,13 +154,13 @@ fn type_for(low: i64, high: i64) -> Type {
     if fits { Type::I32 } else { Type::I64 }
 }
 
-impl Insert for Integers<'_> {
+impl InstBuilder for Integers<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
     /// Inserts an instruction before the current one.
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, value) = self.func.append(data, self.loc);
         self.out.push(inst);
         self.note(value, &data);
@@ -192,7 +192,7 @@ impl Integers<'_> {
     fn operand(&mut self, double: Value, ty: Type) -> Option<Value> {
         if let Some(bits) = self.func.constant(double) {
             let (value, _) = FloatRange::constant(bits as u64).integers()?;
-            return Some(self.insert_const(ty, value));
+            return Some(self.constant(ty, value));
         }
         let integer = self.integer_of[double]?;
         let from = self.func.ty(integer);
@@ -201,7 +201,7 @@ impl Integers<'_> {
             std::cmp::Ordering::Less => ConvertOp::Trunc,
             std::cmp::Ordering::Greater => ConvertOp::Sext,
         };
-        Some(self.insert_convert(op, ty, integer))
+        Some(self.convert(op, ty, integer))
     }
 
     /// Whether an integer value equals the double, so that [`operand`](Self::operand) gives one.
@@ -255,12 +255,12 @@ impl Integers<'_> {
         match *data {
             InstData::Unary { op: UnaryOp::Fneg, arg } if self.is_integer(arg) => {
                 let arg = self.operand(arg, ty)?;
-                Some(self.insert_unary(UnaryOp::Neg, arg))
+                Some(self.unary(UnaryOp::Neg, arg))
             }
             InstData::Unary { op: UnaryOp::Fabs, arg } if self.is_integer(arg) => {
                 let x = self.operand(arg, ty)?;
-                let negative = self.insert_unary(UnaryOp::Neg, x);
-                Some(self.insert_binary(BinaryOp::Smax, x, negative))
+                let negative = self.unary(UnaryOp::Neg, x);
+                Some(self.binary(BinaryOp::Smax, x, negative))
             }
             InstData::Binary { op, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
                 // The low bits of these results depend on the low bits of the operands only.
@@ -271,11 +271,11 @@ impl Integers<'_> {
                     _ => return None,
                 };
                 let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
-                Some(self.insert_binary(op, a, b))
+                Some(self.binary(op, a, b))
             }
             InstData::Select { cond, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
                 let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
-                Some(self.insert_select(cond, a, b))
+                Some(self.select(cond, a, b))
             }
             _ => None,
         }
@@ -314,7 +314,7 @@ impl Integers<'_> {
                     }
                     _ => {
                         let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
-                        self.insert_binary(bit_instruction(form)?, a, b)
+                        self.binary(bit_instruction(form)?, a, b)
                     }
                 };
                 debug_assert_eq!(self.func.ty(result), Type::F64);
@@ -339,17 +339,17 @@ impl Integers<'_> {
         let wide = type_for(low.min(by), high.max(by));
         let mut value = self.operand(x, wide)?;
         if shift != 0 {
-            value = self.insert_with(BinaryOp::Add, value, shift);
+            value = self.binary_imm(BinaryOp::Add, value, shift);
         }
-        value = self.insert_with(BinaryOp::Smod, value, by);
+        value = self.binary_imm(BinaryOp::Smod, value, by);
         if shift != 0 {
-            value = self.insert_with(BinaryOp::Sub, value, shift);
+            value = self.binary_imm(BinaryOp::Sub, value, shift);
         }
         if ty == wide {
             return Some(value);
         }
         let op = if ty < wide { ConvertOp::Trunc } else { ConvertOp::Sext };
-        Some(self.insert_convert(op, ty, value))
+        Some(self.convert(op, ty, value))
     }
 
     /// A comparison of two doubles that are integers.

@@ -15,10 +15,11 @@
 //! more, and nothing is computed both as an integer and as a truth value: where the other bits are
 //! demanded, the integer becomes a conversion of the truth value.
 
+use super::cursor::Cursor;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::substitution::Substitution;
 use super::value_range::ValueRanges;
+use crate::InstBuilder;
 use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, PrimaryMap, SecondaryMap, Type, UnaryOp, Value,
 };
@@ -132,17 +133,17 @@ impl Cursor<'_> {
                 Some(arg)
             }
             InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, to: _, arg } => known(arg),
-            InstData::Iconst { ty: _, value } => Some(self.insert_const(Type::I1, value & 1)),
+            InstData::Iconst { ty: _, value } => Some(self.constant(Type::I1, value & 1)),
             InstData::Binary {
                 op: op @ (BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
                 args: [a, b],
             } if may_compute => {
                 let (a, b) = (known(a)?, known(b)?);
-                Some(self.insert_binary(op, a, b))
+                Some(self.binary(op, a, b))
             }
             InstData::Unary { op: UnaryOp::Not, arg } if may_compute => {
                 let arg = known(arg)?;
-                Some(self.insert_not(arg))
+                Some(self.not(arg))
             }
             _ => None,
         }

@@ -28,9 +28,9 @@ use std::ops::Range;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
-use super::insert::Insert;
 use super::substitution::Substitution;
 use super::value_range::{ValueRanges, mask};
+use crate::InstBuilder;
 use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, FuncData, Inst, InstData, StatementId, Terminator, Type, Value,
@@ -123,12 +123,12 @@ fn is_word(at: &Address, ty: Type) -> bool {
     at.index.is_none() && !at.volatile && matches!(ty, Type::I8 | Type::I16 | Type::I32)
 }
 
-impl Insert for Collector<'_> {
+impl InstBuilder for Collector<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, value) = self.func.append(data, self.loc);
         self.push(inst);
         value
@@ -149,7 +149,7 @@ impl Collector<'_> {
                 InstData::Load { ty, at } => {
                     let found = self.words.iter().position(|word| word.at == at && word.ty == ty);
                     match (found, self.func.result(inst)) {
-                        (Some(word), Some(result)) => self.load(word, inst, result, values),
+                        (Some(word), Some(result)) => self.use_load(word, inst, result, values),
                         _ => {
                             self.store_overlapping(&at, ty);
                             self.push(inst);
@@ -159,7 +159,7 @@ impl Collector<'_> {
                 InstData::Store { at, value }
                     if self.candidates.get(&at) == Some(&self.func.ty(value)) =>
                 {
-                    self.store(at, value);
+                    self.collect(at, value);
                 }
                 InstData::Store { at, value } => {
                     let ty = self.func.ty(value);
@@ -243,7 +243,7 @@ impl Collector<'_> {
     /// Appends an OR of two values and returns its result. `None` means a value that is 0.
     fn insert_or(&mut self, a: Option<Value>, b: Option<Value>) -> Option<Value> {
         match (a, b) {
-            (Some(a), Some(b)) => Some(self.insert_binary(BinaryOp::Or, a, b)),
+            (Some(a), Some(b)) => Some(self.binary(BinaryOp::Or, a, b)),
             (a, b) => a.or(b),
         }
     }
@@ -254,13 +254,13 @@ impl Collector<'_> {
         let value = value?;
         match self.ranges.possible_ones(value) & !kept {
             0 => Some(value),
-            _ => Some(self.insert_with(BinaryOp::And, value, kept as i64)),
+            _ => Some(self.binary_imm(BinaryOp::And, value, kept as i64)),
         }
     }
 
     /// A load of a word that is not stored yet: it loads the word as it was, and the replaced bits are put
     /// into the result.
-    fn load(&mut self, number: usize, inst: Inst, result: Value, values: &mut Substitution) {
+    fn use_load(&mut self, number: usize, inst: Inst, result: Value, values: &mut Substitution) {
         let Some(&Word { ty, replaced, bits, .. }) = self.words.get(number) else { return };
         self.push(inst);
         let whole = self.with_bits(ty, result, replaced, bits);
@@ -275,14 +275,14 @@ impl Collector<'_> {
         match (mask(ty) & !replaced, bits) {
             (0, Some(bits)) => bits,
             (kept, bits) => {
-                let rest = self.insert_with(BinaryOp::And, word, kept as i64);
-                bits.map_or(rest, |bits| self.insert_binary(BinaryOp::Or, rest, bits))
+                let rest = self.binary_imm(BinaryOp::And, word, kept as i64);
+                bits.map_or(rest, |bits| self.binary(BinaryOp::Or, rest, bits))
             }
         }
     }
 
     /// A store to a word: finds out which bits it replaces, keeps them, and drops the store.
-    fn store(&mut self, at: Address, value: Value) {
+    fn collect(&mut self, at: Address, value: Value) {
         let ty = self.func.ty(value);
         let number = match self.words.iter().position(|word| word.at == at && word.ty == ty) {
             Some(number) => number,
@@ -402,11 +402,11 @@ impl Collector<'_> {
             let value = match (mask(word.ty) & !word.replaced, word.bits) {
                 (0, Some(bits)) => bits,
                 _ => {
-                    let old = self.insert_load(word.ty, word.at);
+                    let old = self.load(word.ty, word.at);
                     self.with_bits(word.ty, old, word.replaced, word.bits)
                 }
             };
-            self.insert_store(word.at, value);
+            self.store(word.at, value);
         }
         self.loc = loc;
     }

@@ -24,9 +24,9 @@ use std::collections::VecDeque;
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
-use super::insert::Insert;
 use super::thresholds::rows::MIN_LANES;
 use super::value_range::{ValueRanges, mask};
+use crate::InstBuilder;
 use crate::tables::FastSet;
 use crate::{
     Address, BinaryOp, Block, ConvertOp, FuncData, Inst, InstData, PrimaryMap, SecondaryMap,
@@ -132,12 +132,12 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     changed
 }
 
-impl Insert for Rows<'_> {
+impl InstBuilder for Rows<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, result) = self.func.append(data, self.loc);
         data.for_each_arg(|value| {
             if let Some(count) = self.uses.get_mut(value) {
@@ -162,7 +162,7 @@ impl Rows<'_> {
                 && !to.volatile
             {
                 self.loc = self.func.loc(inst);
-                if let Some(value) = self.store(value, at) {
+                if let Some(value) = self.row_store(value, at) {
                     self.func.insts[inst] = InstData::Store { at: to, value };
                 }
             }
@@ -222,7 +222,7 @@ impl Rows<'_> {
 
     /// Computes the lanes of a word that is stored at a place of the block as rows; gives the word to
     /// store instead, if that pays.
-    fn store(&mut self, value: Value, at: usize) -> Option<Value> {
+    fn row_store(&mut self, value: Value, at: usize) -> Option<Value> {
         let ty = self.func.ty(value);
         let (mut found, mut rest) = (vec![], vec![]);
         // The parts that the word is joined of, each with the bits of it that count.
@@ -272,13 +272,13 @@ impl Rows<'_> {
         }
         let word = self.emit(ty, &row, &places, at);
         self.at = at;
-        let mut all = self.insert_with(BinaryOp::And, word, taken as i64);
+        let mut all = self.binary_imm(BinaryOp::And, word, taken as i64);
         for (part, kept) in rest {
             let part = match self.ranges.possible_ones(part) & !kept {
                 0 => part,
-                _ => self.insert_with(BinaryOp::And, part, kept as i64),
+                _ => self.binary_imm(BinaryOp::And, part, kept as i64),
             };
-            all = self.insert_binary(BinaryOp::Or, all, part);
+            all = self.binary(BinaryOp::Or, all, part);
         }
         Some(all)
     }

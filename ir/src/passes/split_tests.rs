@@ -20,10 +20,11 @@
 
 use std::iter::repeat_n;
 
+use super::cursor::Cursor;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::switches::compared_field;
 use super::thresholds::split_tests::MIN_TESTS;
+use crate::InstBuilder;
 use crate::tables::FastMap;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, Field, FloatCond, FuncData, Inst, InstData,
@@ -265,7 +266,7 @@ fn split(
     let comparison = copy(func, condition.comparison, &mut insts);
     let mut all = condition.others.first().copied().unwrap_or(comparison);
     for &other in condition.others.iter().skip(1) {
-        all = Cursor { func, out: &mut there, loc }.insert_binary(BinaryOp::And, all, other);
+        all = Cursor { func, out: &mut there, loc }.binary(BinaryOp::And, all, other);
     }
     let terminator = Terminator::Brif { cond: all, then, otherwise: otherwise.clone() };
     let second = func.blocks.push(BlockData {
@@ -288,5 +289,5 @@ fn copy(func: &mut FuncData, value: Value, insts: &mut Vec<Inst>) -> Value {
     let mut data = *func.inst(definition);
     data.for_each_arg_mut(|operand| *operand = copy(func, *operand, insts));
     let loc = func.loc(definition);
-    Cursor { func, out: insts, loc }.insert(data)
+    Cursor { func, out: insts, loc }.build(data)
 }

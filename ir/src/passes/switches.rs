@@ -20,11 +20,12 @@
 //! with the same bits. A double is converted to an integer and back; if that gives another number, no
 //! comparison holds.
 
+use super::cursor::Cursor;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::thresholds::switches::{
     MAX_EXTRA_ENTRIES, MIN_TESTS, MIN_TESTS_OF_DOUBLES, START_AT_ZERO_BELOW,
 };
+use crate::InstBuilder;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData,
     InstData, IntCond, Terminator, Type, Value, eval,
@@ -120,13 +121,13 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         arg = integer_of(&mut out, value);
     }
     if field != Field::whole(ty) {
-        arg = out.insert(InstData::Extract { op: ExtractOp::Unsigned, arg, field });
+        arg = out.build(InstData::Extract { op: ExtractOp::Unsigned, arg, field });
     }
     if matches!(ty, Type::I8 | Type::I16) {
-        arg = out.insert_convert(ConvertOp::Zext, Type::I32, arg);
+        arg = out.convert(ConvertOp::Zext, Type::I32, arg);
     }
     if low > 0 {
-        arg = out.insert_with(BinaryOp::Sub, arg, low as i64);
+        arg = out.binary_imm(BinaryOp::Sub, arg, low as i64);
     }
     let bit = bit_test(&mut out, arg, &targets, next);
     let data = &mut func.blocks[block];
@@ -190,22 +191,22 @@ fn bit_test(
     let bits = targets.iter().zip(0..).filter(|(target, _)| **target == then);
     let mask = bits.fold(0u64, |mask, (_, number)| mask | 1 << number) as i64;
     let ty = if targets.len() > 32 { Type::I64 } else { Type::I32 };
-    let mask = out.insert_const(ty, mask);
+    let mask = out.constant(ty, mask);
     let by = match ty {
-        Type::I64 => out.insert_convert(ConvertOp::Zext, ty, arg),
+        Type::I64 => out.convert(ConvertOp::Zext, ty, arg),
         _ => arg,
     };
     // Of a number beyond the mask's bits the shift leaves 0.
-    let shifted = out.insert_binary(BinaryOp::Lshr, mask, by);
-    Some((out.insert_bit(shifted, 0), then))
+    let shifted = out.binary(BinaryOp::Lshr, mask, by);
+    Some((out.bit(shifted, 0), then))
 }
 
 /// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.
 /// The value is a double, or an `i64` with the bits of one.
 fn integer_of(out: &mut Cursor<'_>, value: Value) -> Value {
-    let (integer, is_equal) = out.insert_integrality_check_of_bits(value);
-    let other = out.insert_const(Type::I32, -1);
-    out.insert_select(is_equal, integer, other)
+    let (integer, is_equal) = out.integrality_check_of_bits(value);
+    let other = out.constant(Type::I32, -1);
+    out.select(is_equal, integer, other)
 }
 
 /// Whether a value is computed in a block and no later instruction of the block has an effect, so that the

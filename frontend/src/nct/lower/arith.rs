@@ -5,7 +5,7 @@
 //! always done. `after` is the set of registers and flags that can be read after the statement;
 //! the others are not computed.
 
-use plcc_ir::{BinaryOp, IntCond, Type, Value};
+use plcc_ir::{BinaryOp, InstBuilder, IntCond, Type, Value};
 
 use super::memory::{Bcd, Indirect};
 use super::{Lowerer, Result};
@@ -58,7 +58,7 @@ impl Lowerer<'_> {
     pub(super) fn operand(&mut self, operand: Operand) -> Result<(Value, Option<Value>)> {
         let (negate, variable) = match operand {
             Operand::Const(value) => {
-                return Ok((self.builder.func().iconst(Type::I16, value.into()), None));
+                return Ok((self.builder.func().constant(Type::I16, value.into()), None));
             }
             Operand::Load { negate, place: variable } => (negate, variable),
         };

@@ -1,7 +1,7 @@
 //! Lowers conditions (NCT 4.2 to 4.4, 4.10) to expressions without branches. If all that depends on
 //! a condition is a few bits that are set or cleared, that has no branches either.
 
-use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
+use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, Type, Value};
 
 use super::{Lowerer, Result};
 use crate::common::{BrokenInvariant, OrMissing};

@@ -12,7 +12,7 @@
 
 use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
 use plcc_ir::bound::ReturnStack;
-use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
+use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, Place, Type, Value};
 
 use super::memory::Bcd;
 use super::{Lowerer, Result};
@@ -119,7 +119,7 @@ impl Lowerer<'_> {
             let entry = self.builder.place();
             self.builder.task(format!(":{module:03}"), entry);
             self.bind(entry);
-            let none = self.builder.func().iconst(Type::I16, 0);
+            let none = self.builder.func().constant(Type::I16, 0);
             self.set_context(context::DEPTH, none);
             let start = self.place(at);
             self.builder.jump(start);
@@ -190,7 +190,7 @@ impl Lowerer<'_> {
 
     /// Leaves the number of a statement in the image.
     fn set_pending(&mut self, number: i64) {
-        let number = self.builder.func().iconst(Type::I32, number);
+        let number = self.builder.func().constant(Type::I32, number);
         let pending = self.pending();
         self.builder.func().store(pending, number);
     }
@@ -243,7 +243,7 @@ impl Lowerer<'_> {
                 self.bind(cold);
                 let before = self.builder.func().set_cold(true);
                 let site = self.first_depth_site() + number;
-                let site = self.builder.func().iconst(Type::I32, site);
+                let site = self.builder.func().constant(Type::I32, site);
                 self.trap_at(site);
                 self.builder.func().set_cold(before);
             }
@@ -262,7 +262,7 @@ impl Lowerer<'_> {
         self.bind(go_on);
         let depth = self.context(Type::I16, context::DEPTH);
         let site = match call {
-            Number::Known(number) => self.builder.func().iconst(Type::I32, number),
+            Number::Known(number) => self.builder.func().constant(Type::I32, number),
             Number::Pending => self.load_pending(),
         };
         let slot = self.builder.func().zextend_or_trunc(Type::I32, depth);
@@ -300,9 +300,9 @@ impl Lowerer<'_> {
         let word = self.word(Word::Bytes { space: Space::F, byte: word })?;
         let word = self.builder.func().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong } = self.take_bcd(word);
-        let none = self.builder.func().iconst(Type::I32, i64::from(u16::MAX));
+        let none = self.builder.func().constant(Type::I32, i64::from(u16::MAX));
         let number = self.builder.func().select(wrong, none, number);
-        let zero = self.builder.func().iconst(Type::I1, 0);
+        let zero = self.builder.func().constant(Type::I1, 0);
         self.store_bits(Space::F, SYNTAX.byte, &[(SYNTAX.bit, zero), (NOT_BCD.bit, wrong)])?;
         let statement = if call { self.site(at)? } else { self.jump_number(at)? };
         self.set_pending(statement);
@@ -387,7 +387,7 @@ impl Lowerer<'_> {
 
     /// Stops the program at a trap site.
     fn trap_at(&mut self, site: Value) {
-        let none = self.builder.func().iconst(Type::I32, 0);
+        let none = self.builder.func().constant(Type::I32, 0);
         self.builder.func().trap_at(site, none);
     }
 

@@ -1,7 +1,7 @@
 //! Lowers the reading and writing of bits and words.
 
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, LINE_BYTES};
-use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
+use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, RegionId, Type, Value};
 
 use super::{Lowerer, Result};
 use crate::common::OrMissing;
@@ -212,7 +212,7 @@ impl Lowerer<'_> {
         let high = func.zextend_or_trunc(Type::I8, high);
         func.store(Address::indexed(flags, 1, to.index, 1, count), high);
         // The high byte of a word at F999 is dropped: the byte after F999 is always 0.
-        let zero = func.iconst(Type::I8, 0);
+        let zero = func.constant(Type::I8, 0);
         func.store(Address::fixed(flags, count), zero);
     }
 }

@@ -16,8 +16,8 @@ use plcc_abi::nct::{context, layout::region};
 use plcc_ir::bound::ReturnStack;
 use plcc_ir::chunk::DEFAULT_LIMIT;
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, RegionId, Statement, Type, UnaryOp,
-    Value,
+    Address, BinaryOp, ChunkBuilder, InstBuilder, IntCond, Module, Place, RegionId, Statement,
+    Type, UnaryOp, Value,
 };
 
 use crate::common::{BrokenInvariant, LowerError, OrMissing};
@@ -250,7 +250,7 @@ impl Lowerer<'_> {
         match stmt.op {
             Op::Set(bit) | Op::Clear(bit) => {
                 let on = matches!(stmt.op, Op::Set(_));
-                let value = self.builder.func().iconst(Type::I1, on.into());
+                let value = self.builder.func().constant(Type::I1, on.into());
                 self.store_bit(bit, value)?;
             }
             Op::Count { counter, up } => self.count(counter, up)?,
@@ -300,7 +300,7 @@ impl Lowerer<'_> {
                 let with = self.op();
                 let func = self.builder.func();
                 let with = func.zextend_or_trunc(Type::I32, with);
-                let area = func.iconst(Type::I32, area.into());
+                let area = func.constant(Type::I32, area.into());
                 func.host_call(op.host_function(), &[area, with]);
             }
             Op::EndIf | Op::Label(_) | Op::Text | Op::Bad { .. } => {}

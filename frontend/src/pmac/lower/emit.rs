@@ -18,7 +18,8 @@ use std::convert::Infallible;
 
 use plcc_abi::HostFn;
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp, Value,
+    Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, InstBuilder, IntCond, Type, UnaryOp,
+    Value,
 };
 
 use crate::common::BrokenInvariant;
@@ -64,7 +65,7 @@ impl Operand {
         match self {
             Self::Const(value) if value.is_finite() => {
                 // Adding 0 turns -0 into 0.
-                Some(b.iconst(Type::I64, (value + 0.0).to_bits() as i64))
+                Some(b.constant(Type::I64, (value + 0.0).to_bits() as i64))
             }
             Self::Stored(at) => Some(b.load(Type::I64, at)),
             _ => None,
@@ -76,7 +77,7 @@ impl Operand {
         let value = match self {
             Self::Const(value) => {
                 let value = plcc_abi::pmac::arithmetic::finite(value);
-                b.iconst(Type::I64, value.to_bits() as i64)
+                b.constant(Type::I64, value.to_bits() as i64)
             }
             Self::Stored(from) => b.load(Type::I64, from),
             other => other.stored(b),
@@ -88,7 +89,7 @@ impl Operand {
     pub(crate) fn truth(self, b: &mut FuncBuilder) -> Value {
         match self {
             Self::Truth(value) => value,
-            Self::Const(value) => b.iconst(Type::I1, i64::from(value != 0.0)),
+            Self::Const(value) => b.constant(Type::I1, i64::from(value != 0.0)),
             other => {
                 let value = other.float(b);
                 let zero = b.fconst(0.0);
@@ -115,7 +116,7 @@ impl Operand {
     /// The low bits of the operand rounded to an integer, an `i32`.
     pub(crate) fn bits(self, b: &mut FuncBuilder) -> Result<Value, BrokenInvariant> {
         if let Self::Const(value) = self {
-            return Ok(b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64));
+            return Ok(b.constant(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64));
         }
         let value = self.float(b);
         let bits = host_value(b, HostFn::PmacBits, &[value])?;
@@ -247,7 +248,7 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
 pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         let truth = plcc_abi::pmac::expression::compare(cmp, x, y);
-        return Operand::Truth(b.iconst(Type::I1, i64::from(truth)));
+        return Operand::Truth(b.constant(Type::I1, i64::from(truth)));
     }
     if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =
         (cmp, left, right)

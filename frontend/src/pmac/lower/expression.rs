@@ -4,7 +4,7 @@
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::Kind;
-use plcc_ir::{BinaryOp, UnaryOp};
+use plcc_ir::{BinaryOp, InstBuilder, UnaryOp};
 
 use super::Lowerer;
 use super::emit::{self, Operand};

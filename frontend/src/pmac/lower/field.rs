@@ -1,7 +1,7 @@
 //! Fields of 24-bit words, as M- and L-variables name them: reading and replacing them in IR.
 
 use plcc_abi::pmac::{Field, Format};
-use plcc_ir::{Address, BinaryOp, ExtractOp, FuncBuilder, Type, UnaryOp, Value};
+use plcc_ir::{Address, BinaryOp, ExtractOp, FuncBuilder, InstBuilder, Type, UnaryOp, Value};
 
 /// The bits of a digit of a decimal field.
 const DIGIT_BITS: u8 = 4;
@@ -26,7 +26,7 @@ pub(crate) fn field_of(b: &mut FuncBuilder, word: Value, field: Field) -> Value 
         Format::D => word,
         Format::C => b.unary(UnaryOp::Not, word),
     };
-    let mut sum = b.iconst(Type::I32, 0);
+    let mut sum = b.constant(Type::I32, 0);
     for number in (0..field.width.div_ceil(DIGIT_BITS)).rev() {
         let first = number * DIGIT_BITS;
         let width = DIGIT_BITS.min(field.width - first);

@@ -30,7 +30,7 @@
 use plcc_abi::HostFn;
 use plcc_abi::pmac::{DirectAccess, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
-use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Place, Type, Value};
+use plcc_ir::{Address, BinaryOp, ConvertOp, InstBuilder, IntCond, Place, Type, Value};
 
 use super::emit;
 use super::{Lowerer, StatementPlaces};
@@ -227,7 +227,7 @@ impl Lowerer<'_> {
             };
             any = Some(any.map_or(differs, |any| b.binary(BinaryOp::Or, any, differs)));
         }
-        let any = any.unwrap_or_else(|| b.iconst(Type::I32, 0));
+        let any = any.unwrap_or_else(|| b.constant(Type::I32, 0));
         let any = b.zextend_or_trunc(Type::I8, any);
         b.icmp_imm(IntCond::Ne, any, 0)
     }
@@ -240,7 +240,7 @@ impl Lowerer<'_> {
         version: &StatementPlaces,
     ) -> Result<(), BrokenInvariant> {
         let b = self.builder.func();
-        let number = b.iconst(Type::I32, i64::from(number));
+        let number = b.constant(Type::I32, i64::from(number));
         let holds = emit::host_value(b, HostFn::PmacStatement, &[number])?;
         if let StmtKind::If(_, target) | StmtKind::While(_, target) = stmt.kind {
             let holds = b.icmp_imm(IntCond::Ne, holds, 0);

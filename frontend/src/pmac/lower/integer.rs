@@ -7,7 +7,9 @@
 //! doubles.
 
 use plcc_abi::pmac::{Format, Kind};
-use plcc_ir::{BinaryOp, ConvertOp, ExtractOp, Field, FuncBuilder, IntCond, Type, UnaryOp, Value};
+use plcc_ir::{
+    BinaryOp, ConvertOp, ExtractOp, Field, FuncBuilder, InstBuilder, IntCond, Type, UnaryOp, Value,
+};
 
 use super::Lowerer;
 use super::emit;
@@ -80,7 +82,7 @@ impl Lowerer<'_> {
         for op in download.ops(expr) {
             let mut pop = || stack.pop().ok_or_else(super::lacks_operand);
             let value = match *op {
-                Op::Const(value) => (self.builder.func().iconst(Type::I32, value as i64), true),
+                Op::Const(value) => (self.builder.func().constant(Type::I32, value as i64), true),
                 Op::Var(_, number) => {
                     let number = u32::from(number);
                     let (_, _, field) = self.l_field(number)?;
@@ -154,7 +156,7 @@ fn modulo(b: &mut FuncBuilder, a: Value, x: Value) -> Value {
     let positive = b.icmp_imm(IntCond::Sgt, x, 0);
     // By a negative divisor -y the result lies between -y and y - 1: it is the remainder by 2y of
     // the dividend plus y, less y.
-    let zero = b.iconst(Type::I32, 0);
+    let zero = b.constant(Type::I32, 0);
     let shift = b.select(positive, zero, size);
     let double_size = b.binary(BinaryOp::Add, size, shift);
     let from = b.binary(BinaryOp::Add, a, shift);

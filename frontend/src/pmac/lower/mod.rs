@@ -23,7 +23,7 @@ use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{exec, region};
 use plcc_abi::pmac::{DirectAccess, Field, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
-use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
+use plcc_ir::{Address, ChunkBuilder, InstBuilder, Module, Place, Statement, Type, Value};
 
 use self::emit::Operand;
 use crate::common::{BrokenInvariant, LowerError};
@@ -373,7 +373,7 @@ impl Lowerer<'_> {
                 let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
                 let base = self.layout.q_base_of(u32::from(system));
                 let b = self.builder.func();
-                let base = b.iconst(Type::I32, i64::from(base));
+                let base = b.constant(Type::I32, i64::from(base));
                 b.store(at, base);
             }
             StmtKind::Address(_, None) => {}
@@ -383,12 +383,12 @@ impl Lowerer<'_> {
                 let value = value.map_or(Ok(Operand::Const(0.0)), |expr| self.value(expr))?;
                 let b = self.builder.func();
                 let value = value.stored(b);
-                let index = b.iconst(Type::I32, i64::from(index));
+                let index = b.constant(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacEvent, &[index, value]);
             }
             StmtKind::Define(index) => {
                 let b = self.builder.func();
-                let index = b.iconst(Type::I32, i64::from(index));
+                let index = b.constant(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacDefine, &[index]);
             }
             StmtKind::Word(space, address, expr) => {
@@ -432,7 +432,7 @@ impl Lowerer<'_> {
         for (first, last) in runs_of_ones(plcs.bits) {
             let b = self.builder.func();
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
-                .map(|arg| b.iconst(Type::I32, arg));
+                .map(|arg| b.constant(Type::I32, arg));
             b.host_call(HostFn::PmacPlc, &args);
         }
     }

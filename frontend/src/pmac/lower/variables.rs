@@ -7,7 +7,7 @@ use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
     Controller, Definition, DirectAccess, Field, Format, Kind, Layout, Place, Range, Space,
 };
-use plcc_ir::{Address, BinaryOp, ExtractOp, IntCond, RegionId, Type, Value};
+use plcc_ir::{Address, BinaryOp, ExtractOp, InstBuilder, IntCond, RegionId, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
         if !self.has_address_statements {
             return self.variable_address(self.regions.q, number);
         }
-        let number = self.builder.func().iconst(Type::I32, i64::from(number));
+        let number = self.builder.func().constant(Type::I32, i64::from(number));
         let index = self.q_number(number);
         self.computed_address(self.regions.q, index)
     }
@@ -117,7 +117,7 @@ impl Lowerer<'_> {
 
     fn read_m_general(&mut self, number: u32) -> Result<Operand, BrokenInvariant> {
         let b = self.builder.func();
-        let number = b.iconst(Type::I32, i64::from(number));
+        let number = b.constant(Type::I32, i64::from(number));
         let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
         Ok(Operand::Double(value))
     }
@@ -224,14 +224,14 @@ impl Lowerer<'_> {
         (first, count, step): (u16, u16, u16),
         value: Value,
     ) {
-        let first = self.builder.func().iconst(Type::I32, i64::from(first));
+        let first = self.builder.func().constant(Type::I32, i64::from(first));
         let first = match kind {
             Kind::Q if self.has_address_statements => self.q_number(first),
             _ => first,
         };
         let b = self.builder.func();
-        let kind_number = b.iconst(Type::I32, i64::from(kind.number()));
-        let count_and_step = b.iconst(Type::I32, i64::from(count) | i64::from(step) << 16);
+        let kind_number = b.constant(Type::I32, i64::from(kind.number()));
+        let count_and_step = b.constant(Type::I32, i64::from(count) | i64::from(step) << 16);
         b.host_call(HostFn::PmacRangeWrite, &[kind_number, first, count_and_step, value]);
         // Definitions of M-variables lie in memory, which M- and L-variables can reach.
         self.may_change_definitions |= matches!(kind, Kind::M | Kind::L);
@@ -273,7 +273,7 @@ impl Lowerer<'_> {
             }
             (Some(Range::Real(..)), _) => {
                 let value = value.stored(b);
-                let number = b.iconst(Type::I32, i64::from(number));
+                let number = b.constant(Type::I32, i64::from(number));
                 b.host_call(HostFn::PmacIWrite, &[number, value]);
             }
         }
@@ -295,7 +295,7 @@ impl Lowerer<'_> {
     fn write_m_general(&mut self, number: u32, value: Operand) {
         let b = self.builder.func();
         let value = value.stored(b);
-        let number = b.iconst(Type::I32, i64::from(number));
+        let number = b.constant(Type::I32, i64::from(number));
         b.host_call(HostFn::PmacMWrite, &[number, value]);
         self.may_change_definitions = true;
     }
@@ -394,8 +394,8 @@ impl Lowerer<'_> {
     /// Reads a word of sparse memory through the host, as an `i32`.
     fn sparse_word(&mut self, space: Space, address: u32) -> Result<Value, BrokenInvariant> {
         let b = self.builder.func();
-        let space = b.iconst(Type::I32, i64::from(space == Space::Y));
-        let address = b.iconst(Type::I32, i64::from(address));
+        let space = b.constant(Type::I32, i64::from(space == Space::Y));
+        let address = b.constant(Type::I32, i64::from(address));
         emit::host_value(b, HostFn::PmacWordRead, &[space, address])
     }
 
@@ -418,8 +418,8 @@ impl Lowerer<'_> {
     /// Writes a word through the host, which may change a definition.
     pub(crate) fn write_sparse_word(&mut self, space: Space, address: u32, word: Value) {
         let b = self.builder.func();
-        let space = b.iconst(Type::I32, i64::from(space == Space::Y));
-        let address = b.iconst(Type::I32, i64::from(address));
+        let space = b.constant(Type::I32, i64::from(space == Space::Y));
+        let address = b.constant(Type::I32, i64::from(address));
         b.host_call(HostFn::PmacWordWrite, &[space, address, word]);
         self.may_change_definitions = true;
     }

@@ -1,7 +1,7 @@
 //! Assignments, and what they set off at once: timers and flip-flops (PMI 2.2.5, 2.2.6).
 
 use plcc_abi::pmi::{TimerKind, Type as PmiType};
-use plcc_ir::{Address, BinaryOp, IntCond, Type, UnaryOp, Value};
+use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, Type, UnaryOp, Value};
 
 use super::{Lowerer, Operand, Result, ir_type};
 use crate::common::OrMissing;
@@ -85,8 +85,8 @@ impl Lowerer<'_> {
         let old_delayed = self.load(PmiType::Logical, delayed)?;
         let old = self.load(PmiType::Long, counter)?;
         let func = self.builder.func();
-        let idle_mark = func.iconst(Type::I32, -1);
-        let preset = func.iconst(Type::I32, i64::from(timer.preset));
+        let idle_mark = func.constant(Type::I32, -1);
+        let preset = func.constant(Type::I32, i64::from(timer.preset));
         let idle = func.icmp(IntCond::Eq, old, idle_mark);
         let (new_delayed, new) = match timer.kind {
             TimerKind::E => {

@@ -8,8 +8,8 @@ mod assignment;
 use plcc_abi::{SourceLine, TrapCode, TrapSite, pmi::Type as PmiType};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, IntCond, Module, Place, RegionId, Statement, Type,
-    UnaryOp, Value,
+    Address, BinaryOp, ChunkBuilder, ConvertOp, InstBuilder, IntCond, Module, Place, RegionId,
+    Statement, Type, UnaryOp, Value,
 };
 
 use crate::common::{BrokenInvariant, LowerError, OrMissing};
@@ -312,7 +312,7 @@ impl Lowerer<'_> {
             func.brif(inside, go, stop);
             func.switch_to(stop);
             let before = func.set_cold(true);
-            let site = func.iconst(Type::I32, site.into());
+            let site = func.constant(Type::I32, site.into());
             func.trap_at(site, index);
             func.set_cold(before);
             func.switch_to(go);
@@ -343,7 +343,7 @@ impl Lowerer<'_> {
     fn as_type(&mut self, operand: Operand, to: Type) -> Value {
         let func = self.builder.func();
         match operand {
-            Operand::Const(value) => func.iconst(to, i64::from(value)),
+            Operand::Const(value) => func.constant(to, i64::from(value)),
             Operand::Value(value, Type::I1) => func.zextend_or_trunc(to, value),
             Operand::Value(value, _) => func.sextend_or_trunc(to, value),
         }
@@ -353,7 +353,7 @@ impl Lowerer<'_> {
     fn logical(&mut self, operand: Operand) -> Value {
         let func = self.builder.func();
         match operand {
-            Operand::Const(value) => func.iconst(Type::I1, i64::from(value != 0)),
+            Operand::Const(value) => func.constant(Type::I1, i64::from(value != 0)),
             Operand::Value(value, Type::I1) => value,
             Operand::Value(value, _) => func.icmp_imm(IntCond::Ne, value, 0),
         }
@@ -362,7 +362,7 @@ impl Lowerer<'_> {
     fn not(&mut self, operand: Operand) -> Value {
         let func = self.builder.func();
         match operand {
-            Operand::Const(value) => func.iconst(Type::I1, i64::from(value == 0)),
+            Operand::Const(value) => func.constant(Type::I1, i64::from(value == 0)),
             Operand::Value(value, Type::I1) => func.unary(UnaryOp::Not, value),
             Operand::Value(value, _) => func.icmp_imm(IntCond::Eq, value, 0),
         }

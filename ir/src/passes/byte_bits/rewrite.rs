@@ -1,10 +1,10 @@
 //! Changes a function: bits become bytes, and are unpacked and packed where that is needed.
 
 use super::super::graph::Graph;
-use super::super::insert::Insert;
 use super::analysis::{Access, Found};
 use super::cost::{Flow, is_barrier, is_exit, needed_after_barriers};
 use super::word::{WORD_BITS, Word, WordSet};
+use crate::InstBuilder;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, StatementId,
     Terminator, Type, Value,
@@ -49,12 +49,12 @@ struct Writer<'a> {
     loc: StatementId,
 }
 
-impl Insert for Writer<'_> {
+impl InstBuilder for Writer<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, value) = self.func.append(data, self.loc);
         self.out.push(inst);
         value
@@ -118,7 +118,7 @@ impl Writer<'_> {
                 match self.func.inst(inst) {
                     InstData::Bit { .. } => InstData::Load { ty: Type::I1, at },
                     _ => {
-                        let arg = self.insert_load(Type::I1, at);
+                        let arg = self.load(Type::I1, at);
                         InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg }
                     }
                 }
@@ -126,7 +126,7 @@ impl Writer<'_> {
             Access::Write { word: _, bit, value } => {
                 let value = match self.func.ty(value) {
                     Type::I1 => value,
-                    _ => self.insert_bit(value, 0),
+                    _ => self.bit(value, 0),
                 };
                 InstData::Store { at: word.local_bit(bit), value }
             }
@@ -146,8 +146,8 @@ impl Writer<'_> {
     /// Appends what unpacks words.
     fn unpack(&mut self, words: WordSet) {
         self.for_each(words, |this, word| {
-            let value = this.insert_load(Type::I32, word.at);
-            this.insert(InstData::Unpack { word: value, to: word.groups(word.used) });
+            let value = this.load(Type::I32, word.at);
+            this.build(InstData::Unpack { word: value, to: word.groups(word.used) });
         });
     }
 
@@ -159,14 +159,14 @@ impl Writer<'_> {
                 return;
             }
             let from = word.groups(word.written);
-            let mut value = this.insert(InstData::Pack { from });
+            let mut value = this.build(InstData::Pack { from });
             let kept = ((1 << WORD_BITS) - 1) & !i64::from(from.mask());
             if kept != 0 {
-                let old = this.insert_load(Type::I32, word.at);
-                let rest = this.insert_with(BinaryOp::And, old, kept);
-                value = this.insert_binary(BinaryOp::Or, rest, value);
+                let old = this.load(Type::I32, word.at);
+                let rest = this.binary_imm(BinaryOp::And, old, kept);
+                value = this.binary(BinaryOp::Or, rest, value);
             }
-            this.insert_store(word.at, value);
+            this.store(word.at, value);
         });
     }
 }

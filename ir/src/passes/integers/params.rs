@@ -8,8 +8,8 @@
 //! ```
 
 use super::{Integers, to_double, type_for};
+use crate::InstBuilder;
 use crate::func::ValueData;
-use crate::passes::insert::Insert;
 use crate::passes::substitution::Substitution;
 use crate::{Block, FuncData, Inst, StatementId, Terminator, Type, Value, ValueDef};
 
@@ -39,7 +39,7 @@ impl Integers<'_> {
             self.integers.set_bounds(new, ty, (low, high));
             let insts = &self.func.block(block).insts;
             self.loc = loc_of(self.func, insts.first());
-            let double = self.insert(to_double(new));
+            let double = self.build(to_double(new));
             values.replace(param, double);
         }
     }

@@ -1,7 +1,7 @@
 //! The instructions that compute a row of bits as a word.
 
-use super::super::insert::Insert;
 use super::{Lane, MAX_KNOWN, Operation, Row, Rows};
+use crate::InstBuilder;
 use crate::{BinaryOp, ConvertOp, Type, Value};
 
 impl Rows<'_> {
@@ -24,8 +24,8 @@ impl Rows<'_> {
                     rows.iter().map(|row| self.emit(ty, row, places, at)).collect();
                 self.at = at;
                 let word = match *operation {
-                    Operation::Not => self.insert_not(args[0]),
-                    Operation::Binary(op) => self.insert_binary(op, args[0], args[1]),
+                    Operation::Not => self.not(args[0]),
+                    Operation::Binary(op) => self.binary(op, args[0], args[1]),
                 };
                 (word, lanes)
             }
@@ -48,15 +48,15 @@ impl Rows<'_> {
             self.at = at;
             let by = i32::from(lane.to) - i32::from(lane.bit);
             let bit = if self.func.ty(lane.value) == Type::I1 {
-                let wide = self.insert_convert(ConvertOp::Zext, ty, lane.value);
+                let wide = self.convert(ConvertOp::Zext, ty, lane.value);
                 self.shifted(wide, by)
             } else {
                 let moved = self.shifted(lane.value, by);
-                self.insert_with(BinaryOp::And, moved, 1 << lane.to)
+                self.binary_imm(BinaryOp::And, moved, 1 << lane.to)
             };
             all = Some(match all {
                 None => bit,
-                Some(all) => self.insert_binary(BinaryOp::Or, all, bit),
+                Some(all) => self.binary(BinaryOp::Or, all, bit),
             });
         }
         // A row has lanes.
@@ -67,8 +67,8 @@ impl Rows<'_> {
     fn shifted(&mut self, word: Value, by: i32) -> Value {
         match by {
             0 => word,
-            1.. => self.insert_with(BinaryOp::Shl, word, i64::from(by)),
-            _ => self.insert_with(BinaryOp::Lshr, word, -i64::from(by)),
+            1.. => self.binary_imm(BinaryOp::Shl, word, i64::from(by)),
+            _ => self.binary_imm(BinaryOp::Lshr, word, -i64::from(by)),
         }
     }
 }

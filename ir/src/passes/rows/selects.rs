@@ -21,8 +21,9 @@
 
 use std::ops::Range;
 
-use super::super::insert::{Cursor, Insert};
+use super::super::cursor::Cursor;
 use super::{Lane, MIN_LANES, Rows};
+use crate::InstBuilder;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, Inst, InstData, IntCond, Terminator, Value,
     ValueDef, func::ValueData,
@@ -78,7 +79,7 @@ impl Rows<'_> {
             let Some(word) = row.and_then(|row| self.known.get(row)).map(|known| known.1) else {
                 for select in part {
                     let mut out = self.cursor(select, &mut insts);
-                    value = out.insert_select(select.cond, select.constant, value);
+                    value = out.select(select.cond, select.constant, value);
                 }
                 continue;
             };
@@ -87,9 +88,9 @@ impl Rows<'_> {
             let mask = bits.fold(0, |mask, (_, bit)| mask | 1i64 << bit);
             // Whether any of the conditions holds.
             let mut out = self.cursor(&part[0], &mut insts);
-            let bits = out.insert_with(BinaryOp::And, word, mask);
-            let zero = out.insert_const(ty, 0);
-            let any = out.insert_icmp(IntCond::Ne, bits, zero);
+            let bits = out.binary_imm(BinaryOp::And, word, mask);
+            let zero = out.constant(ty, 0);
+            let any = out.icmp(IntCond::Ne, bits, zero);
             let [then, next] = [(); 2].map(|()| self.new_block());
             let def = ValueDef::Param(next, 0);
             let ty = self.func.ty(value);
@@ -101,8 +102,8 @@ impl Rows<'_> {
             for select in part {
                 let bit = select.bit.map_or(0, |(_, bit)| bit);
                 let mut out = self.cursor(select, &mut insts);
-                let cond = out.insert_bit(word, bit);
-                value = out.insert_select(cond, select.constant, value);
+                let cond = out.bit(word, bit);
+                value = out.select(cond, select.constant, value);
             }
             let jump = Terminator::Jump(BlockCall { block: next, args: vec![value] });
             self.end_block(then, std::mem::take(&mut insts), Some(jump));

@@ -42,10 +42,11 @@ mod uses;
 
 use plcc_abi::IntegerForm;
 
+use super::cursor::Cursor;
 use super::float_range::FloatRanges;
 use super::graph::Graph;
-use super::insert::{Cursor, Insert};
 use super::integers::PassedRanges;
+use crate::InstBuilder;
 
 use super::value_range::ValueRanges;
 use crate::{
@@ -197,7 +198,7 @@ impl Speculate<'_> {
         for &(value, check) in others {
             let (integer, truth) = check.insert(&mut out, value, never_nan);
             integers.push((value, integer));
-            cond = out.insert_binary(BinaryOp::And, cond, truth);
+            cond = out.binary(BinaryOp::And, cond, truth);
         }
         for &(again, first) in &plan.same {
             let known = integers.iter().find(|(value, _)| *value == first);
@@ -298,26 +299,26 @@ impl Check {
     /// conversion of an integer, and whether the check succeeds.
     fn insert(self, out: &mut Cursor<'_>, value: Value, never_nan: bool) -> (Value, Value) {
         if self == Self::Narrow {
-            let (integer, holds) = out.insert_integrality_check(value, never_nan);
-            return (out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer), holds);
+            let (integer, holds) = out.integrality_check(value, never_nan);
+            return (out.convert(ConvertOp::IntToFloat, Type::F64, integer), holds);
         }
         // The sum is an integer whose low bits are those of the rounded double. If the double
         // is too large for that, the number made of the low bits is far from the double, and
         // the comparison below finds that.
-        let sum = out.insert_with(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
-        let word = out.insert_convert(ConvertOp::Bitcast, Type::I64, sum);
+        let sum = out.binary_imm(BinaryOp::Fadd, value, ROUNDING.to_bits() as i64);
+        let word = out.convert(ConvertOp::Bitcast, Type::I64, sum);
         let field = ROUNDED;
-        let integer = out.insert(InstData::Extract { op: ExtractOp::Signed, arg: word, field });
-        let back = out.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
+        let integer = out.build(InstData::Extract { op: ExtractOp::Signed, arg: word, field });
+        let back = out.convert(ConvertOp::IntToFloat, Type::F64, integer);
         let (cond, args) = if self == Self::Rounded {
-            let apart = out.insert_binary(BinaryOp::Fsub, value, back);
-            let apart = out.insert_unary(UnaryOp::Fabs, apart);
-            (FloatCond::Lt, [apart, out.insert_const(Type::F64, 0.5f64.to_bits() as i64)])
+            let apart = out.binary(BinaryOp::Fsub, value, back);
+            let apart = out.unary(UnaryOp::Fabs, apart);
+            (FloatCond::Lt, [apart, out.constant(Type::F64, 0.5f64.to_bits() as i64)])
         } else {
             let cond = if never_nan { FloatCond::EqOrNan } else { FloatCond::Eq };
             (cond, [back, value])
         };
-        (back, out.insert(InstData::Fcmp { cond, args }))
+        (back, out.build(InstData::Fcmp { cond, args }))
     }
 }
 

@@ -25,12 +25,12 @@
 use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
-use super::super::insert::Insert;
 use super::super::thresholds::speculate::{MAX_CHECKS, MAX_COPIED_FROM_EFFECT};
 use super::checks::{Checks, KnownInteger};
 use super::plan::{Check, MAX_STATEMENT};
 use super::row::Row;
 use super::{OutputTail, Speculate, replace_all};
+use crate::InstBuilder;
 use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
@@ -334,7 +334,7 @@ impl Speculate<'_> {
                 replace_all(&copies.rounded, |f| data.for_each_arg_mut(f));
             }
             replace_all(&copies.all, |f| data.for_each_arg_mut(f));
-            let new = self.cursor(&mut rest.out, loc).insert(data);
+            let new = self.cursor(&mut rest.out, loc).build(data);
             let Some(old) = self.func.result(inst) else { continue };
             copies.all.push((old, new));
             if let Some(check) = checks.check(old) {
@@ -373,7 +373,7 @@ impl Speculate<'_> {
             let mut out = self.cursor(&mut rest.out, loc);
             all = Some(match all {
                 None => holds,
-                Some(others) => out.insert_binary(BinaryOp::And, others, holds),
+                Some(others) => out.binary(BinaryOp::And, others, holds),
             });
         }
         let Some(cond) = all else { return };

@@ -3,10 +3,10 @@
 use super::super::float_range::{FloatRange, FloatRanges};
 use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
-use super::super::insert::Insert;
 use super::super::value_range::ValueRanges;
 use super::guard::Check;
 use super::operations::is_faster_on_integers;
+use crate::InstBuilder;
 use crate::func::ValueData;
 use crate::tables::FastMap;
 use crate::{
@@ -42,12 +42,12 @@ pub(super) struct Copy<'a> {
     pub(super) loc: StatementId,
 }
 
-impl Insert for Copy<'_> {
+impl InstBuilder for Copy<'_> {
     fn func(&self) -> &FuncData {
         self.func
     }
 
-    fn insert(&mut self, data: InstData) -> Value {
+    fn build(&mut self, data: InstData) -> Value {
         let (inst, result) = self.func.append(data, self.loc);
         self.out.push(inst);
         if result != Value::NONE {
@@ -64,9 +64,9 @@ impl Copy<'_> {
     /// Makes the check of a variable.
     pub(super) fn check(&mut self, at: Address, loc: StatementId) -> Check {
         self.loc = loc;
-        let load = self.insert_load(Type::F64, at);
-        let (integer, holds) = self.insert_integrality_check(load, true);
-        let double = self.insert_convert(ConvertOp::IntToFloat, Type::F64, integer);
+        let load = self.load(Type::F64, at);
+        let (integer, holds) = self.integrality_check(load, true);
+        let double = self.convert(ConvertOp::IntToFloat, Type::F64, integer);
         Check { insts: std::mem::take(&mut self.out), double, holds }
     }
 
@@ -206,7 +206,7 @@ impl Copy<'_> {
                     data = compared;
                 }
             }
-            InstData::Store { at, value } => self.store(&at, value, known),
+            InstData::Store { at, value } => self.copy_store(&at, value, known),
             InstData::HostCall { function, args: _ } if !function.is_pure() => known.fill(None),
             _ => {}
         }
@@ -216,7 +216,7 @@ impl Copy<'_> {
             data.for_each_arg(|arg| all &= self.floats.get(arg).integers().is_some());
             self.other_operands += usize::from(!all);
         }
-        let new = self.insert(data);
+        let new = self.build(data);
         if let Some(result) = result {
             self.values[result] = Some(new);
             self.bits.extend(double.map(|double| (new, double)));
@@ -224,7 +224,7 @@ impl Copy<'_> {
     }
 
     /// Enters what is known of the variables after a store.
-    fn store(&mut self, at: &Address, value: Value, known: &mut Known) {
+    fn copy_store(&mut self, at: &Address, value: Value, known: &mut Known) {
         let ty = self.func.ty(value);
         let mut written = at.extent(ty);
         if let Some(index) = at.index
@@ -255,7 +255,7 @@ impl Copy<'_> {
     /// The double whose bits an `i64` is, if it is known.
     fn double_of(&mut self, bits: Value) -> Option<Value> {
         match self.func.constant(bits) {
-            Some(bits) => Some(self.insert_const(Type::F64, bits)),
+            Some(bits) => Some(self.constant(Type::F64, bits)),
             None => self.bits.get(&bits).copied(),
         }
     }
