@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use clap::Parser;
-use plcc_debugger::dap::LaunchArguments;
-use plcc_debugger::{DebugError, DebuggedProgram, Launched, Recorded, Session};
+use plcc_dap::LaunchArguments;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_host::session::replay::recorded_executive;
 use plcc_record::{RecordedRun, Recording};
+use plcc_replay::{DebugError, DebuggedProgram, Launched, Recorded, Session};
 
 use crate::args::{Cli, Command, RunCommand, SourceArgs};
 use crate::failure::Failure;

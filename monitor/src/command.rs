@@ -296,8 +296,8 @@ impl Refusal {
     }
 }
 
-impl From<plcc_debugger::DebugError> for Refusal {
-    fn from(error: plcc_debugger::DebugError) -> Self {
+impl From<plcc_replay::DebugError> for Refusal {
+    fn from(error: plcc_replay::DebugError) -> Self {
         Self::new(error.0)
     }
 }

@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 
-use plcc_debugger::observers::TickObserver;
-use plcc_debugger::trace::{Access, Call};
 use plcc_frontend::common::{Accessed, Observer, Value};
+use plcc_replay::observers::TickObserver;
+use plcc_replay::trace::{Access, Call};
 
 /// How many ticks are searched for the last scan of each task. A PMAC runs its up to 31 background
 /// PLCs in turn, one a tick.

@@ -19,7 +19,7 @@
 //! commands and screens by a channel.
 //!
 //! The values beside statements (*power flow*, as in displays of ladder diagrams) are exact: the session runs the ticks around the one that is shown again in the
-//! statement interpreter, with an observer (see [`plcc_debugger`]), and shows what each statement read and
+//! statement interpreter, with an observer (see [`plcc_replay`]), and shows what each statement read and
 //! wrote.
 //!
 //! ```

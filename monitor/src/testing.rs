@@ -1,13 +1,13 @@
 //! Sessions of small programs, for tests.
 
 use plcc_abi::Dialect;
-use plcc_debugger::{DebuggedProgram, Launched};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::language;
 use plcc_host::args::ControlArgs;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
+use plcc_replay::{DebuggedProgram, Launched};
 
 use crate::view::{Body, Screen, StatementLine, StatementsView, TargetKind};
 use crate::{Session, Target};
@@ -28,7 +28,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let player = Player::new(stimulus, false);
     let history = Launched::new(executive, checked.interpreter(), player, None);
     let program = DebuggedProgram::new(checked, sources, tables);
-    let run = plcc_debugger::Session::offline(program, Box::new(history), view, true);
+    let run = plcc_replay::Session::offline(program, Box::new(history), view, true);
     Session::open(Target {
         kind: TargetKind::Program,
         name: "main".into(),

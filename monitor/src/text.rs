@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use plcc_debugger::DebuggedProgram;
 use plcc_diag::FileId;
 use plcc_frontend::presentation::Row;
+use plcc_replay::DebuggedProgram;
 
 /// The lines of a program.
 #[derive(Clone, Debug, Default)]

@@ -38,7 +38,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcctl", &[]),
     ("plcio", &["plcc-abi", "plcc-files", "plcc-image"]),
     (
-        "plcc-debugger",
+        "plcc-replay",
         &[
             "plcc-abi",
             "plcc-diag",
@@ -49,15 +49,16 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-runtime",
         ],
     ),
+    ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay"]),
     (
         "plcc-monitor",
         &[
             "plcc-abi",
-            "plcc-debugger",
             "plcc-diag",
             "plcc-files",
             "plcc-frontend",
             "plcc-host",
+            "plcc-replay",
             "plcc-runtime",
         ],
     ),
@@ -66,7 +67,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         &[
             "plcc-abi",
             "plcc-codegen",
-            "plcc-debugger",
+            "plcc-dap",
             "plcc-diag",
             "plcc-files",
             "plcc-frontend",
@@ -76,6 +77,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-load",
             "plcc-monitor",
             "plcc-record",
+            "plcc-replay",
             "plcc-runtime",
         ],
     ),
@@ -89,7 +91,7 @@ const EVERYTHING: &[&str] = &[
     "plcc",
     "plcc-abi",
     "plcc-codegen",
-    "plcc-debugger",
+    "plcc-dap",
     "plcc-diag",
     "plcc-files",
     "plcc-frontend",
@@ -100,6 +102,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-monitor",
     "plcc-random",
     "plcc-record",
+    "plcc-replay",
     "plcc-runtime",
 ];
 

@@ -3,15 +3,15 @@
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use plcc_debugger::dap::{self, LaunchArguments, Launcher};
-use plcc_debugger::{ControlSocket, Session};
+use plcc_dap::{LaunchArguments, Launcher};
+use plcc_replay::{ControlSocket, Session};
 
 use crate::debug_session::{attach, launch, run_command};
 use crate::failure::{DONE, Failure};
 
 pub(crate) fn debug() -> Result<u8, Failure> {
     let input = BufReader::new(io::stdin());
-    let served = dap::serve(input, io::stdout().lock(), &Sources);
+    let served = plcc_dap::serve(input, io::stdout().lock(), &Sources);
     served.map_err(|error| {
         Failure::usage(match error.kind() {
             io::ErrorKind::InvalidData => format!(

@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
-use plcc_debugger::dap::LaunchArguments;
+use plcc_dap::LaunchArguments;
 use plcc_files::why_not_read;
 use plcc_monitor::view::TargetKind;
 use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};

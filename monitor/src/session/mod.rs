@@ -24,8 +24,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 
-use plcc_debugger::Debugger;
 use plcc_frontend::common::StatementInterpreter;
+use plcc_replay::Debugger;
 use plcc_runtime::Event;
 
 use crate::flow::{Flow, Traces};
@@ -50,7 +50,7 @@ pub struct Target<'a> {
     /// Its name, for people.
     pub name: String,
     /// The program with its run or recording. Without it there are neither statements nor the past.
-    pub run: Option<plcc_debugger::Session<'a>>,
+    pub run: Option<plcc_replay::Session<'a>>,
     /// The socket of a control.
     pub socket: Option<PathBuf>,
     /// The folder in which watch lists and the like are kept; nothing is kept without it. See

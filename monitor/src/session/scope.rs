@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use plcc_debugger::DebuggedProgram;
 use plcc_frontend::common::Expression;
+use plcc_replay::DebuggedProgram;
 use plcc_runtime::{Executive, Purpose, Value};
 
 use super::Session;

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use plcc_debugger::Debugger;
-use plcc_debugger::history::TickResult;
-use plcc_debugger::observers::Observed;
+use plcc_replay::Debugger;
+use plcc_replay::history::TickResult;
+use plcc_replay::observers::Observed;
 
 use super::Session;
 use crate::flow::{Flow, LOOK_BACK, StepsRecorder};

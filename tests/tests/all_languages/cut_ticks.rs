@@ -8,13 +8,13 @@ use clap::Parser;
 use plcc::compile::{self, Checked};
 use plcc::disk::Disk;
 use plcc_abi::Dialect;
-use plcc_debugger::{DebuggedProgram, Debugger, Recorded, Session};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
 use plcc_host::args::RunArgs;
 use plcc_host::session;
 use plcc_host::session::replay::recorded_executive;
 use plcc_record::Recording;
+use plcc_replay::{DebuggedProgram, Debugger, Recorded, Session};
 
 use crate::watchdog::LateAt;
 

@@ -3,8 +3,8 @@
 mod find;
 mod tokens;
 
-use plcc_debugger::Debugger;
-use plcc_debugger::trace::Access;
+use plcc_replay::Debugger;
+use plcc_replay::trace::Access;
 
 use super::{Session, values};
 use crate::Refusal;

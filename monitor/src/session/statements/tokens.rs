@@ -1,9 +1,9 @@
 //! Tokens with the values that a statement read or wrote.
 
-use plcc_debugger::DebuggedProgram;
-use plcc_debugger::trace::Access;
 use plcc_frontend::common::Value;
 use plcc_frontend::presentation::Piece;
+use plcc_replay::DebuggedProgram;
+use plcc_replay::trace::Access;
 
 use super::RowFlow;
 use crate::session::values;

@@ -4,11 +4,12 @@ use std::io::Write;
 
 use serde_json::json;
 
+use plcc_replay::DebugError;
+use plcc_replay::{Direction, StepKind, Stopped};
+
 use super::answers::Answer;
 use super::protocol::EvaluateArguments;
 use super::server::Server;
-use crate::DebugError;
-use crate::debugger::{Direction, StepKind, Stopped};
 
 /// What `help` prints.
 const HELP: &str = "\

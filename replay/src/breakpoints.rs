@@ -299,7 +299,7 @@ pub(crate) fn shown(expression: &Expression, image: &[u8]) -> String {
 }
 
 /// A value as people read it: truth values are 0 and 1, as in traces.
-pub(crate) fn show_value(value: Value) -> String {
+pub fn show_value(value: Value) -> String {
     match value {
         Value::Logical(value) => u8::from(value).to_string(),
         Value::Integer(value) => value.to_string(),

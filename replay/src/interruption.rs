@@ -14,23 +14,23 @@ pub struct Interruption(Arc<AtomicUsize>);
 
 impl Interruption {
     /// Counts such a message, which has come.
-    pub(crate) fn begin(&self) {
+    pub fn begin(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Takes one from the count: the message is being answered.
-    pub(crate) fn end(&self) {
+    pub fn end(&self) {
         // There is one end for each beginning.
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
 
     /// Whether such a message waits for its answer.
-    pub(crate) fn is_wanted(&self) -> bool {
+    pub fn is_wanted(&self) -> bool {
         self.0.load(Ordering::Relaxed) > 0
     }
 
     /// An error if such a message waits for its answer. A movement that gets it ends with it.
-    pub(crate) fn check(&self) -> Result<(), DebugError> {
+    pub fn check(&self) -> Result<(), DebugError> {
         match self.is_wanted() {
             true => Err(DebugError::new("it was interrupted")),
             false => Ok(()),

@@ -189,7 +189,7 @@ impl<'a> Debugger<'a> {
     }
 
     /// From now on, long movements end with an error as soon as `interruption` wants that.
-    pub(crate) fn interrupt_by(&mut self, interruption: Interruption) {
+    pub fn interrupt_by(&mut self, interruption: Interruption) {
         self.session.history.interrupt_by(interruption.clone());
         self.interruption = interruption;
     }

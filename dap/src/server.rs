@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
+use plcc_replay::DebugError;
+use plcc_replay::Interruption;
+use plcc_replay::{Debugger, Direction, Stopped};
+
 use super::protocol::{InitializeArguments, LaunchArguments, Request};
 use super::{Launcher, transport};
-use crate::DebugError;
-use crate::debugger::{Debugger, Direction, Stopped};
-use crate::interruption::Interruption;
 
 /// For how long the program runs between two looks at the client's messages.
 const SLICE: Duration = Duration::from_millis(20);

@@ -13,6 +13,25 @@
 //! | `plcc/goToTick` | `tick` | goes to the beginning of a tick |
 //! | `plcc/position` | | gives tick, milliseconds, and the known ticks |
 //!
+//! ```
+//! use plcc_dap::{LaunchArguments, Launcher};
+//! use plcc_replay::Session;
+//!
+//! /// Opens what an editor names.
+//! struct Sources;
+//!
+//! impl Launcher for Sources {
+//!     fn launch(&self, _: &LaunchArguments) -> Result<Session<'_>, String> {
+//!         Err("there is no such program".into())
+//!     }
+//! }
+//!
+//! let mut answers = vec![];
+//! plcc_dap::serve(std::io::empty(), &mut answers, &Sources)?;
+//! assert!(answers.is_empty());
+//! # Ok::<(), std::io::Error>(())
+//! ```
+//!
 //! Architecture Invariant: no message of a client makes the adapter panic; what can't be done is
 //! answered with the reason.
 
@@ -26,10 +45,11 @@ use std::io::{self, BufRead, Write};
 use std::sync::mpsc;
 use std::thread;
 
+use plcc_replay::Interruption;
+use plcc_replay::Session;
+
 pub use protocol::{LaunchArguments, OneOrMore};
 
-use crate::debugger::Session;
-use crate::interruption::Interruption;
 use server::Server;
 
 /// Makes the session that a client asks for.

@@ -6,6 +6,11 @@ use std::io::Write;
 use plcc_diag::FileId;
 use serde_json::{Value, json};
 
+use plcc_replay::DebugError;
+use plcc_replay::breakpoints::{DataBreakpoint, LineBreakpoint, SetBreakpoint, show_value};
+use plcc_replay::variables::Shown;
+use plcc_replay::{Direction, StepKind, StopAt, Stopped};
+
 use super::protocol::{
     Breakpoint, DataBreakpointInfoArguments, EvaluateArguments, LocationsArguments, OwnArguments,
     SetBreakpointsArguments, SetDataBreakpointsArguments, SetExceptionBreakpointsArguments,
@@ -13,10 +18,6 @@ use super::protocol::{
     StackTraceArguments, StepArguments, Variable, VariablesArguments,
 };
 use super::server::{Server, read};
-use crate::DebugError;
-use crate::breakpoints::{DataBreakpoint, LineBreakpoint, SetBreakpoint, show_value};
-use crate::debugger::{Direction, StepKind, StopAt, Stopped};
-use crate::variables::Shown;
 
 /// What can be unfolded in the client. The client knows it by a number, the protocol's `variablesReference`.
 #[derive(Clone, Debug)]
@@ -427,7 +428,7 @@ impl<W: Write> Server<'_, W> {
 }
 
 /// What the statement reads and writes; each name once for reading and once for writing.
-fn accesses(debugger: &mut crate::debugger::Debugger<'_>) -> Result<Vec<Shown>, DebugError> {
+fn accesses(debugger: &mut plcc_replay::Debugger<'_>) -> Result<Vec<Shown>, DebugError> {
     let mut all: Vec<Shown> = vec![];
     let mut places: HashMap<String, usize> = HashMap::new();
     for access in debugger.accesses()? {

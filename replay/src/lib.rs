@@ -1,5 +1,5 @@
-//! A debugger for PLC programs that steps forwards and backwards, through one scan and through all scans of
-//! a run.
+//! Runs the ticks of a PLC program again and shows each statement of them: a debugger that steps forwards and backwards,
+//! through one scan and through all scans of a run.
 //!
 //! All engines agree to the byte, so every tick of a run can be run again, from a checkpoint before
 //! it, in the statement interpreter. The debugger does this for the tick that is looked at, and
@@ -11,14 +11,13 @@
 //! - [`History`]: the ticks of a run. [`Launched`] is a run in simulated time that the debugger makes
 //!   itself, [`Recorded`] one that was recorded (a record, which this crate and its clients also call a recording).
 //! - [`Debugger`]: where the user stands, breakpoints, and all ways to move.
-//! - [`dap`]: the Debug Adapter Protocol, by which editors use all of this (`plcc debug`).
 //!
 //! ```
-//! use plcc_debugger::{DebugError, Debugger, Direction, Session};
+//! use plcc_replay::{DebugError, Debugger, Direction, Session};
 //!
 //! # fn example(session: Session<'_>) -> Result<(), DebugError> {
 //! let mut debugger = Debugger::new(session);
-//! debugger.set_line_breakpoints(0, &[plcc_debugger::LineBreakpoint::at(12)]);
+//! debugger.set_line_breakpoints(0, &[plcc_replay::LineBreakpoint::at(12)]);
 //! while debugger.run(Direction::Forward, 1000)?.is_none() {}
 //! println!("tick {}", debugger.position().tick);
 //! debugger.go_to_last_writer("LS27")?;
@@ -28,7 +27,6 @@
 
 pub mod breakpoints;
 pub mod control;
-pub mod dap;
 mod debugger;
 pub mod history;
 mod hits;
@@ -43,7 +41,9 @@ use thiserror::Error;
 
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
 pub use control::ControlSocket;
-pub use debugger::{Debugger, Direction, OpenVersion, Position, Session, StepKind, Stopped};
+pub use debugger::{
+    Debugger, Direction, OpenVersion, Position, Session, StepKind, StopAt, Stopped,
+};
 pub use history::{History, Launched, Version};
 pub use interruption::Interruption;
 pub use program::DebuggedProgram;
