@@ -104,10 +104,8 @@ impl Language for Pmac {
     }
 
     fn listing_comments(&self, tables: &Tables) -> Vec<String> {
-        match tables {
-            Tables::Pmac(tables) => super::reference::listing_comments::listing_comments(tables),
-            Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
-        }
+        let Tables::Pmac(tables) = tables else { return Vec::new() };
+        super::reference::listing_comments::listing_comments(tables)
     }
 
     fn numbers(&self) -> NumberFormat {
