@@ -370,4 +370,22 @@ pub static CODES: &[CodeInfo] = &[
         meaning: "Lint unreachable. Every way to the statement is cut off, for example by a GOTO in front of it.",
         fix: "Wrong:\n  GOTO L1\n  LAMP = T\n  L1: PUMP = T\nRight: take the statement out, or put a label in front of it",
     },
+    CodeInfo {
+        code: "PMI-W13",
+        title: "a number in a name that nobody has declared",
+        meaning: "Lint number-in-logical. A name that no directive declares is a LOGICAL, which is 0 or 1: of a number it keeps only whether it is 0, so tool 4 becomes tool 1.",
+        fix: "Wrong:\n  TOOL = @TOOLN\n  IF (TOOL = 4)\nRight: declare it in front of $END\n  $INTEGER\n  TOOL",
+    },
+    CodeInfo {
+        code: "PMI-W14",
+        title: "delayed contact that nothing reads",
+        meaning: "Lint delayed-contact-never-read. The timer is started, but its delayed contact, which comes when the time is over, is read nowhere. Often the control contact is read in its place.",
+        fix: "Wrong:\n  $TIMER\n  E/TC/TD = 50\n  $END\n  TC = START\n  PUMP = TC\nRight:\n  PUMP = TD",
+    },
+    CodeInfo {
+        code: "PMI-W15",
+        title: "input that nothing reads",
+        meaning: "Lint input-never-read. Nothing comes of this input. It may be a spare line, or a limit switch or emergency stop that was forgotten.",
+        fix: "Wrong:\n  $INPUT\n  ESTOP = 0/3\n  $END\n  MOTOR = START\nRight:\n  MOTOR = START & ESTOP",
+    },
 ];

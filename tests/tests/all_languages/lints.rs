@@ -47,6 +47,50 @@ const CASES: &[Case] = &[
         "$OUTPUT\nLAMP = 2/0\nOTHER = 2/1\n$END\nOTHER = T\nLAMP = F\n",
     ),
     pmi(
+        "number-in-logical",
+        4,
+        "$INPUT\nTPOS = 0/0-3/BCD\n$END\nTOOL = @NTOOL\nA = TPOS = TOOL\nB = A\nA = B\n",
+        "$INPUT\nTPOS = 0/0-3/BCD\n$INTEGER\nTOOL\n$END\nTOOL = @NTOOL\nA = TPOS = TOOL\nB = A\nA = B\n",
+    ),
+    // A constant, and a comparison. Whether a number is 0 may be all that is asked.
+    pmi(
+        "number-in-logical",
+        2,
+        "$END\nMODE = 3\nA = MODE\nB = A\nA = B\n",
+        "$END\nMODE = 1\nA = MODE\nB = A\nA = B\n",
+    ),
+    pmi(
+        "number-in-logical",
+        3,
+        "$END\nMODE = @FRO\nA = MODE = 5\nB = A\nA = B\n",
+        "$END\nMODE = @FRO\nA = MODE = 1\nB = A\nA = B\n",
+    ),
+    pmi(
+        "delayed-contact-never-read",
+        2,
+        "$TIMER\nE/TC/TD = 5\n$END\nTC = A\nA = TC\n",
+        "$TIMER\nE/TC/TD = 5\n$END\nTC = A\nA = TD\n",
+    ),
+    pmi(
+        "input-never-read",
+        3,
+        "$INPUT\nA = 0/0\nESTOP = 0/1\n$END\nB = A\nC = B\nB = C\n",
+        "$INPUT\nA = 0/0\nESTOP = 0/1\n$END\nB = A & ESTOP\nC = B\nB = C\n",
+    ),
+    // What lines can be.
+    pmi(
+        "value-out-of-range",
+        4,
+        "$INPUT\nTPOS = 0/0-4/BCD\n$END\nA = TPOS = 20\nB = A\nA = B\n",
+        "$INPUT\nTPOS = 0/0-4/BCD\n$END\nA = TPOS = 19\nB = A\nA = B\n",
+    ),
+    pmi(
+        "value-out-of-range",
+        4,
+        "$OUTPUT\nS = 0/0-2/TWOC\n$END\nS = 4\n",
+        "$OUTPUT\nS = 0/0-2/TWOC\n$END\nS = -4\n",
+    ),
+    pmi(
         "output-assigned-twice",
         4,
         "$OUTPUT\nLAMP = 2/0\n$END\nLAMP = A\nLAMP = B\nA = T\nB = A\n",

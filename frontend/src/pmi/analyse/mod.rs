@@ -16,7 +16,7 @@ pub(crate) mod small_letters;
 mod specification_section;
 mod words_of_other_languages;
 
-use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap};
+use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 
 use crate::common::{EXPLAINED_ERRORS, FileLoader, Options};
 use crate::pmi::{
@@ -52,12 +52,20 @@ pub(crate) fn check(
     let mut checked = Checked::default();
     let mut names = Names::new(&Executive::new(&options.machine));
 
+    let mut first_of_logic = None;
     let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);
     for statement in &mut statements {
         let cursor = statement.cursor(sources, &tokens);
         let Form::Declaration(declaration) = &mut statement.form else { break };
         let error = statement.error.take();
-        if let Err(problem) = specification.statement(&cursor, declaration, error) {
+        let looks_like_logic = !has_end && specification.looks_like_logic(&cursor);
+        let result = specification.statement(&cursor, declaration, error);
+        let is_end = matches!(cursor.tokens, [word] if cursor.slice(*word) == "END");
+        if !has_end && (is_end || looks_like_logic && result.is_err()) {
+            let first = cursor.tokens.first().map(|&token| cursor.span_of(token));
+            first_of_logic = first_of_logic.or(first.map(|first| (first, is_end)));
+        }
+        if let Err(problem) = result {
             let section = declaration.section.or(Some(Section::End));
             diagnostics.push(*explain(&diagnostics, &cursor, section, problem));
         }
@@ -66,16 +74,7 @@ pub(crate) fn check(
     diagnostics.append(&mut specification.warnings);
     // A file that ends in the middle of a statement has an error already.
     if !has_end && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
-        let missing = error(2, last, "the file ends without $END");
-        let mut ends = statements.iter().filter_map(|statement| {
-            let cursor = statement.cursor(sources, &tokens);
-            let [word] = cursor.tokens else { return None };
-            (cursor.slice(*word) == "END").then(|| cursor.span_of(*word))
-        });
-        diagnostics.push(match ends.next() {
-            Some(end) => missing.label(end, "this END has no `$`").help("write $END there"),
-            None => missing.help("put $END between the declarations and the logic"),
-        });
+        without_end(&mut diagnostics, last, first_of_logic);
     }
 
     for statement in &statements {
@@ -103,6 +102,30 @@ pub(crate) fn check(
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
     small_letters::tell_small_letters_once(file, sources.text(file), &mut diagnostics);
     (checked, diagnostics)
+}
+
+/// Tells that there is no $END. What was found wrong from the first statement of the logic on, if there is one, only
+/// comes of that. It may be an END without its `$`.
+fn without_end(
+    diagnostics: &mut Vec<Diagnostic>,
+    last: Span,
+    first_of_logic: Option<(Span, bool)>,
+) {
+    let missing = error(2, last, "the file ends without $END");
+    let Some((first, is_end)) = first_of_logic else {
+        diagnostics.push(missing.help("put $END between the declarations and the logic"));
+        return;
+    };
+    diagnostics.retain(|earlier| {
+        !earlier.is_error() || earlier.span.file != first.file || earlier.span.start < first.start
+    });
+    let (label, help) = if is_end {
+        ("this END has no `$`", "write $END there")
+    } else {
+        let help = "write $END on a line of its own in front of the first statement";
+        ("the logic seems to begin here", help)
+    };
+    diagnostics.push(missing.label(first, label).help(help));
 }
 
 /// An error with what was probably meant, if it is one of the first.

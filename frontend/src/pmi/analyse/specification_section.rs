@@ -63,6 +63,16 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
+    /// Whether a statement in front of $END looks as if it belonged after it: it begins with a keyword of the logic or with
+    /// a name that is declared already.
+    pub(crate) fn looks_like_logic(&self, cursor: &Cursor<'_>) -> bool {
+        let Some(word) = cursor.tokens.first().map(|&token| cursor.slice(token)) else {
+            return false;
+        };
+        let is_keyword = matches!(word, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
+        is_keyword || self.names.find(word).is_some()
+    }
+
     /// Checks one statement. `error` is what is wrong with its form.
     pub(crate) fn statement(
         &mut self,

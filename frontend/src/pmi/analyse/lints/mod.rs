@@ -2,11 +2,14 @@
 //!
 //! They look at the checked program, so they are asked only where there is no error. A file holds
 //! the lints that ask the same thing: `names` about names that are nearly alike, `assignments` about
-//! what is assigned never or twice, `values` about constants, `flow` about what no scan reaches.
+//! what is assigned never or twice, `reads` about what is never read, `logicals` about names that nobody has
+//! declared, `values` about constants, `flow` about what no scan reaches.
 
 mod assignments;
 mod flow;
+mod logicals;
 mod names;
+mod reads;
 mod values;
 
 use plcc_diag::Diagnostic;
@@ -19,6 +22,8 @@ pub(crate) fn find(checked: &Checked) -> Vec<Diagnostic> {
     names::near_names(checked, &mut found);
     assignments::unassigned(checked, &mut found);
     assignments::assigned_twice(checked, &mut found);
+    logicals::numbers_in_logicals(checked, &mut found);
+    reads::never_read(checked, &mut found);
     values::out_of_range(checked, &mut found);
     values::constant_conditions(checked, &mut found);
     flow::unreachable(checked, &mut found);

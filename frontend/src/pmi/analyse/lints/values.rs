@@ -1,6 +1,6 @@
 //! Constants: `value-out-of-range` and `constant-condition`.
 
-use plcc_abi::pmi::arithmetic;
+use plcc_abi::pmi::{Format, Lines, Type, arithmetic};
 use plcc_diag::Diagnostic;
 
 use crate::pmi::ast::{Action, Binary, Checked, Meaning, Op, Ops, SymbolId, Target};
@@ -22,7 +22,7 @@ const RANGES: [(&str, i32, i32); 12] = [
     ("@SSO", 0, 150),
 ];
 
-/// Finds constants outside the range of the executive variable to which they are assigned, or with
+/// Finds constants outside the range of the executive variable or group of lines to which they are assigned, or with
 /// which they are compared for equality.
 pub(super) fn out_of_range(checked: &Checked, found: &mut Vec<Diagnostic>) {
     for step in &checked.steps {
@@ -36,26 +36,46 @@ pub(super) fn out_of_range(checked: &Checked, found: &mut Vec<Diagnostic>) {
             Action::If { condition, .. } => compared(checked, condition),
             Action::Jump { .. } => None,
         };
-        if let Some(message) = finding {
-            found.push(
-                Diagnostic::warning("PMI-W10", step.span, message)
-                    .help("`plcc explain` has the meaning of each executive variable"),
-            );
+        if let Some((message, help)) = finding {
+            found.push(Diagnostic::warning("PMI-W10", step.span, message).help(help));
         }
     }
 }
 
-/// What is wrong if a value is outside the range of a variable.
-fn outside(checked: &Checked, id: SymbolId, value: i32) -> Option<String> {
+/// What is wrong if a value is outside the range of a variable, and what to do.
+fn outside(checked: &Checked, id: SymbolId, value: i32) -> Option<(String, &'static str)> {
     let symbol = checked.symbol(id)?;
-    let (name, low, high) = RANGES.into_iter().find(|(name, ..)| *name == symbol.name)?;
-    (!(low..=high).contains(&value))
-        .then(|| format!("{value} is outside the range of {name}, which is {low} to {high}"))
+    let (low, high, help) = match symbol.meaning {
+        Meaning::Input(lines) | Meaning::Output(lines) if symbol.ty != Type::Logical => {
+            let (low, high) = range_of_lines(lines);
+            (low, high, "its directive says how many lines it has, and how they are read")
+        }
+        _ => {
+            let (_, low, high) = RANGES.into_iter().find(|(name, ..)| *name == symbol.name)?;
+            (low, high, "`plcc explain` has the meaning of each executive variable")
+        }
+    };
+    let name = &symbol.name;
+    let message = || format!("{value} is outside the range of {name}, which is {low} to {high}");
+    (!(low..=high).contains(&value)).then(|| (message(), help))
 }
 
-/// What is wrong with the first comparison for equality of an executive variable with a constant that
-/// it can't have.
-fn compared(checked: &Checked, ops: &Ops) -> Option<String> {
+/// The lowest and the highest value that lines can have (PMI 2.3.2).
+fn range_of_lines(lines: Lines) -> (i32, i32) {
+    let count = u32::from(lines.count).clamp(1, 31);
+    match lines.format {
+        Format::Bit | Format::Binary => (0, ((1_i64 << count) - 1) as i32),
+        Format::TwosComplement => (-(1 << (count - 1)), (1 << (count - 1)) - 1),
+        Format::Bcd => {
+            // The highest digit may have fewer than four lines.
+            let highest = (1 << (count % 4)) - 1;
+            (0, (0..count / 4).fold(highest, |value, _| value.saturating_mul(10).saturating_add(9)))
+        }
+    }
+}
+
+/// What is wrong with the first comparison for equality of a variable with a constant that it can't have.
+fn compared(checked: &Checked, ops: &Ops) -> Option<(String, &'static str)> {
     checked.ops(ops).array_windows().find_map(|[a, b, op]| {
         if !matches!(op, Op::Binary(Binary::Eq | Binary::Ne)) {
             return None;
