@@ -48,6 +48,7 @@ mod natural_order;
 pub mod nct;
 mod number;
 pub mod outcome;
+pub mod place;
 pub mod pmac;
 pub mod pmi;
 mod printable;

@@ -129,7 +129,7 @@ fn tick(
         return;
     };
     let stimulus =
-        subject.stimulus.as_ref().map(|path| session::stimulus(path, executive.as_mut()));
+        subject.stimulus.as_ref().map(|path| session::stimulus(path, &*executive.names()));
     let stimulus: Stimulus = stimulus.and_then(Result::ok).unwrap_or_default();
     let mut player = Player::new(stimulus, true);
     let mut events = Vec::new();

@@ -89,9 +89,10 @@ struct Control {
 impl Control {
     fn new(subject: &Subject, program: &Program, engine: Box<dyn Engine>) -> Result<Self, String> {
         let executive = session::executive(program, &ControlArgs::default(), false, None);
-        let mut executive = ReplaceableExecutive::new(executive.map_err(|e| e.to_string())?);
+        let executive = ReplaceableExecutive::new(executive.map_err(|e| e.to_string())?);
         let stimulus = subject.stimulus.as_ref();
-        let stimulus = stimulus.map(|path| session::stimulus(path, &mut executive)).transpose();
+        let stimulus =
+            stimulus.map(|path| session::stimulus(path, &*executive.names())).transpose();
         let stimulus: Stimulus = stimulus.map_err(|error| error.to_string())?.unwrap_or_default();
         let player = Player::new(stimulus, true);
         let (events, rounds) = (Vec::with_capacity(64), vec![]);

@@ -66,9 +66,9 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
         session::executive(&tables, &command.run.control, false, settings.machine_file())
             .map_err(|error| Failure::usage(error.to_string()))
     };
-    let (mut executive, view) = (make()?, make()?);
+    let (executive, view) = (make()?, make()?);
     let stimulus = match &command.run.stimulus {
-        Some(path) => session::stimulus(path, executive.as_mut())
+        Some(path) => session::stimulus(path, &*executive.names())
             .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };

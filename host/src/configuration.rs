@@ -29,7 +29,7 @@ use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_image::configuration::{self as wiring, Checked, Entry};
 use plcc_image::latch::Rule;
 use plcc_image::{Direction, Symbol};
-use plcc_runtime::Executive;
+use plcc_runtime::Names;
 use toml::de::{DeTable, DeValue};
 
 /// What the value of a key is.
@@ -89,15 +89,10 @@ impl From<wiring::Mistake> for Mistake {
     }
 }
 
-/// Compares the entries `[[io]]` with a program. `executive` is one of it that runs nothing: names are looked
-/// up there.
-pub fn check_wiring(
-    entries: &[Entry],
-    program: &Program,
-    executive: &mut dyn Executive,
-) -> Checked {
-    let symbols = SymbolTable::new(program, executive).symbols;
-    let names: HashSet<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
+/// Compares the entries `[[io]]` with a program, whose names these are.
+pub fn check_wiring(entries: &[Entry], program: &Program, names: &dyn Names) -> Checked {
+    let symbols = SymbolTable::new(names).symbols;
+    let names: HashSet<String> = names.declared().into_iter().map(|(name, _)| name).collect();
     let is_used_output =
         |symbol: &&Symbol| symbol.direction == Direction::Output && names.contains(&symbol.name);
     let outputs: Vec<String> =

@@ -3,10 +3,11 @@
 use plcc_abi::Engine;
 
 use crate::image_file::Publisher;
+use crate::run::{Player, Watch};
 use plcc_record::RecorderProgram;
 use plcc_record::ReplaceableExecutive;
-use plcc_runtime::Executive;
 use plcc_runtime::online_change::Plan;
+use plcc_runtime::{Executive, VariableKey};
 
 /// A program that is to take the place of the one that runs. When that is done, this holds the former program,
 /// for a rollback.
@@ -15,6 +16,9 @@ pub(crate) struct Replacement {
     /// The engine of its program; `None` for the engine with which the run began.
     pub(crate) engine: Option<Box<dyn Engine + Send>>,
     pub(crate) plan: Plan,
+    /// The keys of the stimulus's variables in its program, and those of the trace's.
+    pub(crate) set: Vec<VariableKey>,
+    pub(crate) watched: Vec<VariableKey>,
     /// What a recorder keeps for its program.
     pub(crate) recorder_program: RecorderProgram,
     /// Its image file.
@@ -30,17 +34,22 @@ impl std::fmt::Debug for Replacement {
 }
 
 impl Replacement {
-    /// Exchanges this program with the one that `running` runs, whose state and image file it takes over.
+    /// Exchanges this program with the one that `running` runs, whose state, image file, stimulus and trace it takes
+    /// over.
     pub(crate) fn carry_out(
         &mut self,
         running: &mut ReplaceableExecutive,
         publisher: &mut Option<Publisher>,
+        player: &mut Player,
+        watch: &mut Watch,
     ) {
         let Self { executive, engine, recorder_program, .. } = self;
         if !running.change_program(executive, engine, recorder_program, &self.plan) {
             return self.fail("the programs are for different controls");
         }
         std::mem::swap(publisher, &mut self.publisher);
+        player.exchange_keys(&mut self.set);
+        watch.exchange_keys(&mut self.watched);
     }
 
     /// Notes why it could not be carried out.

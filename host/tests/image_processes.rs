@@ -15,7 +15,6 @@ use plcc_abi::pmi::{Format, Lines, PmiTables, Role, Special, Symbol, Type};
 use plcc_abi::{Program, Region, Tables, Task};
 use plcc_host::image_file::{Content, Publisher, State, SymbolTable};
 use plcc_image::{ImageReader, InputWriter, Number};
-use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 
 /// How many inputs each of the two writers gives.
 const INPUTS: u32 = 32;
@@ -102,7 +101,6 @@ fn control() {
     let folder = std::env::temp_dir().join(format!("plcc-processes-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let program = program();
-    let mut own = PmiExecutive::new(&program, PmiOptions::default()).unwrap();
     let mut image = vec![0; program.image_size as usize];
     let content = Content {
         program: &program,
@@ -112,7 +110,7 @@ fn control() {
         tick_ns: 1_000_000,
         generation: 0,
         safe_outputs: &[],
-        symbols: &SymbolTable::new(&program, &mut own),
+        symbols: &SymbolTable::new(&*plcc_runtime::names_of(&program)),
         rules: &[],
     };
     let mut publisher = Publisher::create(&folder.join("image"), &content).unwrap();

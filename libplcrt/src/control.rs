@@ -1,17 +1,18 @@
 //! A control with its program, by safe functions.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use clap::Parser;
 use plcc_host::args::ControlArgs;
-use plcc_host::image_file::{Number, Place, SymbolTable};
+use plcc_host::image_file::{Number, Place};
 use plcc_host::run::{End, Watch, dump};
 use plcc_host::session;
 use plcc_load::Artifact;
 use plcc_runtime::{
-    Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable, VariableKey,
+    Event, EventBody, Executive, Names, NativeEngine, Purpose, Stop, Value, VariableKey,
 };
 
 /// How many events are kept at most until they are taken. When a further one comes, the oldest is lost.
@@ -19,7 +20,7 @@ const MAX_EVENTS: usize = 1 << 16;
 
 /// A variable that can be set, found by [`Control::find_settable`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settable(pub(crate) Variable);
+pub struct Settable(pub(crate) VariableKey);
 
 /// The options that a control can be made with: those of `plcrt` under "Control".
 #[derive(Parser)]
@@ -34,6 +35,7 @@ pub struct Control {
     artifact: Artifact,
     engine: NativeEngine,
     executive: Box<dyn Executive>,
+    names: Arc<dyn Names>,
     ticks: u64,
     stop: Option<Stop>,
     /// The events of the last tick; kept so that a tick allocates no memory for the list.
@@ -43,8 +45,6 @@ pub struct Control {
     lost_events: u64,
     /// Whether events are kept.
     keeps_events: bool,
-    /// The physical lines of the outputs, by the outputs' names; made when they are looked up first.
-    lines: Option<HashMap<String, Place>>,
 }
 
 impl Control {
@@ -80,6 +80,7 @@ impl Control {
         Ok(Self {
             artifact,
             engine,
+            names: executive.names(),
             executive,
             ticks: 0,
             stop: None,
@@ -87,7 +88,6 @@ impl Control {
             events: VecDeque::new(),
             lost_events: 0,
             keeps_events: true,
-            lines: None,
         })
     }
 
@@ -163,30 +163,22 @@ impl Control {
     ///
     /// # Errors
     /// When the program has no such variable.
-    pub fn find(&mut self, name: &str) -> Result<Variable, String> {
-        self.executive.find(name, Purpose::Watch).map_err(|error| error.to_string())
+    pub fn find(&self, name: &str) -> Result<VariableKey, String> {
+        self.names.find(name, Purpose::Watch).map_err(|error| error.to_string())
     }
 
     /// Looks a variable up to set it, by its name in the language's spelling.
     ///
     /// # Errors
     /// When the program has no such variable, or it can't be set.
-    pub fn find_settable(&mut self, name: &str) -> Result<Settable, String> {
-        let found = self.executive.find(name, Purpose::Stimulus);
+    pub fn find_settable(&self, name: &str) -> Result<Settable, String> {
+        let found = self.names.find(name, Purpose::Stimulus);
         found.map(Settable).map_err(|error| error.to_string())
     }
 
-    /// The place of the physical lines of an output, by its name in the language's spelling; `None` for everything that
-    /// has none.
-    pub(crate) fn find_lines(&mut self, name: &str) -> Option<Place> {
-        let found = self.executive.find(name, Purpose::Watch).ok()?;
-        let name = self.executive.canonical(found);
-        let (program, executive) = (&self.artifact.program, self.executive.as_mut());
-        let lines = self.lines.get_or_insert_with(|| {
-            let symbols = SymbolTable::new(program, executive).symbols;
-            symbols.into_iter().filter_map(|symbol| Some((symbol.name, symbol.line?))).collect()
-        });
-        lines.get(&name).copied()
+    /// The place of the physical lines of an input or output; `None` for everything that has none.
+    pub(crate) fn lines(&self, variable: VariableKey) -> Option<Place> {
+        self.names.properties(variable).line
     }
 
     /// What is on physical lines. Allocates nothing.
@@ -203,14 +195,9 @@ impl Control {
         self.executive.drive_safe_outputs();
     }
 
-    /// The keys of a variable that this control has found: one for each element.
-    pub(crate) fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        self.executive.keys(variable)
-    }
-
-    /// The value of a variable, or of an element of an array, by its key. Allocates nothing.
-    pub(crate) fn read(&self, key: VariableKey) -> Value {
-        self.executive.read(key)
+    /// The keys of a variable: one for each element.
+    pub(crate) fn keys(&self, variable: VariableKey) -> Vec<VariableKey> {
+        self.names.elements(variable)
     }
 
     /// Sets a variable to a number, as [`set_variable`](Self::set_variable) does. Allocates nothing, but to
@@ -229,9 +216,9 @@ impl Control {
         self.set_variable(variable, text)
     }
 
-    /// The value of a variable that this control has found.
-    pub fn get(&self, variable: Variable) -> Value {
-        self.executive.get(variable)
+    /// The value of a variable. Allocates nothing but the elements of an array.
+    pub fn get(&self, variable: VariableKey) -> Value {
+        self.executive.read(variable)
     }
 
     /// Sets a variable as the machine or the operator would: as a row of a stimulus does.
@@ -239,8 +226,8 @@ impl Control {
     /// # Errors
     /// When the text is no value that the variable can take.
     pub fn set_variable(&mut self, variable: Settable, value: &str) -> Result<(), String> {
-        let setting = self.executive.parse(variable.0, value).map_err(|error| error.to_string())?;
-        self.executive.set(variable.0, setting);
+        let setting = self.names.parse(variable.0, value).map_err(|error| error.to_string())?;
+        self.executive.write(variable.0, setting);
         Ok(())
     }
 
@@ -261,7 +248,7 @@ impl Control {
         let end = End { ticks: self.ticks, stop: self.stop.clone(), ..End::default() };
         let dialect = self.artifact.program.dialect();
         let mut text = vec![];
-        dump(&mut text, dialect, self.executive.as_mut(), &Watch::default(), &end)
+        dump(&mut text, dialect, self.executive.as_ref(), &Watch::default(), &end)
             .map_err(|error| error.to_string())?;
         String::from_utf8(text).map_err(|error| error.to_string())
     }

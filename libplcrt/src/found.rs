@@ -21,11 +21,11 @@ impl Found {
     ///
     /// # Errors
     /// When there is no such variable or purpose, or the variable can't be set.
-    pub(crate) fn look_up(control: &mut Control, name: &str, purpose: u32) -> Result<Self, String> {
+    pub(crate) fn look_up(control: &Control, name: &str, purpose: u32) -> Result<Self, String> {
         match purpose {
             PLCRT_READ | PLCRT_LINES => {
                 let variable = control.find(name)?;
-                let lines = (purpose == PLCRT_LINES).then(|| control.find_lines(name)).flatten();
+                let lines = (purpose == PLCRT_LINES).then(|| control.lines(variable)).flatten();
                 Ok(lines.map_or_else(|| Self::Readable(control.keys(variable)), Self::Lines))
             }
             PLCRT_WRITE => Ok(Self::Settable(control.find_settable(name)?)),
@@ -64,7 +64,7 @@ pub(crate) fn element(
         return control.read_lines(*place);
     }
     let key = keys(found, variable)?.get(index as usize);
-    let number = key.and_then(|key| number(&control.read(*key)));
+    let number = key.and_then(|key| number(&control.get(*key)));
     number.ok_or_else(|| format!("the variable has no element {index}"))
 }
 

@@ -22,9 +22,9 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
     let tables = checked.lower().unwrap().program;
     let make = || session::executive(&tables, &ControlArgs::default(), false, None).unwrap();
-    let (mut executive, view) = (make(), make());
+    let (executive, view) = (make(), make());
     let stimulus = format!("tick,name,value\n{stimulus}");
-    let stimulus = Stimulus::parse(stimulus.as_bytes(), executive.as_mut()).unwrap();
+    let stimulus = Stimulus::parse(stimulus.as_bytes(), &*executive.names()).unwrap();
     let player = Player::new(stimulus, false);
     let history = Launched::new(executive, checked.interpreter(), player, None);
     let program = DebuggedProgram::new(checked, sources, tables);

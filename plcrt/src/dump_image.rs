@@ -28,7 +28,7 @@ pub(crate) fn dump(
             let made = session::executive(&artifact.program, &args.control, false, None);
             let mut executive = made.map_err(|error| error.to_string())?;
             let executive: &mut dyn Executive = executive.as_mut();
-            let watch = Watch::parse(&args.watch, executive)
+            let watch = Watch::parse(&args.watch, &*executive.names())
                 .map_err(|errors| errors.first().map_or_else(String::new, ToString::to_string))?;
             dump_image(&mut text, &reader, executive, &watch).map_err(failed)?;
         }

@@ -280,8 +280,8 @@ fn check_wiring(
         return Ok(Checked::default());
     }
     let executive = session::executive(program, control, true, None);
-    let mut executive = executive.map_err(|error| error.to_string())?;
-    Ok(configuration::check_wiring(entries, program, executive.as_mut()))
+    let executive = executive.map_err(|error| error.to_string())?;
+    Ok(configuration::check_wiring(entries, program, &*executive.names()))
 }
 
 /// Why the control of a program does not take an option, if it does not.
@@ -291,9 +291,9 @@ fn refusals(program: &Program, option: &str) -> Vec<String> {
     };
     match session::executive(program, &cli.run.control, true, None) {
         Err(error) => vec![error.to_string()],
-        Ok(mut executive) => match executive.set_safe_outputs(&cli.run.safe) {
+        Ok(executive) => match executive.names().safe_lines(&cli.run.safe) {
             Err(errors) => errors.iter().map(ToString::to_string).collect(),
-            Ok(()) => vec![],
+            Ok(_) => vec![],
         },
     }
 }

@@ -14,7 +14,7 @@ use super::entry::{self, Action, Entry, RecordedStop};
 use super::file::{FrameKind, RecordFile};
 use super::queue::{FRAME_HEADER, LargerQueue, frame_header};
 use super::state_hash::StateHash;
-use plcc_runtime::{Event, Executive, Setting, Stop, Variable, VariableKey};
+use plcc_runtime::{Event, Executive, Stop};
 
 /// Time of the machine from one checkpoint to the next.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(30);
@@ -40,8 +40,6 @@ pub struct RecorderProgram {
     /// [`RecordedPrograms::add`](super::RecordedPrograms::add) gave.
     number: u16,
     hash: StateHash,
-    /// The keys of the variables that were looked up for the stimulus, by the variables' numbers.
-    keys: Vec<Option<VariableKey>>,
     /// A buffer for the state outside the image.
     state: Vec<u8>,
     /// A queue that has room for the program's checkpoints, where the one of the run has none.
@@ -49,16 +47,13 @@ pub struct RecorderProgram {
 }
 
 impl RecorderProgram {
-    /// `executive` is the program's, with all variables looked up that the stimulus sets.
+    /// `executive` is the program's.
     pub fn new(number: u16, executive: &dyn Executive, queue: Option<LargerQueue>) -> Self {
-        let known = u32::try_from(executive.found().len()).unwrap_or(0);
-        let key = |number| executive.keys(Variable(number)).first().copied();
         let mut state = vec![];
         executive.state_into(&mut state);
         // Queues and sparse memory may grow.
         state.reserve(state.len() + TICK_ROOM);
-        let keys = (0..known).map(key).collect();
-        Self { number, hash: StateHash::new(executive), keys, state, queue }
+        Self { number, hash: StateHash::new(executive), state, queue }
     }
 }
 
@@ -102,7 +97,7 @@ impl std::fmt::Debug for Recorder {
 
 impl Recorder {
     /// Records into a file that this thread itself writes, for simulated time. `executive` is the one
-    /// that will run, at power-up, with all variables looked up that the stimulus sets.
+    /// that will run, at power-up.
     pub fn to_file(file: RecordFile, executive: &dyn Executive) -> Self {
         let wants_checkpoint = file.wants_checkpoint();
         Self::new(Sink::File(Box::new(file)), wants_checkpoint, executive)
@@ -176,16 +171,6 @@ impl Recorder {
             Sink::Queue(_) => {
                 self.patience.get_or_insert(self.interval / PATIENCE);
             }
-        }
-    }
-
-    /// A variable is about to be set by the stimulus.
-    pub(crate) fn set(&mut self, executive: &dyn Executive, variable: Variable, value: Setting) {
-        let known = self.program.keys.get(variable.0 as usize).copied();
-        // Variables that were looked up after the recorder was made are not in the list of keys.
-        let key = known.unwrap_or_else(|| executive.keys(variable).first().copied());
-        if let Some(key) = key {
-            self.act(executive, Action::Write(key, value));
         }
     }
 

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::io;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 use plcc_abi::Engine;
@@ -10,11 +11,11 @@ use plcc_abi::Engine;
 use super::entry::Action;
 use super::recorder::{Recorder, RecorderProgram};
 use plcc_runtime::online_change::Plan;
-use plcc_runtime::safe_outputs::{SafeLines, SafeOutputs};
+use plcc_runtime::safe_outputs::SafeLines;
 use plcc_runtime::watchdog::Watchdog;
 use plcc_runtime::{
-    CheckpointError, ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop,
-    TaskStatus, Value, ValueError, Variable, VariableKey,
+    CheckpointError, ClockDecision, Event, Executive, Names, Restored, Setting, Stop, TaskStatus,
+    Value, VariableKey,
 };
 
 /// The executive of whichever program runs now.
@@ -95,8 +96,8 @@ impl ReplaceableExecutive {
     }
 }
 
-/// Each method is passed on to the executive of the program that runs. None may be left out, not even one with
-/// a default: a test compares the two lists.
+/// Each method is passed on to the executive of the program that runs. None may be left out, not even one that the
+/// trait has for all: a test compares the two lists.
 impl Executive for ReplaceableExecutive {
     fn tick_ns(&self) -> u64 {
         self.executive.tick_ns()
@@ -123,43 +124,21 @@ impl Executive for ReplaceableExecutive {
         self.executive.skip_ticks(count);
     }
 
-    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
-        self.executive.find(name, purpose)
+    fn names(&self) -> Arc<dyn Names> {
+        self.executive.names()
     }
 
-    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        self.executive.parse(variable, text)
+    fn read(&self, key: VariableKey) -> Value {
+        self.executive.read(key)
     }
 
-    fn set(&mut self, variable: Variable, value: Setting) {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.set(self.executive.as_ref(), variable, value);
-        }
-        self.executive.set(variable, value);
+    fn read_into(&self, key: VariableKey, value: &mut Value) {
+        self.executive.read_into(key, value);
     }
 
-    fn get(&self, variable: Variable) -> Value {
-        self.executive.get(variable)
-    }
-
-    fn get_into(&self, variable: Variable, value: &mut Value) {
-        self.executive.get_into(variable, value);
-    }
-
-    fn is_logical(&self, variable: Variable) -> bool {
-        self.executive.is_logical(variable)
-    }
-
-    fn declared(&mut self) -> Vec<(String, Variable)> {
-        self.executive.declared()
-    }
-
-    fn canonical(&self, variable: Variable) -> String {
-        self.executive.canonical(variable)
-    }
-
-    fn found(&self) -> Vec<String> {
-        self.executive.found()
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        self.note(Action::Write(key, value));
+        self.executive.write(key, value);
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
@@ -195,12 +174,8 @@ impl Executive for ReplaceableExecutive {
         self.executive.set_image(image);
     }
 
-    fn outputs(&mut self) -> Vec<(String, Variable)> {
-        self.executive.outputs()
-    }
-
-    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
-        self.executive.set_safe_outputs(outputs)
+    fn set_safe_lines(&mut self, lines: SafeLines) {
+        self.executive.set_safe_lines(lines);
     }
 
     fn safe_lines(&self) -> &SafeLines {
@@ -236,30 +211,21 @@ impl Executive for ReplaceableExecutive {
         self.executive.follow_clock(decisions);
     }
 
-    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        self.executive.keys(variable)
-    }
-
-    fn read(&self, key: VariableKey) -> Value {
-        self.executive.read(key)
-    }
-
-    fn write(&mut self, key: VariableKey, value: Setting) {
-        self.note(Action::Write(key, value));
-        self.executive.write(key, value);
-    }
-
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
         self.note(Action::Force(key, value));
         self.executive.force(key, value)
     }
 
-    fn is_held(&self, key: VariableKey) -> bool {
-        self.executive.is_held(key)
+    fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting)) {
+        self.executive.each_force(see);
     }
 
-    fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
-        self.executive.shares_forced_bits(a, b)
+    fn forces(&self) -> Vec<(VariableKey, Setting)> {
+        self.executive.forces()
+    }
+
+    fn is_held(&self, key: VariableKey) -> bool {
+        self.executive.is_held(key)
     }
 
     fn fingerprint(&self) -> u64 {
@@ -275,8 +241,8 @@ impl Executive for ReplaceableExecutive {
     }
 
     /// Gives this value, not the executive in it, since an online change needs the `ReplaceableExecutive`.
-    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
-        Some(self)
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
     }
 
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {

@@ -60,7 +60,7 @@ pub struct RecordThread {
 
 impl RecordThread {
     /// Starts the thread, and gives the recorder whose frames it writes. `executive` is the one that will run, at
-    /// power-up, after all variables that the stimulus sets were looked up in it. The thread calls `tell` with what
+    /// power-up. The thread calls `tell` with what
     /// happens to the record.
     ///
     /// # Errors

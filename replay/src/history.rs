@@ -340,11 +340,13 @@ impl History for Launched {
     ) -> Result<(), DebugError> {
         let text = |error: &dyn std::fmt::Display| DebugError(error.to_string());
         let variable =
-            self.executive.find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
+            self.executive.names().find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
         let setting = value
-            .map(|value| self.executive.parse(variable, value).map_err(|error| text(&error)))
+            .map(|value| {
+                self.executive.names().parse(variable, value).map_err(|error| text(&error))
+            })
             .transpose()?;
-        let key = match self.executive.keys(variable).as_slice() {
+        let key = match self.executive.names().elements(variable).as_slice() {
             [key] => *key,
             _ => return Err(DebugError(format!("`{name}` is no single variable"))),
         };

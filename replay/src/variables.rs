@@ -35,7 +35,8 @@ pub struct Shown {
 
 /// The variables that a program declares or names, by class.
 pub(crate) fn classes(program: &DebuggedProgram, view: &mut dyn Executive) -> Vec<Class> {
-    let mut names: Vec<String> = view.declared().into_iter().map(|(name, _)| name).collect();
+    let mut names: Vec<String> =
+        view.names().declared().into_iter().map(|(name, _)| name).collect();
     names.extend(program.checked().further_names());
     let mut classes: Vec<Class> = vec![];
     let titles = program.language().titles(&program.tables().tables);
@@ -203,6 +204,6 @@ fn value_of(
             ExpressionValue::Real(value) => Value::Float(value),
         });
     }
-    let variable = view.find(name, Purpose::Watch).ok()?;
-    Some(view.get(variable))
+    let variable = view.names().find(name, Purpose::Watch).ok()?;
+    Some(view.read(variable))
 }

@@ -3,8 +3,11 @@
 //! A [`Control`] belongs to the tables of a program: they say which control the program is for. A
 //! further language implements the trait for its tables in its own folder.
 
+use std::sync::Arc;
+
 use plcc_abi::{Program, Tables};
 
+use crate::names::Names;
 use crate::online_change::Comparison;
 
 /// What the core asks of the control that a program is for.
@@ -15,6 +18,9 @@ pub(crate) trait Control {
     /// # Errors
     /// What does not fit.
     fn validate(&self, program: &Program) -> Result<(), String>;
+
+    /// The names of the variables of `program`, whose tables these are.
+    fn names(&self, program: &Program) -> Arc<dyn Names>;
 
     /// Compares the program `old`, whose tables these are, with one that is to take its place. `None` if that one is
     /// for a control of another language.
@@ -35,6 +41,13 @@ fn control(tables: &Tables) -> &dyn Control {
 /// What does not fit.
 pub fn validate(program: &Program) -> Result<(), String> {
     control(&program.tables).validate(program)
+}
+
+/// The names of a program's variables, with the machine's settings that the program was compiled with.
+///
+/// An executive whose run has other settings has a table that fits them: [`Executive::names`](crate::Executive::names).
+pub fn names_of(program: &Program) -> Arc<dyn Names> {
+    control(&program.tables).names(program)
 }
 
 /// Compares two programs for an online change.

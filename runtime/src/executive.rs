@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 use plcc_abi::Engine;
@@ -9,12 +10,13 @@ use plcc_abi::Engine;
 use crate::checkpoint::CheckpointError;
 use crate::clock_decisions::ClockDecision;
 use crate::event::Event;
+use crate::names::Names;
 use crate::online_change::Plan;
 use crate::retained::Restored;
-use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::safe_outputs::SafeLines;
 use crate::stop::Stop;
 use crate::value::Value;
-use crate::variable::{NameError, Purpose, Setting, ValueError, Variable, VariableKey};
+use crate::variable::{Setting, VariableKey};
 use crate::watchdog::Watchdog;
 
 /// Whether a task runs when its turn comes.
@@ -48,41 +50,20 @@ pub trait Executive {
     /// no output driven. Not to be called before the first tick.
     fn skip_ticks(&mut self, count: u64);
 
-    /// Finds a variable by its name in the dialect's spelling.
-    ///
-    /// # Errors
-    /// When nothing has that name, or it can't be used for the purpose.
-    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError>;
+    /// The names of the program's variables, with the keys by which they are read and set here, and what is known of
+    /// them.
+    fn names(&self) -> Arc<dyn Names>;
 
-    /// Reads the text of a value for a variable.
-    ///
-    /// # Errors
-    /// When the text is no number, or the variable can't take it.
-    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError>;
-
-    /// Sets a variable as the machine or the operator would.
-    fn set(&mut self, variable: Variable, value: Setting);
-
-    /// Reads a variable.
-    fn get(&self, variable: Variable) -> Value;
+    /// Reads a variable by its key; 0 for the key of another control. It does not wait, and allocates memory for an
+    /// array only.
+    fn read(&self, key: VariableKey) -> Value;
 
     /// Reads a variable into `value`. Where that holds an earlier value of the same variable, the memory of
     /// an array in it is used again, and nothing is allocated.
-    fn get_into(&self, variable: Variable, value: &mut Value) {
-        *value = self.get(variable);
-    }
+    fn read_into(&self, key: VariableKey, value: &mut Value);
 
-    /// Whether a variable holds 0 or 1 only, so that a waveform viewer shows it as a line.
-    fn is_logical(&self, _variable: Variable) -> bool {
-        false
-    }
-
-    /// The variables that the program declares or names, in natural sort order of their canonical names:
-    /// numbers in names are compared as numbers, so that P2 stands before P10.
-    fn declared(&mut self) -> Vec<(String, Variable)>;
-
-    /// The canonical spelling of a watched name, as a dump has it.
-    fn canonical(&self, variable: Variable) -> String;
+    /// Sets a variable as the machine or the operator would. It neither allocates memory nor waits.
+    fn write(&mut self, key: VariableKey, value: Setting);
 
     /// Appends the data that survives power-off, to be put into a file, and says whether there is
     /// any. It allocates nothing but more room for `out`.
@@ -91,9 +72,7 @@ pub trait Executive {
     /// A number that tells whether the data that survives power-off may have changed: if it is the same as
     /// at an earlier call, the data is the same too. No two executives of a process give the same number.
     /// `None` where the control does not notice changes, so that the data itself has to be compared.
-    fn retained_revision(&self) -> Option<u64> {
-        None
-    }
+    fn retained_revision(&self) -> Option<u64>;
 
     /// The data that survives power-off; `None` where there is nothing to keep.
     fn retained(&self) -> Option<Vec<u8>> {
@@ -110,9 +89,7 @@ pub trait Executive {
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String>;
 
     /// The shortest time that the control itself gives a task in real time, if it limits any.
-    fn shortest_time_limit(&self) -> Option<Duration> {
-        None
-    }
+    fn shortest_time_limit(&self) -> Option<Duration>;
 
     /// Has every scan watched from now on: a program is stopped if a scan takes longer than the
     /// watchdog's limit.
@@ -124,18 +101,11 @@ pub trait Executive {
     /// Puts another process image of the same program, of the same length, in the place of this one,
     /// so that variables can be read as they were at that moment. The state outside the image stays;
     /// this is for executives that run nothing.
-    fn set_image(&mut self, _image: &[u8]) {}
+    fn set_image(&mut self, image: &[u8]);
 
-    /// The physical outputs, by the names under which [`set_safe_outputs`](Self::set_safe_outputs)
-    /// takes them, in natural sort order.
-    fn outputs(&mut self) -> Vec<(String, Variable)>;
-
-    /// Says what the physical outputs become at a stop. Those that are not named are switched off.
-    ///
-    /// # Errors
-    /// Every entry whose name is that of no physical output, or whose value does not fit. Nothing is
-    /// changed then.
-    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>>;
+    /// Says what the physical outputs become at a stop; all are switched off without it. The names give these lines:
+    /// [`Names::safe_lines`].
+    fn set_safe_lines(&mut self, lines: SafeLines);
 
     /// Where the physical outputs are in the process image, and what they become at a stop.
     fn safe_lines(&self) -> &SafeLines;
@@ -160,42 +130,22 @@ pub trait Executive {
     /// nothing is changed then.
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError>;
 
-    // From here on methods have defaults that do nothing, for executives in tests. Those of the three
-    // languages have all of them.
-
     /// Appends the state outside the process image, in the form in which a checkpoint holds it after
-    /// the image. It allocates nothing but more room for `_out`.
-    fn state_into(&self, _out: &mut Vec<u8>) {}
+    /// the image. It allocates nothing but more room for `out`.
+    fn state_into(&self, out: &mut Vec<u8>);
 
     /// Sorted ranges of the process image that hold the same bytes in every engine between two ticks:
     /// all but the places that engines use in their own way while a scan runs, or while their code
     /// assumes something of the program.
-    fn compared_ranges(&self) -> Vec<Range<u32>> {
-        vec![]
-    }
+    fn compared_ranges(&self) -> Vec<Range<u32>>;
 
     /// What the clock alone has decided in the last tick, such as how far a module came within its
     /// time. Empty where every run of the tick goes the same way.
-    fn clock_decisions(&self) -> &[ClockDecision] {
-        &[]
-    }
+    fn clock_decisions(&self) -> &[ClockDecision];
 
-    /// Has the next tick go as it went when the clock decided `_decisions`, whatever the clock says
+    /// Has the next tick go as it went when the clock decided `decisions`, whatever the clock says
     /// now; `None` leaves it to the clock again.
-    fn follow_clock(&mut self, _decisions: Option<&[ClockDecision]>) {}
-
-    /// The keys of a variable: of an array one for each element, in their order.
-    fn keys(&self, _variable: Variable) -> Vec<VariableKey> {
-        vec![]
-    }
-
-    /// Reads a variable by its key. It neither allocates memory nor waits.
-    fn read(&self, _key: VariableKey) -> Value {
-        Value::Int(0)
-    }
-
-    /// Sets a variable by its key, as [`set`](Self::set) does. It neither allocates memory nor waits.
-    fn write(&mut self, _key: VariableKey, _value: Setting) {}
+    fn follow_clock(&mut self, decisions: Option<&[ClockDecision]>);
 
     /// Forces an input or a physical output: until the force ends, the program sees this value of the
     /// input whatever is latched, or the output's lines have this value whatever the program assigns.
@@ -204,55 +154,40 @@ pub trait Executive {
     ///
     /// # Errors
     /// When the variable can't be forced; the reason follows its name.
-    fn force(&mut self, _key: VariableKey, _value: Option<Setting>) -> Result<(), &'static str> {
-        Err("can't be forced")
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str>;
+
+    /// Shows `see` each force in effect: which variable is held, at what value. Nothing else keeps a list of them. It
+    /// neither allocates memory nor waits.
+    fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting));
+
+    /// The forces in effect.
+    fn forces(&self) -> Vec<(VariableKey, Setting)> {
+        let mut forces = vec![];
+        self.each_force(&mut |key, value| forces.push((key, value)));
+        forces
     }
 
     /// Whether a force holds all of the variable, so that nothing would come of setting it. An output whose lines alone are
     /// held is not among them: its variable can be set.
-    fn is_held(&self, _key: VariableKey) -> bool {
-        false
-    }
-
-    /// Whether forces on two variables would hold some of the same bits, of which only one can win. Only of variables
-    /// that always lie in the same place; a PMAC's can be moved, so that [`force`](Self::force) refuses them.
-    fn shares_forced_bits(&self, _a: VariableKey, _b: VariableKey) -> bool {
-        false
-    }
+    fn is_held(&self, key: VariableKey) -> bool;
 
     /// Whether each task of the program runs when its turn comes, by the tasks' numbers. Empty in languages
     /// whose tasks always run.
-    fn task_statuses(&self) -> Vec<TaskStatus> {
-        vec![]
-    }
+    fn task_statuses(&self) -> Vec<TaskStatus>;
 
     /// A number that tells the program from others, and is the same in every process.
-    fn fingerprint(&self) -> u64 {
-        0
-    }
+    fn fingerprint(&self) -> u64;
 
     /// The parts of the process image that the program is known to use. Empty where all of it counts as
     /// used.
-    fn used_ranges(&self) -> Vec<Range<u32>> {
-        vec![]
-    }
-
-    /// The canonical names of all variables that were looked up so far: the first is that of
-    /// `Variable(0)`.
-    fn found(&self) -> Vec<String> {
-        vec![]
-    }
+    fn used_ranges(&self) -> Vec<Range<u32>>;
 
     /// Takes over the state of an executive of another program of the same control, as `plan` says,
     /// between two ticks. It neither allocates memory nor waits. Gives whether both executives belong to
     /// the control that the plan is for; if not, nothing is changed.
-    fn take_over(&mut self, _old: &mut dyn Executive, _plan: &Plan) -> bool {
-        false
-    }
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool;
 
     /// The executive as a value of its own type, for an online change, which takes the state of one
     /// executive over into another one of the same control.
-    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
-        None
-    }
+    fn as_any_mut(&mut self) -> &mut dyn Any;
 }

@@ -1,4 +1,4 @@
-//! The list of forces in effect that the executives of PMI and PMAC keep: bounded, and allocated once, so
+//! The list of forces in effect that an executive keeps: bounded, and allocated once, so
 //! that forcing allocates nothing in the scan's thread.
 
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,16 @@ impl<K, F> Default for ForceList<K, F> {
 }
 
 impl<K: PartialEq, F> ForceList<K, F> {
+    /// Forgets all forces.
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+    }
+
+    /// Adds a force whose key is not in the list, however many there are.
+    pub(crate) fn push(&mut self, key: K, force: F) {
+        self.list.push((key, force));
+    }
+
     /// Adds a force, or takes it in the place of the one with the same key.
     ///
     /// # Errors
@@ -31,7 +41,7 @@ impl<K: PartialEq, F> ForceList<K, F> {
             *old = force;
             return Ok(());
         }
-        if self.list.len() == MAX_FORCES {
+        if self.list.len() >= MAX_FORCES {
             return Err("is one force too many");
         }
         self.list.push((key, force));
@@ -46,6 +56,11 @@ impl<K: PartialEq, F> ForceList<K, F> {
     /// The force of a key, if there is one.
     pub(crate) fn get(&self, key: &K) -> Option<&F> {
         self.list.iter().find(|(known, _)| known == key).map(|(_, force)| force)
+    }
+
+    /// Whether a key passes a test.
+    pub(crate) fn any(&self, test: impl Fn(&K) -> bool) -> bool {
+        self.list.iter().any(|(key, _)| test(key))
     }
 
     /// The same list with room for all forces there can be; `None` where it has more than that.

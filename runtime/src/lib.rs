@@ -7,6 +7,7 @@
 //! - [`Executive`]: what a control does around its program: scans, time slices or servo cycles,
 //!   latching of inputs, timers, events, retained memory. One for each language, in [`pmi`], [`nct`]
 //!   and [`pmac`].
+//! - [`Names`]: the names of a program's variables and what is known of each, one table for everybody.
 //! - [`NativeEngine`]: runs machine code, of an artifact or of the JIT, as an
 //!   [`Engine`](plcc_abi::Engine).
 //! - [`watchdog::Watchdog`], [`safe_outputs::SafeLines`]: stop a scan that takes too long, and say what
@@ -22,11 +23,11 @@
 //! // Program and code are those of an artifact, or have just been compiled.
 //! let mut engine = NativeEngine::new(code, program)?;
 //! let mut executive = PmiExecutive::new(program, PmiOptions::default())?;
-//! let lamp = executive.find("LS27", Purpose::Watch)?;
+//! let lamp = executive.names().find("LS27", Purpose::Watch)?;
 //! let mut events = vec![];
 //! for tick in 0..100 {
 //!     executive.tick(&mut engine, &mut events).map_err(|stop| stop.message)?;
-//!     println!("tick {tick}: LS27 is {}", executive.get(lamp));
+//!     println!("tick {tick}: LS27 is {}", executive.read(lamp));
 //! }
 //! # Ok(())
 //! # }
@@ -44,6 +45,7 @@ mod frame_search;
 mod gdb;
 mod loaded_code;
 mod mapped_code;
+pub mod names;
 pub mod native;
 mod native_error;
 pub mod nct;
@@ -63,13 +65,14 @@ pub mod watchdog;
 
 pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
-pub use control::{compare, validate};
+pub use control::{compare, names_of, validate};
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody};
 pub use executive::{Executive, TaskStatus};
+pub use names::{Class, Names, Properties};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
 pub use retained::Restored;
 pub use small_thread::small_thread;
 pub use stop::{Place, Stop};
 pub use value::Value;
-pub use variable::{MAX_FORCES, NameError, Purpose, Setting, ValueError, Variable, VariableKey};
+pub use variable::{MAX_FORCES, NameError, Purpose, Setting, ValueError, VariableKey};

@@ -54,7 +54,7 @@ impl SafeValue {
 /// A physical output by its name, and what it becomes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SafeOutput {
-    /// The output's name in the dialect's spelling, see [`Executive::outputs`](crate::Executive::outputs).
+    /// The output's name in the dialect's spelling, see [`Names::outputs`](crate::Names::outputs).
     pub name: String,
     /// What it becomes.
     pub value: SafeValue,

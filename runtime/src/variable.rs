@@ -1,4 +1,6 @@
-//! The variables of a program as an executive gives them out: by a number, by a key, and what may be set.
+//! Variables by their keys, what may be done with them, and why a name or a value is refused.
+
+use std::fmt;
 
 use plcc_abi::nct::NctName;
 use plcc_abi::pmac::PmacName;
@@ -6,14 +8,11 @@ use plcc_abi::pmi::PmiVariable;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A variable that an executive has found by its name. The number is the variable's place among those that
-/// this executive has looked up, from 0, and means nothing to another executive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Variable(pub u32);
+use crate::value::number;
 
-/// A single variable, or an element of an array, by what it is rather than by a number in one
-/// executive's list. It means the same to all executives of a program, so that one thread can look a
-/// name up in an executive of its own and another thread can use the key.
+/// A variable, an array or an element of an array of a program. It is found by its name
+/// ([`Names::find`](crate::Names::find)), and means the same to all executives of that program, in every thread and in
+/// a record. In another program it may be another variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct VariableKey(pub(crate) DialectVariable);
 
@@ -37,13 +36,23 @@ pub enum Purpose {
     Stimulus,
 }
 
-/// A value for [`Executive::set`](crate::Executive::set), already checked to fit its variable.
+/// A value for [`Executive::write`](crate::Executive::write), already checked to fit its variable.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Setting {
     /// An integer.
     Int(i64),
     /// A double.
     Float(f64),
+}
+
+impl fmt::Display for Setting {
+    /// As a number in JSON.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Int(value) => write!(f, "{value}"),
+            Self::Float(value) => f.write_str(&number(*value)),
+        }
+    }
 }
 
 impl Setting {

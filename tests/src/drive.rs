@@ -11,7 +11,7 @@ use plcc_host::args::ControlArgs;
 use plcc_host::session;
 use plcc_record::ReplaceableExecutive;
 use plcc_record::{RecordFile, Recorder};
-use plcc_runtime::{Event, Executive, Purpose, Variable};
+use plcc_runtime::{Event, Executive, Purpose, VariableKey};
 
 use crate::compile::{Compiled, compile, compile_sources};
 use crate::gen_pmi::Case;
@@ -95,7 +95,7 @@ impl Bench {
         file: RecordFile,
     ) -> Result<Machine<'_>, String> {
         let mut executive = ReplaceableExecutive::new(self.executive(program)?);
-        let declared = executive.declared();
+        let declared = executive.names().declared();
         executive.record(Recorder::to_file(file, &executive));
         let executive = Box::new(executive);
         Ok(Machine { bench: self, executive, declared, tick: 0, stopped: false })
@@ -106,8 +106,8 @@ impl Bench {
     /// # Errors
     /// The program's tables do not fit together.
     pub fn machine(&self, program: &Program) -> Result<Machine<'_>, String> {
-        let mut executive = self.executive(program)?;
-        let declared = executive.declared();
+        let executive = self.executive(program)?;
+        let declared = executive.names().declared();
         Ok(Machine { bench: self, executive, declared, tick: 0, stopped: false })
     }
 }
@@ -117,7 +117,7 @@ pub struct Machine<'a> {
     bench: &'a Bench,
     /// The control itself.
     pub executive: Box<dyn Executive>,
-    declared: Vec<(String, Variable)>,
+    declared: Vec<(String, VariableKey)>,
     /// The next tick's number.
     pub tick: u64,
     stopped: bool,
@@ -136,10 +136,11 @@ impl Machine<'_> {
             return Ok(vec![]);
         }
         for (_, name, value) in self.bench.rows.iter().filter(|row| row.0 == tick) {
-            let found = self.executive.find(name, Purpose::Stimulus);
+            let found = self.executive.names().find(name, Purpose::Stimulus);
             let variable = found.map_err(|error| error.to_string())?;
-            let value = self.executive.parse(variable, value).map_err(|error| error.to_string())?;
-            self.executive.set(variable, value);
+            let value =
+                self.executive.names().parse(variable, value).map_err(|error| error.to_string())?;
+            self.executive.write(variable, value);
         }
         let mut events: Vec<Event> = vec![];
         let result = self.executive.tick(engine, &mut events);
@@ -149,7 +150,7 @@ impl Machine<'_> {
             seen.push(format!("{stop:?}"));
         }
         for (name, variable) in &self.declared {
-            seen.push(format!("{tick} {name} {}", self.executive.get(*variable)));
+            seen.push(format!("{tick} {name} {}", self.executive.read(*variable)));
         }
         seen.push(format!("{tick} retained {:?}", self.executive.retained().map(|r| hash(&r))));
         Ok(seen)
@@ -166,8 +167,7 @@ impl Machine<'_> {
     /// # Errors
     /// The record could not be written.
     pub fn end_record(&mut self) -> Result<(), String> {
-        let executive = self.executive.as_any_mut();
-        let executive = executive.and_then(|it| it.downcast_mut::<ReplaceableExecutive>());
+        let executive = self.executive.as_any_mut().downcast_mut::<ReplaceableExecutive>();
         let executive = executive.ok_or("the control is not recorded")?;
         executive.end_record(None).map_err(|error| error.to_string())
     }

@@ -152,9 +152,9 @@ pub fn artifact(bytes: &[u8]) {
         let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
         assert!(Artifact::parse(&again, None).is_ok_and(|copy| copy == read));
         let executive = session::executive(&read.program, &ControlArgs::default(), false, None);
-        if let Ok(mut executive) = executive {
-            for (_, variable) in executive.declared() {
-                let _ = (executive.get(variable), executive.canonical(variable));
+        if let Ok(executive) = executive {
+            for (_, variable) in executive.names().declared() {
+                let _ = (executive.read(variable), executive.names().canonical(variable));
             }
         }
         let _ = emit::layout(&read.program);
@@ -220,8 +220,8 @@ pub fn retained(bytes: &[u8]) {
     for program in programs {
         let mut executive = start(program);
         let Ok(_) = executive.restore(payload) else { continue };
-        for (_, variable) in executive.declared() {
-            let _ = executive.get(variable);
+        for (_, variable) in executive.names().declared() {
+            let _ = executive.read(variable);
         }
         let Some(saved) = executive.retained() else { continue };
         let mut next = start(program);

@@ -44,13 +44,12 @@ fn acting_from_outside_allocates_nothing() {
             tick_ns: old.tick_ns(),
             generation: 0,
             safe_outputs: old.safe_lines().bytes(),
-            symbols: &SymbolTable::new(&program, make().as_mut()),
+            symbols: &SymbolTable::new(&*plcc_runtime::names_of(&program)),
             rules: &[],
         };
         let mut publisher = Publisher::create(&path, &content).unwrap();
-        let variable = old.find(name, Purpose::Watch).unwrap();
-        let key = old.keys(variable).into_iter().next().unwrap();
-        let setting = old.parse(variable, "1").unwrap();
+        let key = old.names().find(name, Purpose::Watch).unwrap();
+        let setting = old.names().parse(key, "1").unwrap();
         let plan = compare(&program, &program).unwrap().plan;
 
         let mut writer = InputWriter::open(&path, "test").unwrap();
@@ -69,6 +68,7 @@ fn acting_from_outside_allocates_nothing() {
             before = Some(old.read(key));
             old.write(key, setting);
             old.force(key, Some(setting)).unwrap();
+            old.each_force(&mut |forced, value| assert_eq!((forced, value), (key, setting)));
             old.force(key, None).unwrap();
             assert!(new.take_over(old.as_mut(), &plan));
         });
@@ -77,8 +77,8 @@ fn acting_from_outside_allocates_nothing() {
         assert_eq!((set, events_of_inputs), (1, 1), "{dialect:?}");
         drop(before);
         let values = |executive: &mut dyn Executive| -> Vec<String> {
-            let declared = executive.declared();
-            declared.iter().map(|(n, v)| format!("{n}={}", executive.get(*v))).collect()
+            let declared = executive.names().declared();
+            declared.iter().map(|(n, v)| format!("{n}={}", executive.read(*v))).collect()
         };
         let expected = values(old.as_mut());
         assert!(expected.len() > 5 && values(new.as_mut()) == expected, "{dialect:?}");
@@ -141,7 +141,7 @@ fn ticks_allocate_nothing() {
             let (program, mut engine) = compiled.engine(way).unwrap();
             let control = ControlArgs::default();
             let mut executive = executive(&program, &control, false, None).unwrap();
-            let stimulus = Stimulus::parse(&table, executive.as_mut()).unwrap();
+            let stimulus = Stimulus::parse(&table, &*executive.names()).unwrap();
             let ticks = stimulus.period() * 2;
             let mut player = Player::new(stimulus, true);
             let mut events = Vec::with_capacity(64);

@@ -26,6 +26,7 @@ pub use memory::{Memory, View};
 pub use name::{PmacName, PmacNameError};
 pub use range::Range;
 pub use sparse_memory::SparseMemory;
+pub use symbols::field_place;
 pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable};
 
 impl crate::DialectTables for PmacTables {

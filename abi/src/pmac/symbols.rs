@@ -4,6 +4,7 @@ use alloc::{format, vec, vec::Vec};
 
 use super::{Definition, Field, Format, Kind, Layout, Place, PmacTables, Run, Space};
 use crate::image::read_u64;
+use crate::place;
 use crate::{BitField, ImageSymbol, ImageType};
 
 /// P, Q and I; where an M or an L lies depends on its definition, which may change.
@@ -25,12 +26,32 @@ pub(crate) fn symbols(tables: &PmacTables) -> Vec<ImageSymbol> {
     tables.named.iter().filter_map(place).collect()
 }
 
+/// Where in the image the bits of a definition lie, and whether the highest one is a sign. `None` for what is not
+/// bits of a single word of the image in binary.
+pub fn field_place(layout: &Layout, definition: Definition) -> Option<place::Place> {
+    let (space, address, field) = match definition {
+        Definition::X { address, field } => (Space::X, address, field),
+        Definition::Y { address, field } => (Space::Y, address, field),
+        _ => return None,
+    };
+    let Place::Word(offset) = layout.place(space, address) else { return None };
+    let Field { offset: first, width, format } = field;
+    // A single bit has no format.
+    let ty = match format {
+        Format::U => place::Type::Bits,
+        _ if width == 1 => place::Type::Bits,
+        Format::S => place::Type::SignedBits,
+        Format::D | Format::C => return None,
+    };
+    Some(place::Place::bits(offset, ty, first, width))
+}
+
 /// M and L that are bits of a word in the image, as they are defined after the download.
 pub(crate) fn bit_fields(tables: &PmacTables) -> Vec<BitField> {
     let layout = Layout::new(tables.controller);
     let mut image = vec![0; layout.size as usize];
     Run::unpack(&tables.initial, &mut image);
-    let place = |named: &super::Variable| {
+    let field = |named: &super::Variable| {
         let number = named.number;
         let (letter, definition) = match named.kind {
             Kind::M => {
@@ -40,21 +61,9 @@ pub(crate) fn bit_fields(tables: &PmacTables) -> Vec<BitField> {
             Kind::L => ("L", tables.l.iter().find(|(l, _)| *l == number)?.1),
             Kind::P | Kind::I | Kind::Q => return None,
         };
-        let (space, address, field) = match definition {
-            Definition::X { address, field } => (Space::X, address, field),
-            Definition::Y { address, field } => (Space::Y, address, field),
-            _ => return None,
-        };
-        let Place::Word(offset) = layout.place(space, address) else { return None };
-        let Field { offset: first, width, format } = field;
-        // A single bit has no format.
-        let signed = match format {
-            Format::U => false,
-            _ if width == 1 => false,
-            Format::S => true,
-            Format::D | Format::C => return None,
-        };
+        let place::Place { offset, ty, bit: first, width } = field_place(&layout, definition)?;
+        let signed = ty == place::Type::SignedBits;
         Some(BitField { name: format!("{letter}{number}"), offset, first, width, signed })
     };
-    tables.named.iter().filter_map(place).collect()
+    tables.named.iter().filter_map(field).collect()
 }

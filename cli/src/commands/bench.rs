@@ -154,9 +154,9 @@ fn run(
     settings: &SourceSettings,
 ) -> Result<TimedRun, Failure> {
     let executive = session::executive(program, &args.control, false, settings.machine_file());
-    let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
+    let executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
-        Some(path) => session::stimulus(path, executive.as_mut())
+        Some(path) => session::stimulus(path, &*executive.names())
             .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };
@@ -205,8 +205,8 @@ fn take_turns(runs: &mut [TimedRun], ticks: Option<u64>) -> Result<u64, Stopped>
 fn check_same_state(runs: &mut [TimedRun]) -> Result<(), Failure> {
     let mut states = runs.iter_mut().map(|run| {
         let executive = run.executive.as_mut();
-        let variables = executive.declared().into_iter();
-        let values = variables.map(|(name, variable)| (name, executive.get(variable)));
+        let variables = executive.names().declared().into_iter();
+        let values = variables.map(|(name, variable)| (name, executive.read(variable)));
         (run.name, values.collect::<Vec<_>>())
     });
     let Some((name, state)) = states.next() else { return Ok(()) };

@@ -34,7 +34,7 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
         Ok(built) => built,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
-    let mut executive = session::executive(
+    let executive = session::executive(
         &lowered.program,
         &ControlArgs::default(),
         false,
@@ -42,7 +42,7 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
     )
     .map_err(|error| Failure::usage(error.to_string()))?;
     let xref = checked.cross_reference();
-    let pins = pins(&lowered.program, &xref, executive.as_mut(), &args.pin);
+    let pins = pins(&lowered.program, &xref, &*executive.names(), &args.pin);
     let pins = pins.map_err(Failure::usage)?;
     if pins.is_empty() {
         return Err(Failure::usage("the program has no inputs and outputs; name pins by --pin"));

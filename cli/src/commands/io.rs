@@ -6,9 +6,8 @@ use std::fmt::Write as _;
 use plcc_abi::{Dialect, printable};
 use plcc_diag::{FileId, SourceMap};
 use plcc_frontend::language;
-use plcc_host::args::ControlArgs;
 use plcc_host::image_file::SymbolTable;
-use plcc_host::session;
+use plcc_runtime::names_of;
 
 use crate::args::IoArgs;
 use crate::failure::{DONE, ERRORS, Failure};
@@ -30,11 +29,10 @@ pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
         Ok(lowered) => lowered.program,
         Err(error) => return Err(Failure::usage(error.to_string())),
     };
-    let control = ControlArgs::default();
-    let executive = session::executive(&lowered, &control, true, settings.machine_file());
-    let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
-    let used: HashSet<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
-    let table = SymbolTable::new(&lowered, executive.as_mut());
+    // The program was compiled with the settings of its machine.
+    let names = names_of(&lowered);
+    let used: HashSet<String> = names.declared().into_iter().map(|(name, _)| name).collect();
+    let table = SymbolTable::new(&*names);
     let mut text = String::from(
         "# The inputs and outputs of the program, for the configuration of its control (controller.toml).\n\
          # Set driver and address of each (see docs/wiring.md), and safe and timeout_ms of inputs; remove\n\

@@ -129,10 +129,11 @@ impl Replay<'_> {
         let args = self.args;
         let mut engine = self.found.engine(self.engine).map_err(|why| self.failed(why))?;
         let mut replayer = self.replayer()?;
-        let watch = Watch::parse(&args.watch, replayer.executive()).map_err(|errors| {
-            let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
-            Failure::usage(errors.join("\nerror: "))
-        })?;
+        let watch =
+            Watch::parse(&args.watch, &*replayer.executive().names()).map_err(|errors| {
+                let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
+                Failure::usage(errors.join("\nerror: "))
+            })?;
         let (first, _) = replayer.range().map_err(|error| self.failed(error))?;
         let from = args.from.unwrap_or(first).max(first);
         replayer.go_to(from, engine.as_mut()).map_err(|error| self.failed(error))?;
@@ -140,7 +141,7 @@ impl Replay<'_> {
             .trace
             .as_deref()
             .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time));
-        let mut trace = Trace::new(watch.clone(), format, replayer.executive());
+        let mut trace = Trace::new(&watch, format, &*replayer.executive().names());
         let mut time_ns = replayer.executive().tick_ns().saturating_mul(from);
         let written =
             |error: io::Error| self.failed(format!("an output can't be written: {error}"));
@@ -180,7 +181,7 @@ impl Replay<'_> {
             }
             if let Some(out) = &mut outputs.trace {
                 let executive = replayer.executive();
-                trace.rows(replayed.tick, time_ns, executive, out).map_err(written)?;
+                trace.rows((replayed.tick, time_ns), &watch, executive, out).map_err(written)?;
             }
             time_ns = time_ns.saturating_add(tick_ns);
             if !replayed.matches {

@@ -16,7 +16,7 @@ use plcc_abi::{Program, Tables, natural_cmp};
 use plcc_frontend::common::{CrossReference, CrossReferenceRow};
 use plcc_host::image_file::SymbolTable;
 use plcc_image::hal_pin_name;
-use plcc_runtime::{Executive, Purpose, Value};
+use plcc_runtime::{Class, Names, Properties, Purpose};
 
 /// The type of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,14 +88,14 @@ impl Uses {
 }
 
 /// The pins of a program, in natural sort order of their variables, then those that were asked for
-/// besides. `executive` is a control at power-up with the program.
+/// besides. `names` are those of the program.
 ///
 /// # Errors
 /// When a variable that was asked for does not exist, is an array, or when two pins get one name.
 pub(crate) fn pins(
     program: &Program,
     xref: &CrossReference,
-    executive: &mut dyn Executive,
+    names: &dyn Names,
     wanted: &[Wanted],
 ) -> Result<Vec<Pin>, String> {
     let mut uses: HashMap<String, Uses> = HashMap::new();
@@ -112,7 +112,7 @@ pub(crate) fn pins(
     }
     rows.sort_by(|(a, _), (b, _)| natural_cmp(a, b));
     let widths = widths(program);
-    let symbols = SymbolTable::new(program, executive).symbols;
+    let symbols = SymbolTable::new(names).symbols;
     let mut found = vec![];
     for (name, meaning) in rows {
         let uses = uses.get(&name).copied().unwrap_or_default();
@@ -120,14 +120,14 @@ pub(crate) fn pins(
         if wanted.iter().any(|wanted| wanted.variable == name) {
             continue;
         }
-        found.extend(pin(executive, &widths, &name, direction, meaning)?);
+        found.extend(pin(names, &widths, &name, direction, meaning)?);
     }
     for Wanted { variable, direction } in wanted {
         let uses = uses.get(variable.as_str()).copied().unwrap_or_default();
         let direction = direction.unwrap_or(uses.direction());
         let meaning = xref.rows.iter().find(|row| row.name == *variable);
         let meaning = meaning.and_then(|row| row.meaning.as_ref());
-        match pin(executive, &widths, variable, direction, meaning)? {
+        match pin(names, &widths, variable, direction, meaning)? {
             Some(pin) => found.push(pin),
             None => {
                 return Err(format!("--pin: `{variable}` is an array; name one of its elements"));
@@ -142,9 +142,9 @@ pub(crate) fn pins(
             pin.range = (*range.start() as f64, *range.end() as f64);
         }
     }
-    let mut names = BTreeMap::new();
+    let mut variables = BTreeMap::new();
     for pin in &found {
-        if let Some(other) = names.insert(&pin.name, &pin.variable) {
+        if let Some(other) = variables.insert(&pin.name, &pin.variable) {
             return Err(format!(
                 "{} and {other} would both be the pin `{}`",
                 pin.variable, pin.name
@@ -210,7 +210,7 @@ fn direction(
 /// # Errors
 /// When there is no such variable.
 fn pin(
-    executive: &mut dyn Executive,
+    names: &dyn Names,
     widths: &HashMap<String, u8>,
     variable: &str,
     direction: Direction,
@@ -220,17 +220,16 @@ fn pin(
         Direction::In | Direction::Io => Purpose::Stimulus,
         Direction::Out => Purpose::Watch,
     };
-    let found = executive.find(variable, Purpose::Watch).map_err(|error| error.to_string())?;
-    if executive.keys(found).len() != 1 {
+    let found = names.find(variable, Purpose::Watch).map_err(|error| error.to_string())?;
+    let Properties { class, elements, .. } = names.properties(found);
+    if elements.is_some() {
         return Ok(None);
     }
-    let found = executive.find(variable, purpose).map_err(|error| error.to_string())?;
-    let ty = match (executive.get(found), widths.get(variable)) {
-        (Value::Array(_), _) => return Ok(None),
-        _ if executive.is_logical(found) => Type::Bit,
-        (_, Some(1)) => Type::Bit,
-        (Value::Int(_), _) | (_, Some(2..=24)) => Type::S32,
-        (Value::Float(_), _) => Type::Float,
+    names.find(variable, purpose).map_err(|error| error.to_string())?;
+    let ty = match (class, widths.get(variable)) {
+        (Class::Logical, _) | (_, Some(1)) => Type::Bit,
+        (Class::Integer, _) | (_, Some(2..=24)) => Type::S32,
+        (Class::Fraction, _) => Type::Float,
     };
     let (variable, name) = (variable.to_owned(), hal_pin_name(variable));
     let range = match ty {

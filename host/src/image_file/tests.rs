@@ -247,8 +247,8 @@ fn control_with_inputs(
     let mut program = program(16 + 2048);
     program.tables = Tables::Pmi(PmiTables { symbols, special, ports: 16, ..PmiTables::default() });
     let options = plcc_runtime::pmi::PmiOptions::default();
-    let mut executive = plcc_runtime::pmi::PmiExecutive::new(&program, options).unwrap();
-    let table = SymbolTable::new(&program, &mut executive);
+    let executive = plcc_runtime::pmi::PmiExecutive::new(&program, options).unwrap();
+    let table = SymbolTable::new(&*plcc_runtime::names_of(&program));
     let image = vec![0; program.image_size as usize];
     let publisher =
         Publisher::create(path, &Content { symbols: &table, ..content(&program, &image, &[]) });
@@ -306,8 +306,8 @@ int main(int count, char **arguments) {
     let mut scan = crate::journal::ScanJournal::discarding();
     publisher.latch(&mut executive, 8, false, &mut scan);
     let value = |executive: &mut plcc_runtime::pmi::PmiExecutive, name| {
-        let variable = executive.find(name, plcc_runtime::Purpose::Watch).unwrap();
-        executive.get(variable).to_string()
+        let variable = executive.names().find(name, plcc_runtime::Purpose::Watch).unwrap();
+        executive.read(variable).to_string()
     };
     assert_eq!(value(&mut executive, "PORT1.3"), "1");
     assert_eq!(value(&mut executive, "SPEED"), "-5");

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use plcc_abi::{Dialect, natural_cmp};
 
-use plcc_runtime::{Executive, Place, Variable};
+use plcc_runtime::{Executive, Place, Purpose, VariableKey};
 
 use super::{End, Watch};
 
@@ -21,14 +21,12 @@ pub(super) fn quoted(text: &str) -> String {
 pub fn dump(
     out: &mut dyn Write,
     dialect: Dialect,
-    executive: &mut dyn Executive,
+    executive: &dyn Executive,
     watch: &Watch,
     end: &End,
 ) -> io::Result<()> {
     head(out, dialect.name(), end, false)?;
-    let mut variables = executive.declared();
-    variables.extend(watch.variables().map(|watched| (executive.canonical(watched), watched)));
-    write_variables(out, executive, variables)?;
+    write_variables(out, executive, watch)?;
     out.write_all(b"}\n")
 }
 
@@ -53,18 +51,25 @@ pub(super) fn head(out: &mut dyn Write, dialect: &str, end: &End, stopped: bool)
     Ok(())
 }
 
-/// Writes the object `variables`: these variables in natural sort order, each once.
+/// Writes the object `variables`: the variables that the program declares or names and the watched ones, in natural
+/// sort order, each once.
 pub(super) fn write_variables(
     out: &mut dyn Write,
     executive: &dyn Executive,
-    mut variables: Vec<(String, Variable)>,
+    watch: &Watch,
 ) -> io::Result<()> {
+    let names = executive.names();
+    let mut variables = names.declared();
+    // They are looked up again, since the program may be another one than that with which the run began.
+    let found = |(name, _): &(String, VariableKey)| names.find(name, Purpose::Watch).ok();
+    let watched = watch.names().iter().filter_map(found);
+    variables.extend(watched.map(|key| (names.canonical(key), key)));
     variables.sort_by(|a, b| natural_cmp(&a.0, &b.0));
     variables.dedup_by(|a, b| a.0 == b.0);
     out.write_all(b"\"variables\":{")?;
     for (i, (name, variable)) in variables.into_iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };
-        write!(out, "{comma}{}:{}", quoted(&name), executive.get(variable))?;
+        write!(out, "{comma}{}:{}", quoted(&name), executive.read(variable))?;
     }
     out.write_all(b"}")
 }

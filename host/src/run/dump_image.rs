@@ -46,9 +46,7 @@ pub fn dump_image(
     let snapshot = reader.read().ok_or_else(|| wrong(TORN))?;
     executive.set_image(&snapshot.image);
     head(out, executive_dialect(reader)?, &end(&snapshot), stopped(&snapshot))?;
-    let mut variables = executive.declared();
-    variables.extend(watch.variables().map(|watched| (executive.canonical(watched), watched)));
-    write_variables(out, executive, variables)?;
+    write_variables(out, executive, watch)?;
     write_outputs(out, &sorted_symbols(reader), &snapshot)
 }
 

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use plcc_abi::Engine;
 
 use super::pace::Clock;
+use super::{Player, Watch};
 use crate::journal::ScanJournal;
 use plcc_runtime::{Executive, Stop};
 
@@ -31,6 +32,10 @@ pub struct BeforeTick<'a> {
     pub executive: &'a mut dyn Executive,
     /// The engine that executes its program.
     pub engine: &'a mut dyn Engine,
+    /// The stimulus.
+    pub player: &'a mut Player,
+    /// What the trace shows.
+    pub watch: &'a mut Watch,
     /// Set by a hook while the program is to stand still: the tick is not done, and hooks are called again
     /// when the next tick is due, which has the same number.
     pub hold: bool,

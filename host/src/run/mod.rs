@@ -17,6 +17,8 @@ mod trace;
 mod watch;
 
 #[cfg(test)]
+mod test_control;
+#[cfg(test)]
 mod tests;
 
 use std::io::{self, Write};
@@ -159,8 +161,7 @@ impl Run<'_> {
 
     /// Runs the ticks and notes in `end` how far the run comes.
     fn run_ticks(&mut self, end: &mut End) -> Result<(), RunError> {
-        let watch = std::mem::take(&mut self.watch);
-        let mut trace = Trace::new(watch, self.trace_format, self.executive);
+        let mut trace = Trace::new(&self.watch, self.trace_format, &*self.executive.names());
         if let Some(out) = &mut self.trace {
             trace.header(out).map_err(RunError::Trace)?;
         }
@@ -213,6 +214,8 @@ impl Run<'_> {
                     tick,
                     executive: self.executive,
                     engine: self.engine,
+                    player: &mut self.player,
+                    watch: &mut self.watch,
                     hold: false,
                     journal: &mut self.journal,
                 };
@@ -301,7 +304,7 @@ impl Run<'_> {
         trace: &mut Trace,
     ) -> Result<(), RunError> {
         if let Some(queues) = &mut self.queues {
-            queues.tick(tick, time_ns, self.executive, events_of_tick);
+            queues.tick((tick, time_ns), &self.watch, self.executive, events_of_tick);
             return Ok(());
         }
         if let Some(out) = &mut self.events {
@@ -318,7 +321,9 @@ impl Run<'_> {
         }
         events_of_tick.clear();
         if let Some(out) = &mut self.trace {
-            let any = trace.rows(tick, time_ns, self.executive, out).map_err(RunError::Trace)?;
+            let any = trace
+                .rows((tick, time_ns), &self.watch, self.executive, out)
+                .map_err(RunError::Trace)?;
             if any && self.clock.is_some() {
                 out.flush().map_err(RunError::Trace)?;
             }

@@ -70,10 +70,10 @@ impl ReportQueues {
         executive: &dyn Executive,
         journal: &Journal,
     ) -> io::Result<()> {
-        let mut text = TraceText::new(watch, format, executive);
+        let mut text = TraceText::new(watch, format, &*executive.names());
         let mut header = vec![];
         text.header(&mut header)?;
-        let get = |variable| with_room(executive.get(variable));
+        let get = |variable| with_room(executive.read(variable));
         let values = || watch.variables().map(get).collect::<Vec<Value>>();
         let elements = values().iter().map(room).sum::<usize>();
         // The end of the trace is a sample too.
@@ -87,7 +87,6 @@ impl ReportQueues {
             queue,
             lost,
             thread,
-            watch: watch.clone(),
             present: values(),
             before: values(),
             sent: values(),
@@ -97,12 +96,12 @@ impl ReportQueues {
         Ok(())
     }
 
-    /// Reports a tick: the values that have changed in it, and its events, which are taken out of
+    /// Reports a tick: the values of the variables of `watch` that have changed in it, and its events, which are taken out of
     /// `events`. The tick began `time_ns` nanoseconds after the first one.
     pub(super) fn tick(
         &mut self,
-        tick: u64,
-        time_ns: u64,
+        (tick, time_ns): (u64, u64),
+        watch: &Watch,
         executive: &dyn Executive,
         events: &mut Vec<Event>,
     ) {
@@ -115,7 +114,7 @@ impl ReportQueues {
         }
         events.clear();
         if let Some(trace) = &mut self.trace {
-            trace.tick(tick, time_ns, executive);
+            trace.tick((tick, time_ns), watch, executive);
         }
     }
 
@@ -176,7 +175,6 @@ struct TraceQueue {
     queue: rtrb::Producer<Sample>,
     lost: LossCounter,
     thread: OutputThread,
-    watch: Watch,
     /// The values now; arrays keep their memory from tick to tick.
     present: Vec<Value>,
     /// The values at the end of the tick before, by which rows that are lost are counted.
@@ -189,13 +187,13 @@ struct TraceQueue {
 }
 
 impl TraceQueue {
-    fn tick(&mut self, tick: u64, time_ns: u64, executive: &dyn Executive) {
+    fn tick(&mut self, (tick, time_ns): (u64, u64), watch: &Watch, executive: &dyn Executive) {
         self.changed.clear();
         let mut rows_of_tick = 0;
-        let variables = self.watch.variables().zip(&mut self.present);
+        let variables = watch.variables().zip(&mut self.present);
         let known = self.before.iter_mut().zip(&self.sent);
         for (((variable, value), (before, sent)), index) in variables.zip(known).zip(0..) {
-            executive.get_into(variable, value);
+            executive.read_into(variable, value);
             if value != before {
                 rows_of_tick += 1;
                 copy(value, before);

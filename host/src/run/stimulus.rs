@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use plcc_runtime::{Executive, Purpose, Setting, Variable};
+use plcc_runtime::{Executive, Names, Purpose, Setting, VariableKey};
 
 /// At most this many mistakes of a stimulus are reported, the rest is counted.
 const MAX_ERRORS: usize = 20;
@@ -18,13 +18,16 @@ const MAX_SHOWN: usize = 60;
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Row {
     tick: u64,
-    variable: Variable,
+    /// The index of its variable in the stimulus's list.
+    variable: usize,
     value: Setting,
 }
 
-/// A stimulus for one executive, whose variables it holds.
+/// A stimulus for one program.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stimulus {
+    /// The variables that it sets, in the order in which they are first named.
+    variables: Vec<VariableKey>,
     /// By rising tick; rows of one tick in the order in which they were written.
     rows: Vec<Row>,
 }
@@ -54,12 +57,13 @@ impl Stimulus {
     ///
     /// # Errors
     /// A missing header, a row that has no three fields, a tick that is no number, a name that
-    /// the executive does not know or cannot set, a value that does not fit.
-    pub fn parse(bytes: &[u8], executive: &mut dyn Executive) -> Result<Self, StimulusError> {
+    /// the program does not have or that can't be set, a value that does not fit.
+    pub fn parse(bytes: &[u8], names: &dyn Names) -> Result<Self, StimulusError> {
         let text = String::from_utf8_lossy(bytes);
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
         let text = text.trim_end().strip_suffix('\u{1A}').unwrap_or(text);
-        let mut reader = Reader { executive, names: HashMap::new() };
+        let mut reader =
+            Reader { names, known: HashMap::new(), numbers: HashMap::new(), variables: vec![] };
         let mut rows: Vec<Row> = vec![];
         let mut errors = StimulusError { lines: vec![], more: 0 };
         let mut has_header = false;
@@ -88,7 +92,12 @@ impl Stimulus {
         if !rows.is_sorted_by_key(|row| row.tick) {
             rows.sort_by_key(|row| row.tick);
         }
-        Ok(Self { rows })
+        Ok(Self { variables: reader.variables, rows })
+    }
+
+    /// The variables that it sets, in the order in which they are first named.
+    pub fn variables(&self) -> &[VariableKey] {
+        &self.variables
     }
 
     /// The number of ticks after which the table begins again with `--repeat`: the last tick in it,
@@ -130,9 +139,21 @@ impl Player {
         while let Some(row) = self.stimulus.rows.get(self.next)
             && row.tick <= tick - self.start
         {
-            executive.set(row.variable, row.value);
+            if let Some(&variable) = self.stimulus.variables.get(row.variable) {
+                executive.write(variable, row.value);
+            }
             self.next += 1;
         }
+    }
+
+    /// Goes on with another program, in which the stimulus's variables have these keys, in the order of
+    /// [`Stimulus::variables`]. The former keys are in `keys` afterwards.
+    pub(crate) fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
+        self.stimulus
+            .variables
+            .iter_mut()
+            .zip(keys)
+            .for_each(|(own, new)| std::mem::swap(own, new));
     }
 
     /// Goes on from `tick`, as if everything before it had been applied.
@@ -199,11 +220,14 @@ fn shown(line: &str) -> String {
     }
 }
 
-/// Reads rows for an executive.
+/// Reads rows.
 struct Reader<'a, 't> {
-    executive: &'a mut dyn Executive,
-    /// The names that were looked up already.
-    names: HashMap<&'t str, Variable>,
+    names: &'a dyn Names,
+    /// The spellings that were looked up already, with the indices of their variables, and these.
+    known: HashMap<&'t str, (usize, VariableKey)>,
+    /// The index of each variable.
+    numbers: HashMap<VariableKey, usize>,
+    variables: Vec<VariableKey>,
 }
 
 impl<'t> Reader<'_, 't> {
@@ -219,16 +243,20 @@ impl<'t> Reader<'_, 't> {
         if name.len() > MAX_NAME {
             return Err(format!("`{}` is too long for a name", shown(name)));
         }
-        let variable = match self.names.get(name) {
-            Some(variable) => *variable,
+        let (variable, key) = match self.known.get(name) {
+            Some(known) => *known,
             None => {
-                let found = self.executive.find(name, Purpose::Stimulus);
-                let variable = found.map_err(|error| error.to_string())?;
-                self.names.insert(name, variable);
-                variable
+                let found = self.names.find(name, Purpose::Stimulus);
+                let key = found.map_err(|error| error.to_string())?;
+                let variable = *self.numbers.entry(key).or_insert_with(|| {
+                    self.variables.push(key);
+                    self.variables.len() - 1
+                });
+                self.known.insert(name, (variable, key));
+                (variable, key)
             }
         };
-        let value = self.executive.parse(variable, value);
+        let value = self.names.parse(key, value);
         let value = value.map_err(|mut error| {
             error.value = shown(&error.value);
             format!("{name}: {error}")

@@ -1,18 +1,13 @@
 //! The driver with a control that has three variables.
 
-use std::cell::{Cell, RefCell};
 use std::io::{self, Write};
-use std::rc::Rc;
-use std::time::Instant;
 
-use plcc_abi::engine::NoHost;
 use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 
+use super::test_control::{Control, ControlNames, SetClock};
 use super::*;
 use crate::journal::{Destinations, JournalOwner};
-use plcc_runtime::safe_outputs::{SafeLines, SafeOutputs};
-use plcc_runtime::watchdog::Watchdog;
-use plcc_runtime::{NameError, Place, Purpose, Setting, Value, ValueError, Variable};
+use plcc_runtime::{Setting, Value, VariableKey};
 
 struct Idle;
 
@@ -22,154 +17,8 @@ impl Engine for Idle {
     }
 }
 
-/// `A`, `P10` and `ARR`, an array of both; stops in a tick.
-#[derive(Default)]
-struct Control {
-    values: [i64; 2],
-    /// Further elements of `ARR`.
-    further: Vec<i64>,
-    log: Rc<RefCell<Vec<(u64, i64)>>>,
-    tick: u64,
-    stops: Option<u64>,
-    /// How often the outputs were made safe.
-    made_safe: u32,
-    lines: SafeLines,
-    skipped: u64,
-    /// How long each of the first ticks takes, in milliseconds on the clock.
-    durations: Vec<u64>,
-    clock: SetClock,
-}
-
-/// A clock that stands but for what is waited and worked.
-#[derive(Clone, Debug)]
-struct SetClock(Rc<Cell<Instant>>);
-
-impl Default for SetClock {
-    fn default() -> Self {
-        Self(Rc::new(Cell::new(Instant::now())))
-    }
-}
-
-impl Clock for SetClock {
-    fn now(&self) -> Instant {
-        self.0.get()
-    }
-
-    fn sleep(&self, time: Duration) {
-        self.0.set(self.0.get() + time);
-    }
-}
-
-const NAMES: [&str; 3] = ["A", "P10", "ARR"];
-
-impl Executive for Control {
-    fn checkpoint(&self) -> Vec<u8> {
-        vec![]
-    }
-
-    fn resume(&mut self, _: &[u8]) -> Result<(), plcc_runtime::CheckpointError> {
-        Err(plcc_runtime::CheckpointError::NoCheckpoint)
-    }
-
-    fn tick_ns(&self) -> u64 {
-        1_000_000
-    }
-
-    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        let _ = engine.call(0, None, &mut Scan::new(&mut [], &mut NoHost));
-        let tick = self.tick;
-        if let Some(&ms) = self.durations.get(tick as usize) {
-            self.clock.sleep(Duration::from_millis(ms));
-        }
-        self.tick += 1;
-        self.log.borrow_mut().push((tick, self.values[0]));
-        if self.values[0] == 3 {
-            let body = EventBody::Send { text: "drei \u{B}".into(), port: None };
-            events.push(Event { tick, body });
-        }
-        let place = Place { file: "a\"b.pmi".into(), line: 7 };
-        let stop = Stop { code: "HALT".into(), message: "it \"halts\"".into(), place: Some(place) };
-        if self.stops == Some(tick) { Err(stop) } else { Ok(()) }
-    }
-
-    fn skip_ticks(&mut self, count: u64) {
-        self.skipped += count;
-        self.tick += count;
-    }
-
-    fn find(&mut self, name: &str, _: Purpose) -> Result<Variable, NameError> {
-        let found = NAMES.iter().position(|known| known.eq_ignore_ascii_case(name));
-        found
-            .map(|index| Variable(index as u32))
-            .ok_or_else(|| NameError::Unknown { name: name.into(), suggestion: Some("A".into()) })
-    }
-
-    fn parse(&self, _: Variable, text: &str) -> Result<Setting, ValueError> {
-        let error = |_| ValueError { value: text.into(), reason: "is no integer".into() };
-        text.parse().map(Setting::Int).map_err(error)
-    }
-
-    fn set(&mut self, variable: Variable, value: Setting) {
-        if let (Some(slot), Setting::Int(value)) = (self.values.get_mut(variable.0 as usize), value)
-        {
-            *slot = value;
-        }
-    }
-
-    fn get(&self, variable: Variable) -> Value {
-        match self.values.get(variable.0 as usize) {
-            Some(value) => Value::Int(*value),
-            None => Value::Array(
-                self.values.iter().chain(&self.further).copied().map(Value::Int).collect(),
-            ),
-        }
-    }
-
-    fn is_logical(&self, variable: Variable) -> bool {
-        variable == Variable(0)
-    }
-
-    fn declared(&mut self) -> Vec<(String, Variable)> {
-        vec![("A".into(), Variable(0)), ("P10".into(), Variable(1))]
-    }
-
-    fn canonical(&self, variable: Variable) -> String {
-        NAMES.get(variable.0 as usize).map_or_else(String::new, |name| (*name).into())
-    }
-
-    fn retained_into(&self, _: &mut Vec<u8>) -> bool {
-        false
-    }
-
-    fn restore(&mut self, _: &[u8]) -> Result<plcc_runtime::Restored, String> {
-        Ok(plcc_runtime::Restored::default())
-    }
-
-    fn image(&self) -> &[u8] {
-        &[]
-    }
-
-    fn set_watchdog(&mut self, _: Watchdog) {}
-
-    fn outputs(&mut self) -> Vec<(String, Variable)> {
-        vec![]
-    }
-
-    fn set_safe_outputs(&mut self, _: &SafeOutputs) -> Result<(), Vec<NameError>> {
-        Ok(())
-    }
-
-    fn safe_lines(&self) -> &SafeLines {
-        &self.lines
-    }
-
-    fn drive_safe_outputs(&mut self) {
-        self.made_safe += 1;
-    }
-}
-
 fn stimulus(text: &[u8]) -> Result<Stimulus, Vec<String>> {
-    Stimulus::parse(text, &mut Control::default()).map_err(|errors| {
+    Stimulus::parse(text, &ControlNames::new()).map_err(|errors| {
         errors.lines.iter().map(|error| format!("{}: {}", error.line, error.message)).collect()
     })
 }
@@ -194,8 +43,8 @@ fn run_with(
     repeat: bool,
     format: TraceFormat,
 ) -> Output {
-    let stimulus = Stimulus::parse(table.as_bytes(), control).unwrap();
-    let watch = Watch::parse(watch, control).unwrap();
+    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+    let watch = Watch::parse(watch, &ControlNames::new()).unwrap();
     let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
     let end = Run {
         player: Player::new(stimulus, repeat),
@@ -270,7 +119,7 @@ fn a_trace_can_be_a_value_change_dump() {
 #[test]
 fn patterns_stand_for_the_variables_of_a_dump() {
     let names = |list: &str| {
-        let watch = Watch::parse(&[list], &mut Control::default());
+        let watch = Watch::parse(&[list], &ControlNames::new());
         watch.map(|watch| watch.names().iter().map(|(name, _)| name.clone()).collect::<Vec<_>>())
     };
     assert_eq!(names("*").unwrap(), ["A", "P10"]);
@@ -308,7 +157,7 @@ fn a_stimulus_can_begin_again() {
 #[test]
 fn a_player_goes_on_from_any_tick_as_if_it_had_played_all_before() {
     let table = b"tick,name,value\n0,A,1\n2,A,2\n2,A,3\n5,A,4\n";
-    let stimulus = Stimulus::parse(table, &mut Control::default()).unwrap();
+    let stimulus = Stimulus::parse(table, &ControlNames::new()).unwrap();
     for (repeat, beyond) in [(false, [9, 9, 9]), (true, [1, 9, 3])] {
         // What A becomes in each tick from one on; 9 where no row sets it.
         let played = |from: u64| -> Vec<i64> {
@@ -364,7 +213,7 @@ fn every_wrong_line_is_named() {
 fn a_huge_stimulus_with_mistakes_everywhere_is_cut_short() {
     let mut text = b"tick,name,value\n".to_vec();
     text.extend(b"0,B,1\n".repeat(1000));
-    let errors = Stimulus::parse(&text, &mut Control::default()).unwrap_err();
+    let errors = Stimulus::parse(&text, &ControlNames::new()).unwrap_err();
     assert_eq!((errors.lines.len(), errors.more), (20, 980));
 }
 
@@ -391,7 +240,7 @@ impl Write for Full {
 #[test]
 fn a_full_disk_ends_the_run() {
     let mut control = Control::default();
-    let watch = Watch::parse(&["A"], &mut control).unwrap();
+    let watch = Watch::parse(&["A"], &ControlNames::new()).unwrap();
     let end =
         Run { watch, trace: Some(&mut Full), ticks: Some(5), ..Run::new(&mut control, &mut Idle) }
             .go();
@@ -421,11 +270,11 @@ struct Follower {
 
 impl Hook for Follower {
     fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
-        now.executive.set(Variable(1), Setting::Int(now.tick as i64));
+        now.executive.write(ControlNames::key("P10"), Setting::Int(now.tick as i64));
     }
 
     fn after_tick(&mut self, now: &mut AfterTick<'_>) {
-        self.seen.push((now.ticks, now.executive.get(Variable(0)), now.stop.is_some()));
+        self.seen.push((now.ticks, now.executive.read(ControlNames::key("A")), now.stop.is_some()));
     }
 }
 
@@ -433,8 +282,8 @@ impl Hook for Follower {
 fn hooks_are_called_before_the_stimulus_and_after_each_tick() {
     let mut control = Control { stops: Some(2), ..Control::default() };
     let table = b"tick,name,value\n1,A,5\n1,P10,9\n";
-    let stimulus = Stimulus::parse(table, &mut control).unwrap();
-    let watch = Watch::parse(&["P10"], &mut control).unwrap();
+    let stimulus = Stimulus::parse(table, &ControlNames::new()).unwrap();
+    let watch = Watch::parse(&["P10"], &ControlNames::new()).unwrap();
     let (mut hook, mut trace) = (Follower::default(), vec![]);
     Run {
         player: Player::new(stimulus, false),
@@ -455,8 +304,8 @@ fn run_late(overrun: OverrunPolicy, journal: ScanJournal) -> (Control, End, Stri
     let clock = control.clock.clone();
     let table: String = (0..10).map(|tick| format!("{tick},A,{}\n", tick + 10)).collect();
     let table = format!("tick,name,value\n{table}5,P10,7\n");
-    let stimulus = Stimulus::parse(table.as_bytes(), &mut control).unwrap();
-    let watch = Watch::parse(&["A,P10"], &mut control).unwrap();
+    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+    let watch = Watch::parse(&["A,P10"], &ControlNames::new()).unwrap();
     let (mut trace, mut events) = (vec![], vec![]);
     let end = Run {
         player: Player::new(stimulus, false),
@@ -559,7 +408,7 @@ fn no_tick_is_skipped_while_the_program_stands_still() {
 fn a_stimulus_that_repeats_is_applied_to_skipped_ticks_too() {
     let mut control = Control::default();
     let stimulus =
-        Stimulus::parse(b"tick,name,value\n0,A,1\n2,A,2\n4,A,5\n", &mut control).unwrap();
+        Stimulus::parse(b"tick,name,value\n0,A,1\n2,A,2\n4,A,5\n", &ControlNames::new()).unwrap();
     let mut player = Player::new(stimulus.clone(), true);
     player.apply(0, &mut control);
     assert_eq!(player.next_after(0), 2);
@@ -588,8 +437,8 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
         let watch = ["A,P10", "ARR"];
         let expected = run_with(&mut Control::default(), table, &watch, 6, false, format);
         let mut control = Control::default();
-        let stimulus = Stimulus::parse(table.as_bytes(), &mut control).unwrap();
-        let watch = Watch::parse(&watch, &mut control).unwrap();
+        let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+        let watch = Watch::parse(&watch, &ControlNames::new()).unwrap();
         let ((mut trace, to_trace), (mut events, to_events)) = (pipe_file(), pipe_file());
         let journal = crate::journal::Journal::discarding();
         let mut queues = ReportQueues::new();
@@ -597,6 +446,7 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
         queues.write_events(to_events, &journal).unwrap();
         Run {
             player: Player::new(stimulus, false),
+            watch,
             queues: Some(&mut queues),
             ticks: Some(6),
             ..Run::new(&mut control, &mut Idle)
@@ -613,7 +463,7 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
 #[test]
 fn an_array_that_an_online_change_makes_longer_or_shorter_is_traced_whole() {
     let mut control = Control::default();
-    let watch = Watch::parse(&["ARR"], &mut control).unwrap();
+    let watch = Watch::parse(&["ARR"], &ControlNames::new()).unwrap();
     let (mut trace, to_trace) = pipe_file();
     let journal = crate::journal::Journal::discarding();
     let mut queues = ReportQueues::new();
@@ -631,19 +481,21 @@ fn an_array_that_an_online_change_makes_longer_or_shorter_is_traced_whole() {
     assert_eq!(rows, format!("tick,name,value\n{expected}"));
 }
 
-/// Sets `A` to the number of ticks.
-struct Counting;
+/// Sets `A`, whose key this is, to the number of ticks.
+struct Counting {
+    a: VariableKey,
+}
 
 impl Hook for Counting {
     fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
-        now.executive.set(Variable(0), Setting::Int(now.tick as i64 + 1));
+        now.executive.write(self.a, Setting::Int(now.tick as i64 + 1));
     }
 }
 
 #[test]
 fn a_trace_that_nobody_reads_loses_rows_and_is_right_again_afterwards() {
     let mut control = Control::default();
-    let watch = Watch::parse(&["A"], &mut control).unwrap();
+    let watch = Watch::parse(&["A"], &ControlNames::new()).unwrap();
     let (trace, to_trace) = pipe_file();
     let (mut log, to_log) = pipe_file();
     let to = Destinations { log: Some(to_log), ..Destinations::default() };
@@ -651,10 +503,12 @@ fn a_trace_that_nobody_reads_loses_rows_and_is_right_again_afterwards() {
     let mut queues = ReportQueues::new();
     let format = TraceFormat::default();
     queues.write_trace(to_trace, &watch, format, &control, &owner.journal()).unwrap();
+    let mut counting = Counting { a: ControlNames::key("A") };
     Run {
         queues: Some(&mut queues),
         ticks: Some(200_000),
-        hooks: vec![&mut Counting],
+        hooks: vec![&mut counting],
+        watch: watch.clone(),
         ..Run::new(&mut control, &mut Idle)
     }
     .go();
@@ -667,8 +521,8 @@ fn a_trace_that_nobody_reads_loses_rows_and_is_right_again_afterwards() {
         rows
     });
     while queues.has_unsent() {
-        let ticks = Some(1);
-        Run { queues: Some(&mut queues), ticks, ..Run::new(&mut control, &mut Idle) }.go();
+        let (ticks, watch) = (Some(1), watch.clone());
+        Run { queues: Some(&mut queues), ticks, watch, ..Run::new(&mut control, &mut Idle) }.go();
         std::thread::yield_now();
     }
     queues.finish();

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use vcd::{IdCode, TimescaleUnit, VarType};
 
-use plcc_runtime::{Executive, Value, Variable};
+use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
 
 use super::Watch;
 
@@ -65,16 +65,13 @@ struct Watched {
 }
 
 impl Watched {
-    fn new(name: &str, variable: Variable, executive: &dyn Executive) -> Self {
-        let value = executive.get(variable);
+    fn new(name: &str, variable: VariableKey, names: &dyn Names) -> Self {
+        let Properties { class, elements, .. } = names.properties(variable);
         Self {
             name: name.into(),
-            logical: executive.is_logical(variable),
-            elements: match &value {
-                Value::Array(values) => Some(values.len()),
-                Value::Int(_) | Value::Float(_) => None,
-            },
-            float: matches!(value, Value::Float(_)),
+            logical: class == Class::Logical,
+            elements: elements.map(|count| count as usize),
+            float: class == Class::Fraction,
             last: None,
             signals: vec![],
         }
@@ -83,18 +80,18 @@ impl Watched {
 
 impl TraceText {
     /// A trace without rows.
-    pub fn new(watch: &Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
-        let names = watch.names().iter();
-        let variables = names.map(|(name, variable)| Watched::new(name, *variable, executive));
+    pub fn new(watch: &Watch, format: TraceFormat, names: &dyn Names) -> Self {
+        let watched = watch.names().iter();
+        let variables = watched.map(|(name, variable)| Watched::new(name, *variable, names));
         Self { format, variables: variables.collect(), written: None }
     }
 
     /// Adds watched variables after the others, before the header is written: those of another version of the
     /// program, which runs after an online change. A name that is there already is not added again.
-    pub fn add(&mut self, watch: &Watch, executive: &dyn Executive) {
+    pub fn add(&mut self, watch: &Watch, names: &dyn Names) {
         for (name, variable) in watch.names() {
             if self.names().all(|known| known != name) {
-                self.variables.push(Watched::new(name, *variable, executive));
+                self.variables.push(Watched::new(name, *variable, names));
             }
         }
     }
@@ -106,8 +103,8 @@ impl TraceText {
 
     /// Whether a variable of another version of the program is shown as the one with an index is: of the same kind,
     /// with as many elements.
-    pub fn takes(&self, index: usize, variable: Variable, executive: &dyn Executive) -> bool {
-        let other = Watched::new("", variable, executive);
+    pub fn takes(&self, index: usize, variable: VariableKey, names: &dyn Names) -> bool {
+        let other = Watched::new("", variable, names);
         self.variables.get(index).is_some_and(|own| {
             (own.logical, own.elements, own.float) == (other.logical, other.elements, other.float)
         })
@@ -202,15 +199,13 @@ impl TraceText {
 /// Writes the values of the watched variables that have changed since they were last written.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    watch: Watch,
     text: TraceText,
 }
 
 impl Trace {
     /// A trace without rows.
-    pub fn new(watch: Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
-        let text = TraceText::new(&watch, format, executive);
-        Self { watch, text }
+    pub fn new(watch: &Watch, format: TraceFormat, names: &dyn Names) -> Self {
+        Self { text: TraceText::new(watch, format, names) }
     }
 
     /// Writes the header.
@@ -221,21 +216,21 @@ impl Trace {
         self.text.header(out)
     }
 
-    /// Writes the values that differ, at the end of a tick, from the last ones written; gives whether
-    /// there were any. The tick began `time_ns` nanoseconds after the first one.
+    /// Writes the values of the variables of `watch`, with which the trace was made, that differ at the end of a tick
+    /// from the last ones written; gives whether there were any. The tick began `time_ns` nanoseconds after the first one.
     ///
     /// # Errors
     /// When `out` can't be written.
     pub fn rows(
         &mut self,
-        tick: u64,
-        time_ns: u64,
+        (tick, time_ns): (u64, u64),
+        watch: &Watch,
         executive: &dyn Executive,
         out: &mut dyn Write,
     ) -> io::Result<bool> {
         let mut any = false;
-        for (index, (_, variable)) in self.watch.names().iter().enumerate() {
-            any |= self.text.row((tick, time_ns), index, executive.get(*variable), out)?;
+        for (index, (_, variable)) in watch.names().iter().enumerate() {
+            any |= self.text.row((tick, time_ns), index, executive.read(*variable), out)?;
         }
         Ok(any)
     }

@@ -2,12 +2,12 @@
 
 use wildmatch::WildMatch;
 
-use plcc_runtime::{Executive, NameError, Purpose, Variable};
+use plcc_runtime::{NameError, Names, Purpose, VariableKey};
 
 /// Watched variables, each with the name under which the trace shows it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watch {
-    names: Vec<(String, Variable)>,
+    names: Vec<(String, VariableKey)>,
 }
 
 impl Watch {
@@ -17,11 +17,8 @@ impl Watch {
     ///
     /// # Errors
     /// Every name that nothing has, and every pattern that matches nothing.
-    pub fn parse(
-        lists: &[impl AsRef<str>],
-        executive: &mut dyn Executive,
-    ) -> Result<Self, Vec<NameError>> {
-        let mut names: Vec<(String, Variable)> = vec![];
+    pub fn parse(lists: &[impl AsRef<str>], program: &dyn Names) -> Result<Self, Vec<NameError>> {
+        let mut names: Vec<(String, VariableKey)> = vec![];
         let mut errors = vec![];
         for name in lists.iter().flat_map(|list| split(list.as_ref())) {
             if name.is_empty() {
@@ -31,7 +28,7 @@ impl Watch {
             }
             if name.contains(['*', '?']) {
                 let pattern = WildMatch::new_case_insensitive(name);
-                let mut matching = executive.declared();
+                let mut matching = program.declared();
                 matching.retain(|(name, _)| pattern.matches(name));
                 if matching.is_empty() {
                     let reason = "matches no variable that the program declares or names".into();
@@ -41,7 +38,7 @@ impl Watch {
                 names.extend(matching);
                 continue;
             }
-            match executive.find(name, Purpose::Watch) {
+            match program.find(name, Purpose::Watch) {
                 Ok(variable) => names.push((name.to_owned(), variable)),
                 Err(error) => errors.push(error),
             }
@@ -60,13 +57,20 @@ impl Watch {
     }
 
     /// The variables, in their order.
-    pub fn variables(&self) -> impl Iterator<Item = Variable> + '_ {
+    pub fn variables(&self) -> impl Iterator<Item = VariableKey> + '_ {
         self.names.iter().map(|&(_, variable)| variable)
     }
 
     /// The names with their variables, in their order.
-    pub fn names(&self) -> &[(String, Variable)] {
+    pub fn names(&self) -> &[(String, VariableKey)] {
         &self.names
+    }
+
+    /// Goes on with another program, in which the variables have these keys, in the same order. The former keys are in
+    /// `keys` afterwards.
+    pub(crate) fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
+        let own = self.names.iter_mut().map(|(_, own)| own);
+        own.zip(keys).for_each(|(own, new)| std::mem::swap(own, new));
     }
 
     /// Whether nothing is watched.

@@ -34,7 +34,7 @@ use crate::supervisor::Link;
 use plcc_files::{MAX_STIMULUS, read_regular, why_not_read};
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::watchdog::{self, Watchdog, WatchdogLimit};
-use plcc_runtime::{Executive, PanicBarrier};
+use plcc_runtime::{Executive, Names, PanicBarrier};
 
 pub use crate::control_args::{executive, takes_machine_file};
 pub use crate::exit_status::{DONE, INTERRUPTED, STOPPED, SessionError, USAGE};
@@ -144,20 +144,22 @@ impl Job<'_> {
         let executive = executive(program, &args.control, args.realtime, machine)?;
         let mut replaceable = ReplaceableExecutive::new(executive);
         let executive: &mut dyn Executive = &mut replaceable;
-        executive.set_safe_outputs(&args.safe).map_err(|errors| {
+        let names = executive.names();
+        let lines = names.safe_lines(&args.safe).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
             SessionError(errors.join("\nerror: "))
         })?;
+        executive.set_safe_lines(lines);
         set_watchdog(executive, args)?;
         let predecessor = Predecessor::new(args.realtime, journal);
         let dialect = program.dialect();
         let mut retained = RetainedData::start(args, dialect, executive, &predecessor, journal)?;
         let stimulus = match &args.stimulus {
-            Some(path) => stimulus(path, executive)?,
+            Some(path) => stimulus(path, &*names)?,
             None => Stimulus::default(),
         };
         warn_of_idle_options(args, journal);
-        let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
+        let watch = Watch::parse(&args.watch, &*names).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
             SessionError(errors.join("\nerror: "))
         })?;
@@ -177,14 +179,20 @@ impl Job<'_> {
         };
 
         let timing = Arc::new(Timing::new(program, args.started));
-        let has_variables = !watch.is_empty() || args.stimulus.is_some();
         let record = Record::start(args, machine, &mut replaceable, &predecessor, journal)?;
         let executive: &mut dyn Executive = &mut replaceable;
         let recorded = record.programs();
         let sources = StatusSources { retained: &retained, timing: &timing, recorded };
         let before = (&predecessor, journal);
-        let mut outside =
-            Outside::start(program, args, machine, executive, has_variables, sources, before)?;
+        let mut outside = Outside::start(
+            program,
+            args,
+            machine,
+            executive,
+            (&stimulus, &watch),
+            sources,
+            before,
+        )?;
         let reports = Reports::open(args, &watch, executive, journal);
         if let (Err(_), Some(outside)) = (&reports, &mut outside) {
             // Nothing runs, and the image file is to say so.
@@ -342,16 +350,16 @@ fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-/// Reads a stimulus file for a control.
+/// Reads a stimulus file for a program with these names.
 ///
 /// # Errors
 /// When it can't be read, or with the first lines that are wrong and the number of the others.
-pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
+pub fn stimulus(path: &Path, names: &dyn Names) -> Result<Stimulus, SessionError> {
     let shown = path.display();
     let bytes = read_regular(path, MAX_STIMULUS).map_err(|error| {
         SessionError(format!("{shown} can't be read: {}", why_not_read(&error)))
     })?;
-    Stimulus::parse(&bytes, executive).map_err(|errors| {
+    Stimulus::parse(&bytes, names).map_err(|errors| {
         let mut lines: Vec<String> =
             errors.lines.iter().map(|e| format!("{shown}:{}: {}", e.line, e.message)).collect();
         if errors.more > 0 {

@@ -12,14 +12,14 @@ use serde_json::json;
 use crate::args::RunArgs;
 use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
 use crate::journal::Journal;
-use crate::run::Timing;
+use crate::run::{Stimulus, Timing, Watch};
 use crate::socket::{
     Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, is_in_use, queues,
 };
 use plcc_load::Artifact;
 use plcc_load::signature::PublicKey;
 use plcc_record::{RecordedProgram, RecordedPrograms, RecorderProgram};
-use plcc_runtime::{Executive, NativeEngine};
+use plcc_runtime::{Executive, NativeEngine, VariableKey};
 
 use super::SessionError;
 use super::predecessor::Predecessor;
@@ -42,10 +42,11 @@ fn configured(
 ) -> Result<Box<dyn Executive + Send>, String> {
     let made = executive(program, &args.control, args.realtime, machine);
     let mut executive = made.map_err(|error| error.to_string())?;
-    executive.set_safe_outputs(&args.safe).map_err(|errors| {
+    let lines = executive.names().safe_lines(&args.safe).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
         errors.join("; ")
     })?;
+    executive.set_safe_lines(lines);
     Ok(executive)
 }
 
@@ -114,14 +115,14 @@ pub(super) struct StatusSources<'a> {
 
 impl Outside {
     /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
-    /// will run, with all variables looked up that trace and stimulus use; `has_variables` says
-    /// whether these use any, whose numbers must then be the same after an online change.
+    /// will run; `stimulus` and `watch` are what sets and shows variables, which must be there after an online change
+    /// too.
     pub(super) fn start(
         program: &Program,
         args: &RunArgs,
         machine: Option<&Machine>,
         executive: &dyn Executive,
-        has_variables: bool,
+        (stimulus, watch): (&Stimulus, &Watch),
         sources: StatusSources<'_>,
         (predecessor, journal): (&Predecessor<'_>, &Journal),
     ) -> Result<Option<Self>, SessionError> {
@@ -132,9 +133,6 @@ impl Outside {
         let publisher = match &args.image {
             None => None,
             Some(path) => {
-                // Names are looked up in an executive of their own, so that those of the run keep their
-                // numbers.
-                let mut own = configured(program, args, machine).map_err(SessionError)?;
                 let content = Content {
                     program,
                     fingerprint: executive.fingerprint(),
@@ -143,7 +141,7 @@ impl Outside {
                     tick_ns: executive.tick_ns(),
                     generation: 0,
                     safe_outputs: executive.safe_lines().bytes(),
-                    symbols: &SymbolTable::new(program, own.as_mut()),
+                    symbols: &SymbolTable::new(&*executive.names()),
                     rules: &args.input_rules,
                 };
                 let what = format!("the image file {}", path.display());
@@ -163,7 +161,8 @@ impl Outside {
         let reached = Arc::new(Reached::default());
         let (mut scan_end, mut server) = (None, None);
         if let Some(path) = &args.socket {
-            let own = configured(program, args, machine).map_err(SessionError)?;
+            let names = executive.names();
+            let canonical = |key: VariableKey| names.canonical(key);
             let (for_scan, for_socket) = queues();
             let (options, machine) = (args.clone(), machine.cloned());
             let (timing, timing_of_swapped) =
@@ -178,7 +177,8 @@ impl Outside {
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 input_rules: args.input_rules.clone(),
-                found: if has_variables { executive.found() } else { vec![] },
+                set: stimulus.variables().iter().copied().map(canonical).collect(),
+                watched: watch.variables().map(canonical).collect(),
                 load: Box::new(move |path| {
                     load(path, key.as_ref(), gdb, &timing_of_swapped, recorded.as_ref())
                 }),
@@ -200,7 +200,7 @@ impl Outside {
             let is_free = || if is_in_use(path) { Err(()) } else { Ok(()) };
             // If it is in use even then, the server says so.
             let _ = predecessor.wait(&what, is_free, |()| true);
-            let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
+            let requests = Requests::new(executive, for_socket, Arc::clone(&reached), surroundings);
             let admitted = Admitted::new(&args.allow_user, &args.allow_group);
             server = Some(Server::start(path, admitted, requests).map_err(|e| error(&e))?);
             scan_end = Some(for_scan);

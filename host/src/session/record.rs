@@ -28,7 +28,7 @@ pub(super) struct Record {
 }
 
 impl Record {
-    /// Begins the record that the options ask for. All variables must have been looked up by now.
+    /// Begins the record that the options ask for.
     ///
     /// # Errors
     /// When the file can't be written. In real time that is only told, since a control must not stand
@@ -122,7 +122,7 @@ impl Hook for IdleCheckpoints {
 
 /// The executive whose run is recorded.
 fn recorded<'a>(now: &'a mut AfterTick<'_>) -> Option<&'a mut ReplaceableExecutive> {
-    now.executive.as_any_mut()?.downcast_mut()
+    now.executive.as_any_mut().downcast_mut()
 }
 
 /// Has a journal told of what happens to a record.

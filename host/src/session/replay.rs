@@ -59,9 +59,10 @@ pub fn recorded_executive(
     let machine = machine.map(|nct| Machine { nct, ..Machine::default() });
     let made = executive(program, &control, realtime, machine.as_ref())?;
     let mut executive = ReplaceableExecutive::new(made);
-    executive.set_safe_outputs(&safe).map_err(|errors| {
+    let lines = executive.names().safe_lines(&safe).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
         SessionError(errors.join("; "))
     })?;
+    executive.set_safe_lines(lines);
     Ok(Box::new(executive))
 }

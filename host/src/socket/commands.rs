@@ -42,8 +42,8 @@ pub(crate) struct Batch {
     pub(crate) items: Vec<Item>,
     /// How many are done.
     pub(crate) done: usize,
-    /// How many forces are in effect afterwards, for a batch that forces.
-    pub(crate) forces: u64,
+    /// The forces in effect afterwards, for a batch that forces, which has room for as many as there can be.
+    pub(crate) forces: Vec<(VariableKey, Setting)>,
     /// Which item could not be set or forced, and why. Then none of them is; of a batch that takes several ticks none of
     /// that item's tick and of later ones.
     pub(crate) refused: Option<(usize, &'static str)>,
@@ -53,7 +53,7 @@ pub(crate) struct Batch {
 
 impl Batch {
     pub(crate) fn new(items: Vec<Item>) -> Self {
-        Self { items, done: 0, forces: 0, refused: None, first_tick: 0 }
+        Self { items, done: 0, forces: vec![], refused: None, first_tick: 0 }
     }
 }
 

@@ -11,7 +11,7 @@ use super::protocol::{Envelope, Failure, MAX_REQUEST, Permission, reply};
 use super::requests::{self, Requests, Surroundings};
 use crate::Peer;
 use crate::journal::{Journal, ScanJournal};
-use crate::run::{BeforeTick, Hook};
+use crate::run::{BeforeTick, Hook, Player, Stimulus, Watch};
 use plcc_record::RecorderProgram;
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::Executive;
@@ -48,7 +48,6 @@ impl Dialogue {
     /// Why no executive can be made.
     pub fn new(program: Program, make_executive: requests::MakeExecutive) -> Result<Self, String> {
         let executive = make_executive(&program)?;
-        let own = make_executive(&program)?;
         let (scan_end, socket_end) = queues();
         let reached = Arc::new(Reached::default());
         let surroundings = Surroundings {
@@ -56,7 +55,8 @@ impl Dialogue {
             allow: Permission::ALL.map(|(permission, _)| permission).to_vec(),
             image: None,
             input_rules: vec![],
-            found: vec![],
+            set: vec![],
+            watched: vec![],
             load: Box::new(|path| Err(format!("{}: there are no artifacts", path.display()))),
             make_executive,
             timing: Box::new(|| Json::Object(serde_json::Map::new())),
@@ -66,7 +66,8 @@ impl Dialogue {
             retained: Box::new(|| Json::Null),
             journal: Journal::discarding(),
         };
-        let requests = Requests::new(own, socket_end, Arc::clone(&reached), surroundings);
+        let requests =
+            Requests::new(executive.as_ref(), socket_end, Arc::clone(&reached), surroundings);
         let by = Peer { user: String::new(), uid: 0, pid: 0, command: String::new() };
         Ok(Self {
             requests,
@@ -94,6 +95,8 @@ impl Dialogue {
                 tick: 0,
                 executive: &mut self.executive,
                 engine: &mut Idle,
+                player: &mut Player::new(Stimulus::default(), false),
+                watch: &mut Watch::default(),
                 hold: false,
                 journal: &mut ScanJournal::discarding(),
             });

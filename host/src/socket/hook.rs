@@ -32,8 +32,6 @@ pub(crate) struct OutsideHook {
     reached: Arc<Reached>,
     /// A command with a batch of which a part is done.
     unfinished: Option<Command>,
-    /// How many forces are in effect.
-    forces: u64,
     /// What the image file and the socket were told last.
     state: State,
     /// Whether a client has stopped the program.
@@ -56,7 +54,6 @@ impl OutsideHook {
             publisher,
             reached,
             unfinished: None,
-            forces: 0,
             state: State::Prepared,
             held: false,
             has_stimulus,
@@ -78,10 +75,10 @@ impl OutsideHook {
     fn carry_out(
         &mut self,
         command: &mut Command,
-        tick: u64,
-        executive: &mut dyn Executive,
+        now: &mut BeforeTick<'_>,
         left: &mut usize,
     ) -> bool {
+        let (tick, executive) = (now.tick, &mut *now.executive);
         match command {
             Command::Read(batch) => {
                 do_items(batch, tick, left, |item| item.value = executive.read(item.key))
@@ -106,13 +103,7 @@ impl OutsideHook {
                     }
                 })
             }
-            Command::Force(batch) => {
-                let done = force_all(batch, executive, left);
-                if done && batch.refused.is_none() {
-                    self.forces = batch.forces;
-                }
-                done
-            }
+            Command::Force(batch) => force_all(batch, executive, left),
             Command::Stop => {
                 self.held = true;
                 true
@@ -122,9 +113,10 @@ impl OutsideHook {
                 true
             }
             Command::Replace(replacement) => {
-                let own = executive.as_any_mut();
-                match own.and_then(|own| own.downcast_mut::<ReplaceableExecutive>()) {
-                    Some(own) => replacement.carry_out(own, &mut self.publisher),
+                match executive.as_any_mut().downcast_mut::<ReplaceableExecutive>() {
+                    Some(own) => {
+                        replacement.carry_out(own, &mut self.publisher, now.player, now.watch);
+                    }
                     None => replacement.fail("the run has an executive that can't be replaced"),
                 }
                 // Nothing is written of the new program yet. While it is held, no tick does that.
@@ -138,7 +130,9 @@ impl OutsideHook {
     fn publish(&mut self, ticks: u64, executive: &dyn Executive) {
         self.reached.set(ticks, self.state);
         if let Some(publisher) = &mut self.publisher {
-            publisher.publish(executive.image(), ticks, monotonic_ns(), self.state, self.forces);
+            let mut forces = 0;
+            executive.each_force(&mut |_, _| forces += 1);
+            publisher.publish(executive.image(), ticks, monotonic_ns(), self.state, forces);
         }
     }
 }
@@ -186,6 +180,12 @@ fn force_all(batch: &mut Batch, executive: &mut dyn Executive, left: &mut usize)
             break;
         }
     }
+    executive.each_force(&mut |key, setting| {
+        // No more than there can be, so that nothing is allocated.
+        if batch.forces.len() < batch.forces.capacity() {
+            batch.forces.push((key, setting));
+        }
+    });
     true
 }
 
@@ -218,7 +218,7 @@ impl OutsideHook {
             let next = self.unfinished.take().or_else(|| socket.commands.pop().ok());
             let Some(mut command) = next else { break };
             let start = Instant::now();
-            if !self.carry_out(&mut command, now.tick, now.executive, &mut left) {
+            if !self.carry_out(&mut command, now, &mut left) {
                 self.unfinished = Some(command);
                 break;
             }

@@ -1,5 +1,5 @@
-//! The program as the socket's thread knows it: an executive of its own, which never runs, finds
-//! variables by their names and checks values before the thread that runs the ticks is asked.
+//! The program as the socket's thread knows it: its names, by which it finds variables and checks values before the
+//! thread that runs the ticks is asked, and the forces as the executive listed them last.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::commands::Item;
 use super::protocol::{Assignment, Failure, MAX_NAMES};
 use plcc_runtime::online_change::{Change, Comparison};
 use plcc_runtime::variable::MAX_FORCES;
-use plcc_runtime::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
+use plcc_runtime::{Class, Executive, NameError, Names, Properties, Purpose, Setting, VariableKey};
 
 /// A force in effect.
 #[derive(Clone, Debug)]
@@ -22,10 +22,10 @@ pub(super) struct Force {
     pub(super) text: String,
 }
 
-/// What is to be done to force variables or to end forces, and the forces in effect when it is done.
+/// What is to be done to force variables or to end forces, and the values of new forces as they were given.
 pub(super) struct ForceChange {
     pub(super) items: Vec<Item>,
-    pub(super) forces: Vec<Force>,
+    pub(super) texts: Vec<(VariableKey, String)>,
 }
 
 /// A name in a request, and which items of its batch belong to it: as many as it has elements.
@@ -36,14 +36,16 @@ pub(super) struct Named {
     pub(super) elements: Option<usize>,
 }
 
-/// The program that the socket serves, with the executive in which names are looked up, and the forces
-/// in effect.
+/// The program that the socket serves, with its names, and the forces in effect.
 pub(super) struct Served {
     pub(super) program: Arc<Program>,
     /// The artifact or source, for people.
     pub(super) title: String,
-    pub(super) executive: Box<dyn Executive + Send>,
-    pub(super) forces: Vec<Force>,
+    pub(super) names: Arc<dyn Names>,
+    /// What tells it from others.
+    pub(super) fingerprint: u64,
+    /// As the executive that runs listed them when they changed last.
+    forces: Vec<Force>,
     /// Its number in the record of the run.
     pub(super) recorded: u16,
 }
@@ -58,29 +60,31 @@ fn too_many() -> Failure {
 }
 
 impl Served {
-    pub(super) fn new(program: Arc<Program>, executive: Box<dyn Executive + Send>) -> Self {
+    /// `executive` is one of the program.
+    pub(super) fn new(program: Arc<Program>, executive: &dyn Executive) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();
-        Self { program, title, executive, forces: vec![], recorded: 0 }
+        let (names, fingerprint) = (executive.names(), executive.fingerprint());
+        Self { program, title, names, fingerprint, forces: vec![], recorded: 0 }
     }
 
     /// The variables that names and patterns stand for, in this order.
     ///
     /// # Errors
     /// When nothing has a name, or no name matches a pattern, or there are more than [`MAX_NAMES`].
-    fn find_all(&mut self, names: &[String]) -> Result<Vec<(String, Variable)>, Failure> {
-        let mut found: Vec<(String, Variable)> = vec![];
+    fn find_all(&self, names: &[String]) -> Result<Vec<(String, VariableKey)>, Failure> {
+        let mut found: Vec<(String, VariableKey)> = vec![];
         for name in names {
             if name.contains(['*', '?']) {
                 let pattern = wildmatch::WildMatch::new_case_insensitive(name);
                 let before = found.len();
-                let declared = self.executive.declared().into_iter();
+                let declared = self.names.declared().into_iter();
                 found.extend(declared.filter(|(name, _)| pattern.matches(name)));
                 if found.len() == before {
                     let text = format!("no variable has a name that matches `{name}`");
                     return Err(Failure::new("not_found", text));
                 }
             } else {
-                let variable = self.executive.find(name, Purpose::Watch);
+                let variable = self.names.find(name, Purpose::Watch);
                 found.push((name.clone(), variable.map_err(|error| unknown(&error))?));
             }
             if found.len() > MAX_NAMES {
@@ -92,13 +96,13 @@ impl Served {
 
     /// What is to be read for some names.
     pub(super) fn items_to_read(
-        &mut self,
+        &self,
         names: &[String],
     ) -> Result<(Vec<Named>, Vec<Item>), Failure> {
         let (mut named, mut items) = (vec![], vec![]);
         for (name, variable) in self.find_all(names)? {
-            let keys = self.executive.keys(variable);
-            let is_array = matches!(self.executive.get(variable), Value::Array(_));
+            let keys = self.names.elements(variable);
+            let is_array = self.names.properties(variable).elements.is_some();
             named.push(Named { name, elements: is_array.then_some(keys.len()) });
             items.extend(keys.into_iter().map(|key| Item::new(key, None)));
             if items.len() > MAX_NAMES {
@@ -108,23 +112,19 @@ impl Served {
         Ok((named, items))
     }
 
-    fn setting(&self, variable: Variable, assignment: &Assignment) -> Result<Setting, Failure> {
-        let parsed = self.executive.parse(variable, &assignment.text());
+    fn setting(&self, variable: VariableKey, assignment: &Assignment) -> Result<Setting, Failure> {
+        let parsed = self.names.parse(variable, &assignment.text());
         parsed.map_err(|error| Failure::new("bad_value", format!("{}: {error}", assignment.name)))
     }
 
     /// What is to be written for some assignments.
-    pub(super) fn items_to_write(
-        &mut self,
-        assignments: &[Assignment],
-    ) -> Result<Vec<Item>, Failure> {
+    pub(super) fn items_to_write(&self, assignments: &[Assignment]) -> Result<Vec<Item>, Failure> {
         let mut items = vec![];
         for assignment in assignments {
-            let variable = self.executive.find(&assignment.name, Purpose::Stimulus);
+            let variable = self.names.find(&assignment.name, Purpose::Stimulus);
             let variable = variable.map_err(|error| unknown(&error))?;
             let setting = self.setting(variable, assignment)?;
-            let keys = self.executive.keys(variable).into_iter();
-            items.extend(keys.map(|key| Item::new(key, Some(setting))));
+            items.push(Item::new(variable, Some(setting)));
         }
         Ok(items)
     }
@@ -134,36 +134,52 @@ impl Served {
     /// # Errors
     /// A name is unknown or an array's, or a value is none, or two forces would hold the same bits. Other
     /// reasons are found by the executive that runs.
-    pub(super) fn force(&mut self, assignments: &[Assignment]) -> Result<ForceChange, Failure> {
+    pub(super) fn force(&self, assignments: &[Assignment]) -> Result<ForceChange, Failure> {
         let refused = |text| Failure::new("refused", text);
-        let (mut items, mut forces) = (vec![], self.forces.clone());
+        let (mut items, mut texts) = (vec![], vec![]);
+        let mut forced: Vec<VariableKey> = self.forces.iter().map(|force| force.key).collect();
         for assignment in assignments {
-            let variable = self.executive.find(&assignment.name, Purpose::Watch);
-            let variable = variable.map_err(|error| unknown(&error))?;
-            let setting = self.setting(variable, assignment)?;
-            let [key] = self.executive.keys(variable)[..] else {
+            let variable = self.names.find(&assignment.name, Purpose::Watch);
+            let key = variable.map_err(|error| unknown(&error))?;
+            let setting = self.setting(key, assignment)?;
+            if self.names.properties(key).elements.is_some() {
                 return Err(refused(format!("{} is an array; name an element", assignment.name)));
-            };
-            let name = self.executive.canonical(variable);
-            let shares = |other: &&Force| {
-                other.key != key && self.executive.shares_forced_bits(other.key, key)
-            };
-            if let Some(other) = forces.iter().find(shares) {
-                let other = &other.name;
+            }
+            let shares =
+                |other: &&VariableKey| **other != key && self.names.share_forced_bits(**other, key);
+            if let Some(other) = forced.iter().find(shares) {
+                let (name, other) = (self.names.canonical(key), self.names.canonical(*other));
                 return Err(refused(format!(
                     "`{name}` shares bits with `{other}`, which is forced; end that force first"
                 )));
             }
             let before = self.forces.iter().find(|old| old.key == key).map(|old| old.setting);
             items.push(Item { before, ..Item::new(key, Some(setting)) });
-            forces.retain(|old| old.key != key);
-            forces.push(Force { name, key, setting, text: assignment.text() });
-            if forces.len() > MAX_FORCES || items.len() > MAX_FORCES {
+            texts.push((key, assignment.text()));
+            forced.retain(|old| *old != key);
+            forced.push(key);
+            if forced.len() > MAX_FORCES || items.len() > MAX_FORCES {
                 let text = format!("at most {MAX_FORCES} variables can be forced");
                 return Err(refused(text));
             }
         }
-        Ok(ForceChange { items, forces })
+        Ok(ForceChange { items, texts })
+    }
+
+    /// Notes the forces as an executive lists them. `texts` are the values of new ones as they were given.
+    pub(super) fn set_forces(
+        &mut self,
+        listed: Vec<(VariableKey, Setting)>,
+        texts: &[(VariableKey, String)],
+    ) {
+        let force = |(key, setting): (VariableKey, Setting)| {
+            let given = texts.iter().rev().find(|(of, _)| *of == key).map(|(_, text)| text);
+            let before = self.forces.iter().find(|old| old.key == key && old.setting == setting);
+            let text = given.or(before.map(|old| &old.text)).cloned();
+            let text = text.unwrap_or_else(|| setting.to_string());
+            Force { name: self.names.canonical(key), key, setting, text }
+        };
+        self.forces = listed.into_iter().map(force).collect();
     }
 
     /// Ends the forces of some variables, or all. Gives the names of the variables, too.
@@ -171,27 +187,27 @@ impl Served {
     /// # Errors
     /// A name is unknown, or its variable is not forced.
     pub(super) fn unforce(
-        &mut self,
+        &self,
         names: &[String],
         all: bool,
     ) -> Result<(Vec<String>, ForceChange), Failure> {
         let mut keys = vec![];
         for name in names {
-            let variable = self.executive.find(name, Purpose::Watch);
+            let variable = self.names.find(name, Purpose::Watch);
             let variable = variable.map_err(|error| unknown(&error))?;
-            let found = self.executive.keys(variable);
+            let found = self.names.elements(variable);
             if !self.forces.iter().any(|force| found.contains(&force.key)) {
                 return Err(Failure::new("not_found", format!("`{name}` is not forced")));
             }
             keys.extend(found);
         }
         let ends = |force: &Force| all || keys.contains(&force.key);
-        let (ended, forces): (Vec<Force>, Vec<Force>) = self.forces.iter().cloned().partition(ends);
+        let ended: Vec<&Force> = self.forces.iter().filter(|force| ends(force)).collect();
         let item =
-            |force: &Force| Item { before: Some(force.setting), ..Item::new(force.key, None) };
+            |force: &&Force| Item { before: Some(force.setting), ..Item::new(force.key, None) };
         let items = ended.iter().map(item).collect();
-        let names = ended.into_iter().map(|force| force.name).collect();
-        Ok((names, ForceChange { items, forces }))
+        let names = ended.into_iter().map(|force| force.name.clone()).collect();
+        Ok((names, ForceChange { items, texts: vec![] }))
     }
 
     /// Checks that no force passes to another input or output of the same name when the program is replaced: what
@@ -217,16 +233,16 @@ impl Served {
         Ok(())
     }
 
-    /// The forces of another program as forces of this one, by their names. `force` puts them into effect.
+    /// Puts the forces of another program into effect in an executive of this one, by their names.
     ///
     /// # Errors
     /// Which one can't be taken over, and why.
     pub(super) fn take_forces(
         &mut self,
         other: &Self,
-        mut force: impl FnMut(VariableKey, Setting) -> Result<(), &'static str>,
+        executive: &mut dyn Executive,
     ) -> Result<(), String> {
-        self.forces.clear();
+        let mut texts = vec![];
         for old in &other.forces {
             let missing = |why: String| {
                 let name = &old.name;
@@ -234,14 +250,16 @@ impl Served {
                     "{name} is forced, and the new program can't do that ({why}); end its force"
                 )
             };
-            let variable = self.executive.find(&old.name, Purpose::Watch);
-            let variable = variable.map_err(|error| missing(error.to_string()))?;
-            let [key] = self.executive.keys(variable)[..] else {
+            let variable = self.names.find(&old.name, Purpose::Watch);
+            let key = variable.map_err(|error| missing(error.to_string()))?;
+            if self.names.properties(key).elements.is_some() {
                 return Err(missing("it is an array".into()));
-            };
-            force(key, old.setting).map_err(|why| missing(format!("it {why}")))?;
-            self.forces.push(Force { key, ..old.clone() });
+            }
+            let forced = executive.force(key, Some(old.setting));
+            forced.map_err(|why| missing(format!("it {why}")))?;
+            texts.push((key, old.text.clone()));
         }
+        self.set_forces(executive.forces(), &texts);
         Ok(())
     }
 
@@ -254,29 +272,22 @@ impl Served {
     /// The variables whose names match a pattern, those behind the name `after`, at most `count`. The second
     /// value says whether there are more.
     pub(super) fn list(
-        &mut self,
+        &self,
         pattern: Option<&str>,
         after: Option<&str>,
         count: usize,
     ) -> (Vec<Json>, bool) {
         let pattern = wildmatch::WildMatch::new_case_insensitive(pattern.unwrap_or("*"));
-        let mut declared = self.executive.declared();
+        let mut declared = self.names.declared();
         declared.retain(|(name, _)| pattern.matches(name));
         let start = after.map_or(0, |after| {
             declared.iter().position(|(name, _)| name == after).map_or(0, |at| at + 1)
         });
         let more = declared.len() > start + count;
         let shown = declared.into_iter().skip(start).take(count);
-        let entry = |(name, variable): (String, Variable)| {
-            let elements = match self.executive.get(variable) {
-                Value::Array(values) => Some(values.len()),
-                _ => None,
-            };
-            json!({
-                "name": name,
-                "logical": self.executive.is_logical(variable),
-                "elements": elements,
-            })
+        let entry = |(name, variable): (String, VariableKey)| {
+            let Properties { class, elements, .. } = self.names.properties(variable);
+            json!({"name": name, "logical": class == Class::Logical, "elements": elements})
         };
         (shown.map(entry).collect(), more)
     }

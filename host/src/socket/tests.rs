@@ -6,7 +6,7 @@ use plcc_abi::pmi::{Format, Lines, PORTS, PmiTables, Role, Symbol, Type};
 use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
-use super::commands::{Answer, ScanEnd, queues};
+use super::commands::{Answer, Command, ScanEnd, queues};
 use super::protocol::{Assignment, Permission, Request};
 use super::requests::{Handled, Requests, Surroundings};
 use crate::Peer;
@@ -53,7 +53,8 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
         allow: vec![Permission::Force, Permission::Stop],
         image: None,
         input_rules: vec![],
-        found: vec![],
+        set: vec![],
+        watched: vec![],
         load: Box::new(|_| Err(String::new())),
         make_executive: Box::new(|_| Err(String::new())),
         timing: Box::new(|| Json::Null),
@@ -64,7 +65,7 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
         journal: Journal::discarding(),
     };
     let reached = std::sync::Arc::default();
-    (Requests::new(Box::new(executive), socket_end, reached, surroundings), scan_end)
+    (Requests::new(&executive, socket_end, reached, surroundings), scan_end)
 }
 
 #[test]
@@ -76,7 +77,10 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     assert!(matches!(requests.handle(force(), &by), Handled::Waits));
     assert!(requests.is_exclusive(), "until the thread that runs the ticks has answered");
     assert_eq!(status(&mut requests)["forces"], json!([]));
-    let command = scan_end.commands.pop().unwrap();
+    let mut command = scan_end.commands.pop().unwrap();
+    let Command::Force(batch) = &mut command else { panic!("{command:?}") };
+    // As the thread that runs the ticks lists them.
+    batch.forces.extend(batch.items.iter().filter_map(|item| Some((item.key, item.setting?))));
     scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
     assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
     while matches!(requests.handle(Request::Stop {}, &by), Handled::Waits) {}

@@ -69,7 +69,8 @@ impl Session<'_> {
         };
         let program = debugger.program().shared();
         let executive = debugger.history_mut().executive();
-        let names: Vec<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
+        let names: Vec<String> =
+            executive.names().declared().into_iter().map(|(name, _)| name).collect();
         let points = program.io_points(&names, executive.image());
         self.io.points = Some(points.clone());
         Ok(points)

@@ -55,7 +55,8 @@ impl Session<'_> {
             .cloned()
             .collect();
         let executive = self.debugger()?.history_mut().executive();
-        let is_known = |name: &String| executive.find(name, plcc_runtime::Purpose::Watch).is_ok();
+        let is_known =
+            |name: &String| executive.names().find(name, plcc_runtime::Purpose::Watch).is_ok();
         Ok(all.into_iter().filter(is_known).collect())
     }
 }

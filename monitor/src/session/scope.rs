@@ -129,8 +129,8 @@ impl ScopeState {
 /// The values of variables; NaN for those that have none.
 fn values(names: &[String], executive: &mut dyn Executive) -> Vec<f64> {
     let value = |name: &String| {
-        let Ok(variable) = executive.find(name, Purpose::Watch) else { return f64::NAN };
-        match executive.get(variable) {
+        let Ok(variable) = executive.names().find(name, Purpose::Watch) else { return f64::NAN };
+        match executive.read(variable) {
             Value::Int(value) => value as f64,
             Value::Float(value) => value,
             Value::Array(_) => f64::NAN,
@@ -287,9 +287,9 @@ impl Session<'_> {
         for name in names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
             let name = self.defined_name(name).unwrap_or_else(|| name.to_owned());
             let executive = self.debugger()?.history_mut().executive();
-            let found = executive.find(&name, Purpose::Watch);
+            let found = executive.names().find(&name, Purpose::Watch);
             let variable = found.map_err(|error| Refusal::new(error.to_string()))?;
-            if let Value::Array(_) = executive.get(variable) {
+            if let Value::Array(_) = executive.read(variable) {
                 return Err(Refusal::new(format!("`{name}` is an array; name an element")));
             }
             if !self.scope.names.contains(&name) {

@@ -111,7 +111,7 @@ impl Session<'_> {
     pub(super) fn unknown(&mut self, name: &str) -> Refusal {
         if let Some(debugger) = &mut self.debugger {
             let executive = debugger.history_mut().executive();
-            if let Err(error) = executive.find(name, plcc_runtime::Purpose::Watch) {
+            if let Err(error) = executive.names().find(name, plcc_runtime::Purpose::Watch) {
                 return Refusal::new(error.to_string());
             }
         }

@@ -358,8 +358,10 @@ impl<'a> Debugger<'a> {
         for access in writes {
             let is_outside = program.checked().is_outside_image(access.variable);
             let Some(name) = program.name(access.variable).filter(|_| is_outside) else { continue };
-            let Ok(variable) = view.find(&name, plcc_runtime::Purpose::Stimulus) else { continue };
-            view.set(variable, plcc_runtime::Setting::Float(access.value.number()));
+            let Ok(variable) = view.names().find(&name, plcc_runtime::Purpose::Stimulus) else {
+                continue;
+            };
+            view.write(variable, plcc_runtime::Setting::Float(access.value.number()));
         }
         view.set_image(&image);
         Ok(view.as_mut())

@@ -328,8 +328,8 @@ impl Debugger<'_> {
 
 /// The value of a single variable.
 fn number_of(executive: &mut dyn Executive, name: &str) -> Option<f64> {
-    let variable = executive.find(name, Purpose::Watch).ok()?;
-    match executive.get(variable) {
+    let variable = executive.names().find(name, Purpose::Watch).ok()?;
+    match executive.read(variable) {
         Value::Int(value) => Some(value as f64),
         Value::Float(value) => Some(value),
         Value::Array(_) => None,

@@ -5,6 +5,8 @@ use plcc_abi::image::{read_u8, write_u8};
 use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctName};
 use serde::{Deserialize, Serialize};
 
+use crate::force_list::ForceList;
+
 /// Some bits of a byte and their values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct ForcedBits {
@@ -27,6 +29,9 @@ pub(super) struct Forces {
     /// Whether an input may be forced. Not part of a checkpoint, so unknown after one.
     #[serde(skip, default = "unknown")]
     maybe_input: bool,
+    /// The forces as they were asked for. What a checkpoint holds are their bits.
+    #[serde(skip)]
+    list: ForceList<NctName, u16>,
 }
 
 /// What is assumed of forced inputs in a state that comes from a checkpoint.
@@ -41,6 +46,7 @@ impl Default for Forces {
             outputs: vec![ForcedBits::default(); LINE_BYTES],
             any_output: false,
             maybe_input: false,
+            list: ForceList::default(),
         }
     }
 }
@@ -76,6 +82,11 @@ impl Forces {
         if byte >= bits.len() {
             return Err("has no physical line; only outputs of the boards 0 to 3 can be forced");
         }
+        let overlaps = self.list.any(|other| *other != name && share_bits(*other, name));
+        match word {
+            Some(word) => self.list.set(name, word)?,
+            None => self.list.remove(&name),
+        }
         let parts = match bit {
             // A bit concerns one byte only.
             Some(bit) => {
@@ -93,6 +104,10 @@ impl Forces {
         }
         self.maybe_input = self.inputs.iter().any(|forced| forced.mask != 0);
         self.any_output = self.outputs.iter().any(|forced| forced.mask != 0);
+        if overlaps {
+            // A part of another force has changed, or ended.
+            self.list_again();
+        }
         Ok(())
     }
 
@@ -111,6 +126,39 @@ impl Forces {
         let byte = usize::from(byte);
         byte < bits.len()
             && bits.iter().skip(byte).zip(masks).all(|(forced, mask)| forced.mask & mask == mask)
+    }
+
+    /// The forces in effect, in the order in which they were set.
+    pub(super) fn list(&self) -> impl Iterator<Item = (NctName, u16)> + '_ {
+        self.list.entries().map(|(name, word)| (*name, *word))
+    }
+
+    /// Finds the list again from the forced bits, which are all that a checkpoint holds: two whole bytes are a word, all
+    /// others are single bits.
+    pub(super) fn list_again(&mut self) {
+        self.list.clear();
+        let Self { inputs, outputs, list, .. } = self;
+        for (forced, is_input) in [(&*inputs, true), (&*outputs, false)] {
+            let name = |byte: u8, bit| match is_input {
+                true => NctName::I { byte, bit },
+                false => NctName::Y { byte, bit },
+            };
+            let whole = |byte: usize| forced.get(byte).filter(|bits| bits.mask == 0xFF);
+            let mut byte = 0;
+            while let (Some(bits), Ok(number)) = (forced.get(byte), u8::try_from(byte)) {
+                if let Some((low, high)) = whole(byte).zip(whole(byte + 1)) {
+                    let word = u16::from_le_bytes([low.value, high.value]);
+                    list.push(name(number, None), word);
+                    byte += 2;
+                    continue;
+                }
+                let single = (0..8).filter(|bit| bits.mask >> bit & 1 != 0);
+                for bit in single {
+                    list.push(name(number, Some(bit)), u16::from(bits.value >> bit & 1));
+                }
+                byte += 1;
+            }
+        }
     }
 
     /// Whether the lists have the lengths of another value's, which is the program's own.

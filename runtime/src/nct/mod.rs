@@ -11,6 +11,7 @@ mod image;
 mod latch;
 mod memory;
 mod modules;
+mod names;
 mod operand;
 mod outputs;
 mod search;
@@ -24,9 +25,12 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use plcc_abi::{Program, Tables};
 
 use crate::control::Control;
+use crate::names::Names;
 use crate::online_change::Comparison;
 
 pub use tick::{NctExecutive, NctLoadError, NctOptions};
@@ -34,6 +38,11 @@ pub use tick::{NctExecutive, NctLoadError, NctOptions};
 impl Control for plcc_abi::nct::NctTables {
     fn validate(&self, program: &Program) -> Result<(), String> {
         validate::tables(self, program)
+    }
+
+    fn names(&self, program: &Program) -> Arc<dyn Names> {
+        let boards = tick::boards(&self.settings);
+        Arc::new(names::NctNames::new(program, Arc::new(self.clone()), boards))
     }
 
     fn compare(&self, old: &Program, new: &Program) -> Option<Result<Comparison, String>> {

@@ -4,12 +4,9 @@
 use plcc_abi::nct::{LINE_BYTES, NctName};
 
 use crate::safe_outputs::{SafeLines, SafeOutput, SafeOutputs, SafeValue, does_not_fit};
-use crate::{Executive, NameError, Purpose, Setting, Variable};
+use crate::{NameError, Purpose, Setting};
 
-use super::tick::NctExecutive;
-
-/// Bytes of output lines of an interface board.
-const BOARD_BYTES: u8 = 10;
+use super::names::{self, NctNames};
 
 /// Without an option every line is off. `lines` is the offset of the first byte of lines.
 pub(super) fn all_off(lines: u32) -> SafeLines {
@@ -20,42 +17,29 @@ pub(super) fn all_off(lines: u32) -> SafeLines {
     safe
 }
 
-impl NctExecutive {
-    /// The lines of the interface boards that the machine has: `O000`, `O001` and on.
-    pub(super) fn output_lines(&mut self) -> Vec<(String, Variable)> {
-        let bytes = 0..(self.boards as u8).saturating_mul(BOARD_BYTES);
-        let lines = bytes.flat_map(|byte| (0..8).map(move |bit| (byte, bit)));
-        let named = lines.map(|(byte, bit)| NctName::O { byte, bit: Some(bit) });
-        named.map(|name| (name.to_string(), self.names.add(name))).collect()
-    }
-
+impl NctNames {
     /// What the lines become when `outputs` says so.
-    pub(super) fn safe_lines_of(
-        &mut self,
-        outputs: &SafeOutputs,
-    ) -> Result<SafeLines, Vec<NameError>> {
-        all_off(self.image.places.lines_out)
-            .with(outputs, |lines, output| self.add_safe_output(lines, output))
+    pub(super) fn lines_at_stop(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
+        all_off(self.lines_out()).with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
     /// Adds an entry: a line `O012` or two bytes of lines `O02`, or the same as `Y012` and `Y02`, by
     /// the flags that drive them.
     fn add_safe_output(
-        &mut self,
+        &self,
         safe: &mut SafeLines,
         SafeOutput { name, value }: &SafeOutput,
     ) -> Result<(), NameError> {
         let unfit = |reason: &str| NameError::Unfit { name: name.clone(), reason: reason.into() };
-        let variable = self.find(name, Purpose::Watch)?;
-        let (byte, bit) = match self.names.get(variable) {
-            Some(NctName::O { byte, bit } | NctName::Y { byte, bit }) => (byte, bit),
+        let (byte, bit) = match self.variable(name, Purpose::Watch)? {
+            NctName::O { byte, bit } | NctName::Y { byte, bit } => (byte, bit),
             _ => return Err(unfit("is no physical output: those are O000 and on")),
         };
-        if usize::from(byte) >= self.boards * usize::from(BOARD_BYTES) {
+        if byte >= self.line_bytes() {
             return Err(unfit("drives no line of an interface board that the machine has"));
         }
         let number = match value {
-            SafeValue::Value(text) => match self.parse(variable, text) {
+            SafeValue::Value(text) => match names::parse(text) {
                 Ok(Setting::Int(number)) => u16::try_from(number).ok(),
                 _ => None,
             }
@@ -63,7 +47,7 @@ impl NctExecutive {
             .ok_or_else(|| does_not_fit(name, text))?,
             SafeValue::Off | SafeValue::Hold => 0,
         };
-        let at = self.image.places.lines_out + u32::from(byte);
+        let at = self.lines_out() + u32::from(byte);
         match bit {
             Some(bit) => safe.apply(value, at, 1 << bit, (number as u8) << bit),
             None => {

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use plcc_abi::image::write_u16;
@@ -12,13 +13,12 @@ use thiserror::Error;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::force_list::ONE_BIT;
+use crate::names::Names;
 use crate::online_change::Plan;
-use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
+use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value,
-    ValueError, Variable, VariableKey,
+    ClockDecision, Event, Executive, Place, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 
 use super::events::Messages;
@@ -26,11 +26,12 @@ use super::flag_row::FlagRow;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
 use super::modules::{MAX_SAFEPOINTS, SHARE_OF_SLICE};
+use super::names::{self, NctNames};
 use super::outputs;
 use super::state::State;
 use super::time::UsedBefore;
 use super::validate;
-use super::variables::{self, Names};
+use super::variables;
 
 /// Milliseconds of a slice.
 const SLICE_MS: u64 = 20;
@@ -42,6 +43,11 @@ const MINUTE: u64 = 3000;
 const NO_SYNCHRONISATION: (usize, u8) = (54, 1);
 /// Y546, by which the program enables :002.
 const LEVEL2_ENABLE: (usize, u8) = (54, 6);
+
+/// How many interface boards a machine with these settings has.
+pub(super) fn boards(settings: &NctSettings) -> u8 {
+    settings.boards.unwrap_or(4).min(4)
+}
 
 /// What may be chosen when a program is run.
 #[derive(Clone, Debug, Default)]
@@ -70,9 +76,9 @@ pub enum NctLoadError {
 #[derive(Debug)]
 pub struct NctExecutive {
     pub(super) image: Image,
-    pub(super) tables: NctTables,
+    pub(super) tables: Arc<NctTables>,
     messages: Messages,
-    pub(super) names: Names,
+    names: Arc<NctNames>,
     /// The bytes of the output image that drive the physical lines.
     output_row: FlagRow<LINE_BYTES>,
     pub(super) state: State,
@@ -116,6 +122,7 @@ impl NctExecutive {
                 location.write(&mut image.bytes, byte);
             }
         }
+        let (boards, shared) = (boards(&settings), Arc::new(tables.clone()));
         let memory = NcMemory::new(&settings);
         let messages = Messages::new(tables, image.bytes.len());
         Ok(Self {
@@ -128,11 +135,11 @@ impl NctExecutive {
             output_row: FlagRow::new(&tables.outputs, image.bytes.len()),
             image,
             messages,
-            names: Names::default(),
-            tables: tables.clone(),
+            names: Arc::new(NctNames::new(program, Arc::clone(&shared), boards)),
+            tables: shared,
             has_level2: program.tasks.len() > 2,
             period_ms: settings.control.period_ms(),
-            boards: settings.boards.unwrap_or(4).min(4).into(),
+            boards: boards.into(),
             level0_safepoints: level0_safepoints.unwrap_or(10_000).max(1),
             realtime,
             watchdog: None,
@@ -315,45 +322,26 @@ impl Executive for NctExecutive {
         self.state.tick = self.state.tick.saturating_add(count);
     }
 
-    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
-        self.names.find(name, purpose, self.boards)
-    }
-
-    fn parse(&self, _: Variable, text: &str) -> Result<Setting, ValueError> {
-        variables::parse(text)
-    }
-
-    fn set(&mut self, variable: Variable, value: Setting) {
-        if let Some(name) = self.names.get(variable) {
-            self.set_name(name, value);
-        }
-    }
-
-    fn get(&self, variable: Variable) -> Value {
-        let value = self.names.get(variable).map_or(0, |name| self.view().get(name));
-        Value::Int(value.into())
-    }
-
-    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        let name = self.names.get(variable);
-        name.map(|name| VariableKey(DialectVariable::Nct(name))).into_iter().collect()
+    fn names(&self) -> Arc<dyn Names> {
+        self.names.clone()
     }
 
     fn read(&self, key: VariableKey) -> Value {
-        match key.0 {
-            DialectVariable::Nct(name) => Value::Int(self.view().get(name).into()),
-            _ => Value::Int(0),
-        }
+        Value::Int(names::name(key).map_or(0, |name| self.view().get(name)).into())
+    }
+
+    fn read_into(&self, key: VariableKey, value: &mut Value) {
+        *value = self.read(key);
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let DialectVariable::Nct(name) = key.0 {
+        if let Some(name) = names::name(key) {
             self.set_name(name, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let DialectVariable::Nct(name) = key.0 else { return Err("can't be forced") };
+        let Some(name) = names::name(key) else { return Err("can't be forced") };
         let value = value.map(Setting::integer);
         if name.is_bit() && !matches!(value, None | Some(0 | 1)) {
             return Err(ONE_BIT);
@@ -361,50 +349,40 @@ impl Executive for NctExecutive {
         self.state.forces.set(name, value.map(|value| value as u16))
     }
 
-    fn is_held(&self, key: VariableKey) -> bool {
-        matches!(key.0, DialectVariable::Nct(name) if self.state.forces.hold(name))
+    fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting)) {
+        for (name, word) in self.state.forces.list() {
+            see(names::key(name), Setting::Int(word.into()));
+        }
     }
 
-    fn shares_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
-        matches!((a.0, b.0), (DialectVariable::Nct(a), DialectVariable::Nct(b)) if super::forces::share_bits(a, b))
+    fn is_held(&self, key: VariableKey) -> bool {
+        names::name(key).is_some_and(|name| self.state.forces.hold(name))
     }
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }
 
-    fn found(&self) -> Vec<String> {
-        (0..self.names.count()).map(|i| self.canonical(Variable(i))).collect()
-    }
-
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
-        let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
+        let old = old.as_any_mut().downcast_mut::<Self>();
         let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }
 
-    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
-        Some(self)
-    }
-
-    fn is_logical(&self, variable: Variable) -> bool {
-        self.names.get(variable).is_some_and(|name: NctName| name.is_bit())
-    }
-
-    fn declared(&mut self) -> Vec<(String, Variable)> {
-        let named: Vec<NctName> = self.tables.named.clone();
-        named.into_iter().map(|name| (name.to_string(), self.names.add(name))).collect()
-    }
-
-    fn canonical(&self, variable: Variable) -> String {
-        self.names.get(variable).map_or_else(String::new, |name| name.to_string())
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
         let locations = self.tables.flags.iter().skip(nct::RETAINED_FROM);
         out.extend(locations.map(|location| location.read(&self.image.bytes)));
         true
+    }
+
+    /// What the program changes is not counted, so that the data has to be compared.
+    fn retained_revision(&self) -> Option<u64> {
+        None
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
@@ -443,13 +421,8 @@ impl Executive for NctExecutive {
         }
     }
 
-    fn outputs(&mut self) -> Vec<(String, Variable)> {
-        self.output_lines()
-    }
-
-    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
-        self.safe_lines = self.safe_lines_of(outputs)?;
-        Ok(())
+    fn set_safe_lines(&mut self, lines: SafeLines) {
+        self.safe_lines = lines;
     }
 
     fn safe_lines(&self) -> &SafeLines {
@@ -483,6 +456,16 @@ impl Executive for NctExecutive {
         self.decisions.follow(decisions);
     }
 
+    /// The modules always run.
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        vec![]
+    }
+
+    /// The image is small, and all of it counts as used.
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        vec![]
+    }
+
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
         let size = self.image.bytes.len();
         let (image, state): (_, State) = self.identity.read(size, checkpoint)?;
@@ -492,6 +475,7 @@ impl Executive for NctExecutive {
             return Err(CheckpointError::Damaged);
         }
         (self.image.bytes, self.state) = (image, state);
+        self.state.forces.list_again();
         self.image.input_images_replaced();
         Ok(())
     }

@@ -1,73 +1,10 @@
-//! Variables by name: for the stimulus, traces and dumps.
-
-use std::collections::HashMap;
+//! Reads and sets variables for people and machines: the stimulus, traces and dumps.
 
 use plcc_abi::image::{read_u8, read_u16, write_u8, write_u16};
 use plcc_abi::nct::{FlagLocation, IMAGE_BYTES, LINE_BYTES, NctName, NctTables};
 
-use crate::{NameError, Purpose, Setting, ValueError, Variable};
-
 use super::image::Image;
 use super::state::Modules;
-
-/// The names that were looked up, into which a [`Variable`] is an index.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Names {
-    list: Vec<NctName>,
-    numbers: HashMap<NctName, u32>,
-}
-
-impl Names {
-    pub(super) fn add(&mut self, name: NctName) -> Variable {
-        let next = self.list.len() as u32;
-        let number = *self.numbers.entry(name).or_insert(next);
-        if number == next {
-            self.list.push(name);
-        }
-        Variable(number)
-    }
-
-    pub(super) fn get(&self, variable: Variable) -> Option<NctName> {
-        self.list.get(variable.0 as usize).copied()
-    }
-
-    /// How many variables were looked up.
-    pub(super) fn count(&self) -> u32 {
-        self.list.len() as u32
-    }
-
-    pub(super) fn find(
-        &mut self,
-        text: &str,
-        purpose: Purpose,
-        boards: usize,
-    ) -> Result<Variable, NameError> {
-        let unfit = |reason: String| NameError::Unfit { name: text.into(), reason };
-        let name: NctName = text.trim().parse().map_err(|e| unfit(format!("{e}")))?;
-        let line = match name {
-            NctName::I { byte, .. } | NctName::P { byte, .. } | NctName::O { byte, .. } => byte,
-            _ => 0,
-        };
-        let board = usize::from(line / 10);
-        if purpose == Purpose::Stimulus && board < 4 && board >= boards {
-            return Err(unfit(format!(
-                "is on an interface board that the machine does not have (boards: {boards})"
-            )));
-        }
-        Ok(self.add(name))
-    }
-}
-
-/// A stimulus's value: a signed decimal integer.
-pub(super) fn parse(text: &str) -> Result<Setting, ValueError> {
-    let unfit = |reason: &str| ValueError { value: text.into(), reason: reason.into() };
-    let text = text.trim();
-    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
-    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(unfit("is no integer"));
-    }
-    text.parse().map(Setting::Int).map_err(|_| unfit("is beyond any variable's range"))
-}
 
 /// What is needed to read the variables.
 pub(super) struct View<'a> {

@@ -67,6 +67,11 @@ impl Forces {
         self.list.set(name, Force { field, value })
     }
 
+    /// The forced variables with their values.
+    pub(super) fn values(&self) -> impl Iterator<Item = (PmacName, f64)> + '_ {
+        self.list.entries().map(|(&name, force)| (name, force.value))
+    }
+
     /// Makes room for all forces there can be, as at power-up, so that forcing allocates nothing.
     /// `None` where there are more than that.
     pub(super) fn with_room(self) -> Option<Self> {

@@ -3,11 +3,12 @@
 //! definitions that are known only at run time (guide, PMAC Tasks and PLC Programs; rulings, Time).
 //!
 //! A base tick is one servo cycle. `tick` says in which order things happen in it, `host` what
-//! program code may ask for meanwhile, `variables` what users call things.
+//! program code may ask for meanwhile, `names` what users call things.
 
 mod carry_over;
 mod forces;
 mod host;
+mod names;
 mod outputs;
 mod save;
 mod state;
@@ -16,12 +17,12 @@ mod tests;
 mod tick;
 mod transfer;
 mod validate;
-mod variables;
 mod watchdog;
 
 use std::any::Any;
-use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
 
 use plcc_abi::{
     Engine, Program, Tables,
@@ -34,15 +35,15 @@ use plcc_abi::{
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
 use crate::clock_decisions::ClockDecisions;
+use crate::names::Names;
 use crate::online_change::Plan;
-use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
+use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, TaskStatus,
-    Value, ValueError, Variable, VariableKey,
+    ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 use host::PmacHost;
+use names::PmacNames;
 use state::{State, Status};
 use tick::Clocks;
 use watchdog::WatchdogTimer;
@@ -76,10 +77,7 @@ pub struct PmacExecutive {
     scan_watchdog: Option<Watchdog>,
     /// The names of the source's files, for messages.
     files: Vec<String>,
-    /// What has been found by name, by the index of its [`Variable`].
-    found: Vec<PmacName>,
-    /// The index of each.
-    index: HashMap<PmacName, u32>,
+    names: Arc<PmacNames>,
 }
 
 impl PmacExecutive {
@@ -89,11 +87,12 @@ impl PmacExecutive {
             return None;
         };
         let layout = Layout::new(tables.controller);
+        let names = PmacNames::new(tables);
         let mut image = vec![0; layout.size.max(program.image_size) as usize];
         Run::unpack(&tables.initial, &mut image);
         Some(Self {
             image,
-            safe_lines: outputs::all_off(&tables.outputs, &layout),
+            safe_lines: names.all_off(),
             host: PmacHost::new(tables.clone(), layout),
             watchdog: options.realtime.then(WatchdogTimer::default),
             scan_watchdog: None,
@@ -102,8 +101,7 @@ impl PmacExecutive {
             identity: ProgramIdentity::new(program),
             decisions: ClockDecisions::default(),
             clocks: Clocks::new(&layout),
-            found: Vec::new(),
-            index: HashMap::new(),
+            names: Arc::new(names),
         })
     }
 
@@ -121,10 +119,6 @@ impl PmacExecutive {
         Memory { image: &mut self.image, layout, sparse: &mut state.sparse }
     }
 
-    fn name(&self, variable: Variable) -> PmacName {
-        self.found.get(variable.0 as usize).copied().unwrap_or_default()
-    }
-
     fn set_name(&mut self, name: PmacName, value: Setting) {
         let value = match value {
             Setting::Int(value) => value as f64,
@@ -133,7 +127,7 @@ impl PmacExecutive {
         match name {
             PmacName::Memory(definition) => self.memory().write(definition, value),
             PmacName::Plc { compiled, number } => {
-                if let Some(op) = variables::plc_op(value) {
+                if let Some(op) = names::plc_op(value) {
                     self.host.command_plcs(op, compiled, number, number);
                 }
             }
@@ -194,14 +188,6 @@ impl PmacExecutive {
         let image = &mut self.image;
         state.forces.apply(&mut Memory { image, layout, sparse: &mut state.sparse });
     }
-
-    fn remember(&mut self, name: PmacName) -> Variable {
-        let found = &mut self.found;
-        Variable(*self.index.entry(name).or_insert_with(|| {
-            found.push(name);
-            found.len() as u32 - 1
-        }))
-    }
 }
 
 impl Executive for PmacExecutive {
@@ -227,49 +213,26 @@ impl Executive for PmacExecutive {
         self.host.state.tick = self.host.state.tick.saturating_add(count);
     }
 
-    fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
-        let found = variables::find(name, &self.host.layout, &self.host.tables)?;
-        Ok(self.remember(found))
-    }
-
-    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        let value = variables::number(text)?;
-        if let PmacName::Plc { .. } = self.name(variable)
-            && variables::plc_op(value).is_none()
-        {
-            let reason = "is none of 0 (DISABLE), 1 (ENABLE), 2 (PAUSE) and 3 (RESUME)".into();
-            return Err(ValueError { value: text.into(), reason });
-        }
-        Ok(Setting::Float(value))
-    }
-
-    fn set(&mut self, variable: Variable, value: Setting) {
-        self.set_name(self.name(variable), value);
-    }
-
-    fn get(&self, variable: Variable) -> Value {
-        self.value(self.name(variable))
-    }
-
-    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        vec![VariableKey(DialectVariable::Pmac(self.name(variable)))]
+    fn names(&self) -> Arc<dyn Names> {
+        self.names.clone()
     }
 
     fn read(&self, key: VariableKey) -> Value {
-        match key.0 {
-            DialectVariable::Pmac(name) => self.value(name),
-            _ => Value::Int(0),
-        }
+        names::name(key).map_or(Value::Int(0), |name| self.value(name))
+    }
+
+    fn read_into(&self, key: VariableKey, value: &mut Value) {
+        *value = self.read(key);
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let DialectVariable::Pmac(name) = key.0 {
+        if let Some(name) = names::name(key) {
             self.set_name(name, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let DialectVariable::Pmac(name) = key.0 else { return Err("can't be forced") };
+        let Some(name) = names::name(key) else { return Err("can't be forced") };
         let field = self.field(name);
         let forces = &mut self.host.state.forces;
         match value {
@@ -282,9 +245,15 @@ impl Executive for PmacExecutive {
         }
     }
 
+    fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting)) {
+        for (name, value) in self.host.state.forces.values() {
+            see(names::key(name), Setting::Float(value));
+        }
+    }
+
     fn is_held(&self, key: VariableKey) -> bool {
-        let DialectVariable::Pmac(name) = key.0 else { return false };
-        self.field(name).is_some_and(|field| self.host.state.forces.hold(field))
+        let field = names::name(key).and_then(|name| self.field(name));
+        field.is_some_and(|field| self.host.state.forces.hold(field))
     }
 
     fn fingerprint(&self) -> u64 {
@@ -326,31 +295,15 @@ impl Executive for PmacExecutive {
         variables.chain((0..layout.count).filter_map(words)).chain(self.clocks.ranges()).collect()
     }
 
-    fn found(&self) -> Vec<String> {
-        self.found.iter().map(ToString::to_string).collect()
-    }
-
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
-        let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
+        let old = old.as_any_mut().downcast_mut::<Self>();
         let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }
 
-    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
-        Some(self)
-    }
-
-    fn declared(&mut self) -> Vec<(String, Variable)> {
-        let mut named: Vec<PmacName> =
-            self.host.tables.named.iter().map(|variable| PmacName::Variable(*variable)).collect();
-        named.sort_by_key(PmacName::dump_order);
-        named.dedup();
-        named.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
-    }
-
-    fn canonical(&self, variable: Variable) -> String {
-        self.name(variable).to_string()
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
@@ -360,6 +313,11 @@ impl Executive for PmacExecutive {
 
     fn retained_revision(&self) -> Option<u64> {
         Some(self.host.saved_revision)
+    }
+
+    /// PMAC itself limits no scan; its own watchdog looks at servo cycles.
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        None
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
@@ -380,13 +338,8 @@ impl Executive for PmacExecutive {
         }
     }
 
-    fn outputs(&mut self) -> Vec<(String, Variable)> {
-        self.output_names()
-    }
-
-    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
-        self.safe_lines = self.safe_lines_of(outputs)?;
-        Ok(())
+    fn set_safe_lines(&mut self, lines: SafeLines) {
+        self.safe_lines = lines;
     }
 
     fn safe_lines(&self) -> &SafeLines {

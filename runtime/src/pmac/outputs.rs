@@ -6,14 +6,13 @@
 
 use plcc_abi::image::read_u8;
 use plcc_abi::pmac::{
-    Definition, Field, Kind, Layout, Memory, Output, Place, PmacName, Space, SparseMemory,
-    WORD_SIZE,
+    Definition, Field, Layout, Memory, Place, PmacName, Space, SparseMemory, WORD_SIZE,
 };
 
+use crate::NameError;
 use crate::safe_outputs::{SafeLines, SafeOutput, SafeOutputs, SafeValue, does_not_fit};
-use crate::{NameError, Variable};
 
-use super::{PmacExecutive, variables};
+use super::names::{self, PmacNames};
 
 /// Bits of a physical output in the process image: the offset of the first byte, and a mask for each
 /// byte.
@@ -50,59 +49,36 @@ impl Lines {
     }
 }
 
-/// Without an option every output is off.
-pub(super) fn all_off(outputs: &[Output], layout: &Layout) -> SafeLines {
-    let mut safe = SafeLines::default();
-    for output in outputs {
-        let number = output.variable.map_or(0, |variable| variable.number);
-        if let Some(lines) = Lines::of(layout, output.definition, number) {
-            lines.apply(&mut safe, &SafeValue::Off, &[]);
+impl PmacNames {
+    /// Without an option every output is off.
+    pub(super) fn all_off(&self) -> SafeLines {
+        let mut safe = SafeLines::default();
+        for output in &self.outputs {
+            let number = output.variable.map_or(0, |variable| variable.number);
+            if let Some(lines) = Lines::of(&self.layout, output.definition, number) {
+                lines.apply(&mut safe, &SafeValue::Off, &[]);
+            }
         }
-    }
-    safe
-}
-
-impl PmacExecutive {
-    /// The M- and L-variables of outputs; words without a variable by their addresses.
-    pub(super) fn output_names(&mut self) -> Vec<(String, Variable)> {
-        let name = |output: &Output| match output.variable {
-            Some(variable) => PmacName::Variable(variable),
-            None => PmacName::Memory(match output.definition {
-                Definition::X { address, .. } => Definition::word(Space::X, address, Field::WORD),
-                definition => Definition::word(Space::Y, definition.address(), Field::WORD),
-            }),
-        };
-        let mut names: Vec<PmacName> = self.host.tables.outputs.iter().map(name).collect();
-        names.sort_by_key(PmacName::dump_order);
-        names.dedup();
-        names.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
+        safe
     }
 
     /// What the outputs become when `outputs` says so.
-    pub(super) fn safe_lines_of(
-        &mut self,
-        outputs: &SafeOutputs,
-    ) -> Result<SafeLines, Vec<NameError>> {
-        all_off(&self.host.tables.outputs, &self.host.layout)
-            .with(outputs, |lines, output| self.add_safe_output(lines, output))
+    pub(super) fn lines_at_stop(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
+        self.all_off().with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
     /// Adds an entry: an M- or L-variable that is defined as bits of I/O memory, or a word of it.
     fn add_safe_output(
-        &mut self,
+        &self,
         safe: &mut SafeLines,
         SafeOutput { name, value }: &SafeOutput,
     ) -> Result<(), NameError> {
-        let layout = self.host.layout;
-        let found = variables::find(name, &layout, &self.host.tables)?;
-        let (definition, number) = match found {
-            PmacName::Memory(definition) => (definition, 0),
-            PmacName::Plc { .. } => (Definition::Star, 0),
-            PmacName::Variable(variable) => match variable.kind {
-                Kind::M => (self.view().definition(variable.number), variable.number),
-                Kind::L => (self.host.l_definition(variable.number), variable.number),
-                Kind::I | Kind::P | Kind::Q => (Definition::Star, 0),
-            },
+        let layout = self.layout;
+        let found = self.variable(name)?;
+        let definition = self.definition(found).unwrap_or(Definition::Star);
+        let number = match found {
+            PmacName::Variable(variable) => variable.number,
+            PmacName::Memory(_) | PmacName::Plc { .. } => 0,
         };
         let is_line = match definition {
             Definition::X { address, .. } => layout.is_io(Space::X, address),
@@ -118,9 +94,9 @@ impl PmacExecutive {
                 .into(),
         })?;
         // The value is written to an image of its own, so that its format is the variable's.
-        let mut image = vec![0; self.image.len()];
+        let mut image = vec![0; layout.size as usize];
         if let SafeValue::Value(text) = value {
-            let wanted = variables::number(text).map_err(|_| does_not_fit(name, text))?;
+            let wanted = names::number(text).map_err(|_| does_not_fit(name, text))?;
             let mut sparse = SparseMemory::default();
             let mut memory = Memory { image: &mut image, layout: &layout, sparse: &mut sparse };
             let carried = if let Definition::Tw { .. } = definition {

@@ -123,14 +123,14 @@ fn run(executive: &mut PmacExecutive, script: &mut Script, ticks: u32) -> Vec<Ev
 }
 
 fn set(executive: &mut PmacExecutive, name: &str, text: &str) {
-    let variable = executive.find(name, Purpose::Stimulus).unwrap();
-    let value = executive.parse(variable, text).unwrap();
-    executive.set(variable, value);
+    let variable = executive.names().find(name, Purpose::Stimulus).unwrap();
+    let value = executive.names().parse(variable, text).unwrap();
+    executive.write(variable, value);
 }
 
 fn get(executive: &mut PmacExecutive, name: &str) -> f64 {
-    let variable = executive.find(name, Purpose::Watch).unwrap();
-    match executive.get(variable) {
+    let variable = executive.names().find(name, Purpose::Watch).unwrap();
+    match executive.read(variable) {
         Value::Float(value) => value,
         other => panic!("{other:?}"),
     }
@@ -236,10 +236,10 @@ fn plcs_are_enabled_and_disabled_from_outside() {
     set(&mut executive, "PLC1", "1");
     run(&mut executive, &mut script, 1);
     assert_eq!(script.log.join(" "), "PLC1");
-    assert!(executive.find("PLC3", Purpose::Watch).is_err());
-    let plc = executive.find("PLC1", Purpose::Stimulus).unwrap();
-    assert!(executive.parse(plc, "4").is_err());
-    let [key] = executive.keys(plc)[..] else { panic!() };
+    assert!(executive.names().find("PLC3", Purpose::Watch).is_err());
+    let plc = executive.names().find("PLC1", Purpose::Stimulus).unwrap();
+    assert!(executive.names().parse(plc, "4").is_err());
+    let [key] = executive.names().elements(plc)[..] else { panic!() };
     assert!(executive.force(key, Some(Setting::Float(0.0))).is_err());
 }
 
@@ -415,8 +415,8 @@ fn a_stimulus_is_converted_as_an_assignment() {
     assert_eq!(get(&mut executive, "P3"), 1.5);
     assert_eq!(get(&mut executive, "X:$10"), f64::from(0xFF_FFFF));
     run(&mut executive, &mut script, 1);
-    let variable = executive.find("P3", Purpose::Watch).unwrap();
-    executive.set(variable, Setting::Float(f64::NAN));
+    let variable = executive.names().find("P3", Purpose::Watch).unwrap();
+    executive.write(variable, Setting::Float(f64::NAN));
     assert_eq!(get(&mut executive, "P3"), 0.0);
 }
 
@@ -433,8 +433,9 @@ fn dumps_are_in_natural_order() {
         named(Kind::P, 2, 1),
         named(Kind::I, 5, 1),
     ];
-    let (mut executive, _) = download.start();
-    let names: Vec<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
+    let (executive, _) = download.start();
+    let names: Vec<String> =
+        executive.names().declared().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["&2Q5", "I5", "M11", "P2", "P10", "Q5"]);
 }
 
@@ -538,8 +539,8 @@ fn forced_fields_are_held_for_the_program_and_behind_it() {
     });
     let (mut executive, mut script) = download.start();
     let key = |executive: &mut PmacExecutive, name: &str| {
-        let variable = executive.find(name, Purpose::Watch).unwrap();
-        executive.keys(variable)[0]
+        let variable = executive.names().find(name, Purpose::Watch).unwrap();
+        executive.names().elements(variable)[0]
     };
     let m7 = key(&mut executive, "M7");
     assert!(executive.force(m7, Some(Setting::Float(7.0))).is_err(), "a bit");

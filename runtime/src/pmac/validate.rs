@@ -1,15 +1,24 @@
 //! Whether the tables of a PMAC program fit its image.
 
+use std::sync::Arc;
+
 use plcc_abi::pmac::{Definition, Field, Kind, Layout, Output, PmacTables, Run, Statement, Text};
 use plcc_abi::{Program, Tables};
 
 use crate::control::Control;
+use crate::names::Names;
 use crate::online_change::Comparison;
 use crate::table_check::{Check, Image, ensure};
+
+use super::names::PmacNames;
 
 impl Control for PmacTables {
     fn validate(&self, program: &Program) -> Result<(), String> {
         tables(self, Image::new(program.image_size))
+    }
+
+    fn names(&self, _program: &Program) -> Arc<dyn Names> {
+        Arc::new(PmacNames::new(self))
     }
 
     fn compare(&self, _old: &Program, new: &Program) -> Option<Result<Comparison, String>> {

@@ -68,6 +68,11 @@ impl Forces {
         self.list.get(&index).is_some_and(|force| force.input.is_some())
     }
 
+    /// The indices of the forced symbols, with their values.
+    pub(super) fn values(&self) -> impl Iterator<Item = (u32, i16)> + '_ {
+        self.list.entries().map(|(&index, force)| (index, force.value))
+    }
+
     /// Puts forced inputs' values in the place of those that were latched.
     pub(super) fn apply_to_inputs(&self, mut write: impl FnMut(Lines, u32, i16)) {
         for force in self.list.iter() {

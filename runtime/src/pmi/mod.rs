@@ -4,6 +4,7 @@
 mod events;
 mod forces;
 mod macros;
+mod names;
 mod outputs;
 mod port_lines;
 mod retained;
@@ -12,14 +13,16 @@ mod stops;
 mod tick;
 mod transfer;
 mod validate;
-mod variables;
 
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use plcc_abi::{Program, Tables};
 
 use crate::control::Control;
+use crate::names::Names;
 use crate::online_change::Comparison;
 
 pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
@@ -27,6 +30,10 @@ pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
 impl Control for plcc_abi::pmi::PmiTables {
     fn validate(&self, program: &Program) -> Result<(), String> {
         validate::tables(self, program)
+    }
+
+    fn names(&self, _program: &Program) -> Arc<dyn Names> {
+        Arc::new(names::PmiNames::new(self))
     }
 
     fn compare(&self, _old: &Program, new: &Program) -> Option<Result<Comparison, String>> {

@@ -124,13 +124,15 @@ impl Control {
     }
 
     fn set(&mut self, name: &str, value: i64) {
-        let variable = self.executive.find(name, Purpose::Stimulus).unwrap();
-        self.executive.set(variable, Setting::Int(value));
+        let variable = self.executive.names().find(name, Purpose::Stimulus).unwrap();
+        self.executive.write(variable, Setting::Int(value));
     }
 
     fn get(&mut self, name: &str) -> i64 {
-        let variable = self.executive.find(name, Purpose::Watch).unwrap();
-        let Value::Int(value) = self.executive.get(variable) else { panic!("{name} is no scalar") };
+        let variable = self.executive.names().find(name, Purpose::Watch).unwrap();
+        let Value::Int(value) = self.executive.read(variable) else {
+            panic!("{name} is no scalar")
+        };
         value
     }
 
@@ -196,15 +198,15 @@ fn inputs_are_latched_and_outputs_driven() {
 fn values_of_a_stimulus_are_checked() {
     let mut control = Control::new();
     let executive = &mut control.executive;
-    let tool = executive.find("TOOL", Purpose::Stimulus).unwrap();
-    let total = executive.find("total", Purpose::Stimulus).unwrap();
-    assert_eq!(executive.parse(tool, "99"), Ok(Setting::Int(99)));
+    let tool = executive.names().find("TOOL", Purpose::Stimulus).unwrap();
+    let total = executive.names().find("total", Purpose::Stimulus).unwrap();
+    assert_eq!(executive.names().parse(tool, "99"), Ok(Setting::Int(99)));
     for (variable, text) in
         [(tool, "100"), (tool, "-1"), (total, "1.5"), (total, "$10"), (total, ""), (total, "x")]
     {
-        assert!(executive.parse(variable, text).is_err(), "{text}");
+        assert!(executive.names().parse(variable, text).is_err(), "{text}");
     }
-    assert_eq!(executive.parse(total, " -70000 "), Ok(Setting::Int(-70000)));
+    assert_eq!(executive.names().parse(total, " -70000 "), Ok(Setting::Int(-70000)));
     control.set("TOTAL", 0x1_8000_0000);
     control.set("LIST[2]", 70_000);
     control.set("BROKEN", 256);
@@ -352,7 +354,7 @@ fn an_index_out_of_bounds_is_an_emergency_stop() {
 
 #[test]
 fn names_have_one_spelling() {
-    let mut control = Control::new();
+    let control = Control::new();
     for (written, canonical) in [
         ("tc", "TC"),
         (" LIST ", "LIST"),
@@ -361,8 +363,8 @@ fn names_have_one_spelling() {
         ("PORT01.7", "PORT1.7"),
         ("@nvlng[1]", "@NVLNG[1]"),
     ] {
-        let variable = control.executive.find(written, Purpose::Watch).unwrap();
-        assert_eq!(control.executive.canonical(variable), canonical);
+        let variable = control.executive.names().find(written, Purpose::Watch).unwrap();
+        assert_eq!(control.executive.names().canonical(variable), canonical);
     }
     for name in [
         "",
@@ -381,23 +383,23 @@ fn names_have_one_spelling() {
         "PORT1",
         "LAMP.0",
     ] {
-        assert!(control.executive.find(name, Purpose::Watch).is_err(), "{name}");
+        assert!(control.executive.names().find(name, Purpose::Watch).is_err(), "{name}");
     }
-    assert!(control.executive.find("LIST", Purpose::Stimulus).is_err());
-    let slip = control.executive.find("BUTTEN", Purpose::Watch).unwrap_err();
+    assert!(control.executive.names().find("LIST", Purpose::Stimulus).is_err());
+    let slip = control.executive.names().find("BUTTEN", Purpose::Watch).unwrap_err();
     let NameError::Unknown { suggestion, .. } = slip else { panic!("{slip}") };
     assert_eq!(suggestion.as_deref(), Some("BUTTON"));
 }
 
 #[test]
 fn a_dump_has_what_the_program_names() {
-    let mut control = Control::new();
-    let declared = control.executive.declared();
+    let control = Control::new();
+    let declared = control.executive.names().declared();
     let names: Vec<&str> = declared.iter().map(|(name, _)| name.as_str()).collect();
     assert!(names.contains(&"FIVE") && !names.contains(&"@ESTOP"));
     let (_, list) = declared.iter().find(|(name, _)| name == "LIST").unwrap();
     let zeros = vec![Value::Int(0); 3];
-    assert_eq!(control.executive.get(*list), Value::Array(zeros));
+    assert_eq!(control.executive.read(*list), Value::Array(zeros));
 }
 
 #[test]
@@ -441,9 +443,9 @@ fn retained_variables_go_over_to_a_program_that_declares_them_otherwise() {
         let other_program = !gone.is_empty() || !new.is_empty();
         let expected = crate::Restored { other_program, kept: kept_count, gone, new };
         assert_eq!(restored, expected);
-        let first = executive.find("@NVLNG[0]", Purpose::Watch).unwrap();
+        let first = executive.names().find("@NVLNG[0]", Purpose::Watch).unwrap();
         let value = if ty == Type::Long { 4 } else { 0 };
-        assert_eq!(executive.get(first), Value::Int(value));
+        assert_eq!(executive.read(first), Value::Int(value));
     }
 }
 
@@ -468,8 +470,8 @@ fn tables_that_do_not_fit_are_refused() {
 impl Control {
     /// Forces a variable, or ends its force.
     fn force(&mut self, name: &str, value: Option<i64>) -> Result<(), &'static str> {
-        let variable = self.executive.find(name, Purpose::Watch).unwrap();
-        let keys = self.executive.keys(variable);
+        let variable = self.executive.names().find(name, Purpose::Watch).unwrap();
+        let keys = self.executive.names().elements(variable);
         self.executive.force(keys[0], value.map(Setting::Int))
     }
 }
@@ -528,13 +530,13 @@ fn only_inputs_and_outputs_can_be_forced_to_what_their_lines_carry() {
 
 #[test]
 fn a_key_means_the_same_to_every_executive_of_a_program() {
-    let mut control = Control::new();
+    let control = Control::new();
     let mut other = Control::new();
     // The other one has looked up other names before.
     other.get("TOTAL");
     for name in ["LIST", "LAMP", "TC#COUNT", "PORT1.0", "@NVLNG[1]"] {
-        let variable = control.executive.find(name, Purpose::Watch).unwrap();
-        for (element, key) in control.executive.keys(variable).into_iter().enumerate() {
+        let variable = control.executive.names().find(name, Purpose::Watch).unwrap();
+        for (element, key) in control.executive.names().elements(variable).into_iter().enumerate() {
             let value = 1 - element as i64 % 2;
             other.executive.write(key, Setting::Int(value));
             assert_eq!(other.executive.read(key), Value::Int(value), "{name}");

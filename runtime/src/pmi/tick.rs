@@ -2,6 +2,8 @@
 
 use std::any::Any;
 use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
@@ -11,19 +13,18 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
+use crate::names::Names;
 use crate::online_change::Plan;
-use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
+use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
-    ValueError, Variable, VariableKey,
+    ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 
 use super::events::{Announcements, value};
+use super::names::{self, PmiNames};
 use super::state::State;
-use super::variables::Names;
-use super::{macros, outputs, port_lines, validate};
+use super::{macros, port_lines, validate};
 
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
@@ -56,7 +57,7 @@ pub enum PmiLoadError {
 #[derive(Clone, Debug)]
 pub struct PmiExecutive {
     pub(super) image: Vec<u8>,
-    pub(super) names: Names,
+    pub(super) names: Arc<PmiNames>,
     timers: Vec<Timer>,
     flipflops: Vec<FlipFlop>,
     /// The physical lines of each input, and the offset of its variable in the image.
@@ -96,12 +97,13 @@ impl PmiExecutive {
             symbols().filter_map(|s| Some((s.role.output()?, s.offset))).collect();
         let announcements = Announcements::new(&tables.faults, &tables.messages);
         let announced = vec![false; announcements.count()];
+        let names = PmiNames::new(tables);
         Ok(Self {
             inputs,
-            safe_lines: outputs::all_off(&outputs, tables.ports),
+            safe_lines: names.all_off(),
             outputs,
             watchdog: None,
-            names: Names::new(tables),
+            names: Arc::new(names),
             timers: tables.timers.clone(),
             flipflops: tables.flipflops.clone(),
             announcements,
@@ -302,71 +304,34 @@ impl Executive for PmiExecutive {
         self.state.tick = self.state.tick.saturating_add(count);
     }
 
-    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
-        self.names.find(name, purpose)
-    }
-
-    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        let unfit = |reason: &str| ValueError { value: text.into(), reason: reason.into() };
-        let trimmed = text.trim();
-        let digits = trimmed.strip_prefix(['-', '+']).unwrap_or(trimmed);
-        if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
-            return Err(unfit("is no integer: an optional sign and decimal digits are expected"));
-        }
-        let number: i64 = trimmed.parse().map_err(|_| unfit("is beyond any variable's range"))?;
-        if let Some(PmiVariable::Symbol(index)) = self.names.get(variable)
-            && let Some(Role::Input(lines)) = self.names.symbol(index).map(|symbol| symbol.role)
-            && !port_lines::fits(lines, number)
-        {
-            let lines = lines.count;
-            return Err(unfit(&format!("is no number that {lines} lines can carry in BCD")));
-        }
-        Ok(Setting::Int(number))
-    }
-
-    fn set(&mut self, variable: Variable, value: Setting) {
-        self.begin();
-        if let Some(found) = self.names.get(variable) {
-            self.set_variable(found, value);
-        }
-    }
-
-    fn get(&self, variable: Variable) -> Value {
-        self.names.get(variable).map_or(Value::Int(0), |found| self.value(found))
-    }
-
-    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        let key = |variable| VariableKey(DialectVariable::Pmi(variable));
-        match self.names.get(variable) {
-            Some(PmiVariable::Symbol(index)) => {
-                match self.names.symbol(index).and_then(|symbol| symbol.elements) {
-                    Some(count) => {
-                        (0..count).map(|i| key(PmiVariable::Element(index, i))).collect()
-                    }
-                    None => vec![key(PmiVariable::Symbol(index))],
-                }
-            }
-            Some(other) => vec![key(other)],
-            None => vec![],
-        }
+    fn names(&self) -> Arc<dyn Names> {
+        self.names.clone()
     }
 
     fn read(&self, key: VariableKey) -> Value {
-        match key.0 {
-            DialectVariable::Pmi(variable) => self.value(variable),
-            _ => Value::Int(0),
+        names::variable(key).map_or(Value::Int(0), |variable| self.value(variable))
+    }
+
+    fn read_into(&self, key: VariableKey, value: &mut Value) {
+        match (names::variable(key), value) {
+            (Some(PmiVariable::Symbol(index)), Value::Array(values)) => {
+                let count = self.names.symbol(index).and_then(|symbol| symbol.elements);
+                values.clear();
+                values.extend((0..count.unwrap_or(0)).map(|element| self.element(index, element)));
+            }
+            (_, value) => *value = self.read(key),
         }
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let DialectVariable::Pmi(variable) = key.0 {
+        if let Some(variable) = names::variable(key) {
             self.begin();
             self.set_variable(variable, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let DialectVariable::Pmi(PmiVariable::Symbol(index)) = key.0 else {
+        let Some(PmiVariable::Symbol(index)) = names::variable(key) else {
             return Err("is neither an input nor an output, and can't be forced");
         };
         match (value, self.names.symbol(index)) {
@@ -378,66 +343,47 @@ impl Executive for PmiExecutive {
         }
     }
 
+    fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting)) {
+        for (index, value) in self.state.forces.values() {
+            see(names::key(PmiVariable::Symbol(index)), Setting::Int(value.into()));
+        }
+    }
+
     fn is_held(&self, key: VariableKey) -> bool {
-        matches!(key.0, DialectVariable::Pmi(PmiVariable::Symbol(index)) if self.state.forces.holds(index))
+        matches!(names::variable(key), Some(PmiVariable::Symbol(index)) if self.state.forces.holds(index))
     }
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
     }
 
-    fn found(&self) -> Vec<String> {
-        (0..self.names.count()).map(|i| self.canonical(Variable(i))).collect()
-    }
-
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
-        let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
+        let old = old.as_any_mut().downcast_mut::<Self>();
         let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
         self.take_over_from(old, plan);
         true
     }
 
-    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
-        Some(self)
-    }
-
-    fn get_into(&self, variable: Variable, value: &mut Value) {
-        match (self.names.get(variable), value) {
-            (Some(PmiVariable::Symbol(index)), Value::Array(values)) => {
-                let count = self.names.symbol(index).and_then(|symbol| symbol.elements);
-                values.clear();
-                values.extend((0..count.unwrap_or(0)).map(|element| self.element(index, element)));
-            }
-            (_, value) => *value = self.get(variable),
-        }
-    }
-
-    fn is_logical(&self, variable: Variable) -> bool {
-        let logical = |index| self.names.symbol(index).is_some_and(|s| s.ty == Type::Logical);
-        match self.names.get(variable) {
-            Some(PmiVariable::Symbol(index) | PmiVariable::Element(index, _)) => logical(index),
-            Some(PmiVariable::Line(..)) => true,
-            Some(PmiVariable::Counter(_)) | None => false,
-        }
-    }
-
-    fn declared(&mut self) -> Vec<(String, Variable)> {
-        let dumped = self.names.symbols.iter().zip(0..).filter(|(symbol, _)| symbol.dumped);
-        let named: Vec<(String, u32)> = dumped.map(|(s, i)| (s.name.clone(), i)).collect();
-        let found = named.into_iter();
-        found.map(|(name, index)| (name, self.names.remember(PmiVariable::Symbol(index)))).collect()
-    }
-
-    fn canonical(&self, variable: Variable) -> String {
-        self.names.get(variable).map_or_else(String::new, |name| self.names.canonical(name))
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
         self.append_retained(out)
     }
 
+    /// What the control itself changes is not counted, so that the data has to be compared.
+    fn retained_revision(&self) -> Option<u64> {
+        None
+    }
+
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_retained(retained)
+    }
+
+    /// PMI itself limits no scan.
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        None
     }
 
     fn set_watchdog(&mut self, watchdog: Watchdog) {
@@ -454,13 +400,8 @@ impl Executive for PmiExecutive {
         }
     }
 
-    fn outputs(&mut self) -> Vec<(String, Variable)> {
-        self.declared_outputs()
-    }
-
-    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
-        self.safe_lines = self.safe_lines_of(outputs)?;
-        Ok(())
+    fn set_safe_lines(&mut self, lines: SafeLines) {
+        self.safe_lines = lines;
     }
 
     fn safe_lines(&self) -> &SafeLines {
@@ -485,6 +426,19 @@ impl Executive for PmiExecutive {
 
     fn clock_decisions(&self) -> &[ClockDecision] {
         self.decisions.noted()
+    }
+
+    /// The clock decides nothing but whether the watchdog stops a scan, after which nothing follows.
+    fn follow_clock(&mut self, _decisions: Option<&[ClockDecision]>) {}
+
+    /// A PMI program has one task, which always runs.
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        vec![]
+    }
+
+    /// The image is small, and all of it counts as used.
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        vec![]
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {

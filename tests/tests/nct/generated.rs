@@ -47,8 +47,11 @@ fn run(
     let invalid = |why: &dyn std::fmt::Display| Failure::Invalid(why.to_string());
     let options = NctOptions { level0_safepoints: Some(safepoints), ..NctOptions::default() };
     let mut executive = NctExecutive::new(lowered, options).unwrap();
-    let watched: Vec<_> =
-        case.watch.iter().map(|n| (n, executive.find(n, Purpose::Watch).unwrap())).collect();
+    let watched: Vec<_> = case
+        .watch
+        .iter()
+        .map(|n| (n, executive.names().find(n, Purpose::Watch).unwrap()))
+        .collect();
     let mut seen = vec![];
     let mut events = vec![];
     for tick in 0..case.ticks {
@@ -57,18 +60,18 @@ fn run(
             if parts.next().unwrap().parse() != Ok(tick) {
                 continue;
             }
-            let variable = executive.find(parts.next().unwrap(), Purpose::Stimulus);
+            let variable = executive.names().find(parts.next().unwrap(), Purpose::Stimulus);
             let variable = variable.map_err(|why| invalid(&why))?;
-            let value = executive.parse(variable, parts.next().unwrap());
+            let value = executive.names().parse(variable, parts.next().unwrap());
             let value = value.map_err(|why| invalid(&why))?;
-            executive.set(variable, value);
+            executive.write(variable, value);
         }
         let result = executive.tick(engine, &mut events);
         for (name, variable) in &watched {
-            seen.push(format!("{tick} {name} {}", executive.get(*variable)));
+            seen.push(format!("{tick} {name} {}", executive.read(*variable)));
         }
-        for (name, variable) in executive.declared() {
-            seen.push(format!("{tick} {name} {}", executive.get(variable)));
+        for (name, variable) in executive.names().declared() {
+            seen.push(format!("{tick} {name} {}", executive.read(variable)));
         }
         if let Err(stop) = result {
             seen.push(format!("{tick} {stop:?}"));

@@ -129,7 +129,7 @@ fn run(path: &Path, seed: u64) -> usize {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
         Machine { way, engine, executive }
     });
-    let declared = machines[0].executive.declared();
+    let declared = machines[0].executive.names().declared();
     let names: Vec<String> = declared.into_iter().map(|(name, _)| name).collect();
     let mut rng = Rng::new(seed);
     let mut total = 0;
@@ -138,9 +138,9 @@ fn run(path: &Path, seed: u64) -> usize {
         let mut first: Option<(bool, Vec<Event>)> = None;
         for Machine { way, engine, executive } in &mut machines {
             for (at, value) in &rows {
-                let variable = executive.find(&names[*at], Purpose::Stimulus).unwrap();
-                let value = executive.parse(variable, value).unwrap();
-                executive.set(variable, value);
+                let variable = executive.names().find(&names[*at], Purpose::Stimulus).unwrap();
+                let value = executive.names().parse(variable, value).unwrap();
+                executive.write(variable, value);
             }
             let mut events = Vec::new();
             let stopped = executive.tick(engine.as_mut(), &mut events).is_err();
@@ -159,8 +159,8 @@ fn run(path: &Path, seed: u64) -> usize {
                 }
                 for name in &names {
                     let ask = |executive: &mut PmacExecutive| {
-                        let variable = executive.find(name, Purpose::Watch).unwrap();
-                        format!("{:?}", executive.get(variable))
+                        let variable = executive.names().find(name, Purpose::Watch).unwrap();
+                        format!("{:?}", executive.read(variable))
                     };
                     let (right, wrong) = (ask(&mut ours.executive), ask(executive));
                     assert_eq!(right, wrong, "{what}, tick {tick}, {way:?}: {name}");

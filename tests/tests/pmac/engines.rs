@@ -126,9 +126,10 @@ pub(super) fn run(
             for (_, name, value) in rows.iter().filter(|row| row.0 == tick) {
                 let invalid = |why: &dyn std::fmt::Display| Failure::Invalid(why.to_string());
                 let variable =
-                    executive.find(name, Purpose::Stimulus).map_err(|why| invalid(&why))?;
-                let value = executive.parse(variable, value).map_err(|why| invalid(&why))?;
-                executive.set(variable, value);
+                    executive.names().find(name, Purpose::Stimulus).map_err(|why| invalid(&why))?;
+                let value =
+                    executive.names().parse(variable, value).map_err(|why| invalid(&why))?;
+                executive.write(variable, value);
             }
             let mut events = vec![];
             let stop = executive.tick(engine.as_mut(), &mut events);

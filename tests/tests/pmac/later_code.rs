@@ -49,15 +49,15 @@ impl Pair {
 
     fn set(&mut self, name: &str, text: &str) {
         for executive in [&mut self.oracle, &mut self.executive] {
-            let variable = executive.find(name, Purpose::Stimulus).unwrap();
-            let value = executive.parse(variable, text).unwrap();
-            executive.set(variable, value);
+            let variable = executive.names().find(name, Purpose::Stimulus).unwrap();
+            let value = executive.names().parse(variable, text).unwrap();
+            executive.write(variable, value);
         }
     }
 
     fn get(&mut self, name: &str) -> String {
-        let variable = self.executive.find(name, Purpose::Watch).unwrap();
-        self.executive.get(variable).to_string()
+        let variable = self.executive.names().find(name, Purpose::Watch).unwrap();
+        self.executive.read(variable).to_string()
     }
 }
 

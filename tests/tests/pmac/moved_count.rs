@@ -57,7 +57,7 @@ fn moves(
         .zip(&at_load)
         .map(|(a, &at_load)| a.definition.is_none() && DirectAccess::of(&layout, at_load).is_some())
         .collect();
-    let declared = executive.declared().into_iter().map(|(name, _)| name);
+    let declared = executive.names().declared().into_iter().map(|(name, _)| name);
     let names: Vec<String> = declared.collect();
     let leads_to_definition = |executive: &mut PmacExecutive, name: &str| {
         let Some(number) = name.strip_prefix('M').and_then(|n| n.parse().ok()) else {
@@ -75,9 +75,9 @@ fn moves(
     let (mut before, mut rng) = (at_load, Rng::new(7));
     for _ in 0..TICKS {
         for (at, value) in stimulus(&mut rng, &names) {
-            let variable = executive.find(&names[at], Purpose::Stimulus).unwrap();
-            let value = executive.parse(variable, &value).unwrap();
-            executive.set(variable, value);
+            let variable = executive.names().find(&names[at], Purpose::Stimulus).unwrap();
+            let value = executive.names().parse(variable, &value).unwrap();
+            executive.write(variable, value);
         }
         if executive.tick(engine.as_mut(), &mut vec![]).is_err() {
             break;

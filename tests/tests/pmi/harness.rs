@@ -12,7 +12,7 @@ use plcc_ir::Module;
 use plcc_load::Artifact;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
-use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, Variable};
+use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
 
 /// The result of a tick and its events.
 pub(crate) type Ticked = (Result<(), Stop>, Vec<Event>);
@@ -43,7 +43,7 @@ pub(crate) struct Machines {
 #[derive(Clone, Copy)]
 pub(crate) struct Change {
     pub(crate) tick: u32,
-    variable: Variable,
+    variable: VariableKey,
     value: Setting,
 }
 
@@ -109,9 +109,10 @@ impl Machines {
             let tick = tick.parse().map_err(|_| row.to_owned())?;
             let mut found = None;
             for machine in &mut self.all {
-                let variable = machine.executive.find(name, Purpose::Stimulus);
+                let variable = machine.executive.names().find(name, Purpose::Stimulus);
                 let variable = variable.map_err(|e| e.to_string())?;
-                let value = machine.executive.parse(variable, value).map_err(|e| e.to_string())?;
+                let value =
+                    machine.executive.names().parse(variable, value).map_err(|e| e.to_string())?;
                 found = Some(Change { tick, variable, value });
             }
             found.ok_or_else(|| row.to_owned())
@@ -124,7 +125,7 @@ impl Machines {
         let mut results = vec![];
         for machine in &mut self.all {
             for change in changes {
-                machine.executive.set(change.variable, change.value);
+                machine.executive.write(change.variable, change.value);
             }
             results.push(machine.tick());
         }
@@ -151,9 +152,9 @@ impl Machines {
     fn difference(&self, name: &str) -> String {
         let other = self.all.iter().find(|machine| machine.name == name);
         let Some((first, other)) = self.all.first().zip(other) else { return String::new() };
-        let (mut ours, mut theirs) = (first.executive.clone(), other.executive.clone());
-        let declared = ours.declared().into_iter().zip(theirs.declared());
-        let pairs = declared.map(|((name, a), (_, b))| (name, ours.get(a), theirs.get(b)));
+        let (ours, theirs) = (first.executive.clone(), other.executive.clone());
+        let declared = ours.names().declared().into_iter().zip(theirs.names().declared());
+        let pairs = declared.map(|((name, a), (_, b))| (name, ours.read(a), theirs.read(b)));
         let text: Vec<String> = pairs
             .filter(|(_, a, b)| a != b)
             .map(|(name, a, b)| format!("{name} is {b}, in interp {a}"))

@@ -63,15 +63,15 @@ fn values(compiled: &Compiled, way: EngineKind, table: &str, names: &[&str]) -> 
     let (program, mut engine) = compiled.engine(way).unwrap();
     let mut executive = executive(&program, &ControlArgs::default(), false, None).unwrap();
     let executive = executive.as_mut();
-    let stimulus = Stimulus::parse(table.as_bytes(), executive).unwrap();
+    let stimulus = Stimulus::parse(table.as_bytes(), &*executive.names()).unwrap();
     let mut player = Player::new(stimulus, false);
     let watched: Vec<_> =
-        names.iter().map(|name| executive.find(name, Purpose::Watch).unwrap()).collect();
+        names.iter().map(|name| executive.names().find(name, Purpose::Watch).unwrap()).collect();
     let mut ticks = vec![];
     for tick in 0..TICKS {
         player.apply(tick, executive);
         executive.tick(&mut engine, &mut vec![]).unwrap();
-        ticks.push(watched.iter().map(|&variable| executive.get(variable)).collect());
+        ticks.push(watched.iter().map(|&variable| executive.read(variable)).collect());
     }
     ticks
 }

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use fst_writer::{
     FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
@@ -10,7 +11,7 @@ use fst_writer::{
 };
 use plcc_files::open_output;
 use plcc_host::run::{TraceText, Watch};
-use plcc_runtime::{Executive, Value, Variable};
+use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
 
 use super::Watches;
 
@@ -60,19 +61,18 @@ impl Fst {
         let mut signals = vec![];
         for name in text.names() {
             // The first program that has it says of what kind it is.
-            let of_program = |(watch, executive): &(Watch, Box<dyn Executive + Send>)| {
+            let of_program = |(watch, names): &(Watch, Arc<dyn Names>)| {
                 let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
-                Some((executive.get(*variable), executive.is_logical(*variable)))
+                Some(names.properties(*variable))
             };
-            let Some((value, is_logical)) = watches.iter().find_map(of_program) else { continue };
-            let (elements, float) = match &value {
-                Value::Array(values) => (Some(values.len()), false),
-                value => (None, matches!(value, Value::Float(_))),
+            let Some(Properties { class, elements, .. }) = watches.iter().find_map(of_program)
+            else {
+                continue;
             };
-            let shape = match (is_logical, float) {
-                (true, _) => Shape::Bit,
-                (false, true) => Shape::Real,
-                (false, false) => Shape::Integer,
+            let shape = match class {
+                Class::Logical => Shape::Bit,
+                Class::Fraction => Shape::Real,
+                Class::Integer => Shape::Integer,
             };
             let (signal, ty) = match shape {
                 Shape::Bit => (FstSignalType::bit_vec(1), FstVarType::Wire),
@@ -97,7 +97,7 @@ impl Fst {
     pub(super) fn tick(
         &mut self,
         time_ns: u64,
-        variables: &[Option<Variable>],
+        variables: &[Option<VariableKey>],
         executive: &dyn Executive,
     ) -> io::Result<()> {
         if self.out.size() >= PORTION {
@@ -106,7 +106,7 @@ impl Fst {
         self.out.time_change(time_ns / 1000).map_err(io_error)?;
         for ((shape, ids), variable) in self.signals.iter().zip(variables) {
             let Some(variable) = variable else { continue };
-            let value = executive.get(*variable);
+            let value = executive.read(*variable);
             let values = match &value {
                 Value::Array(values) => values.as_slice(),
                 single => std::slice::from_ref(single),

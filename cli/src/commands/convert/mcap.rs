@@ -25,7 +25,7 @@ use plcc_files::open_output;
 use plcc_frontend::language;
 use plcc_host::run::TraceText;
 use plcc_record::RecordedRun;
-use plcc_runtime::{Event, EventBody, Executive, Value, Variable};
+use plcc_runtime::{Event, EventBody, Executive, Properties, Value, VariableKey};
 use serde_json::{Map, Value as Json, json};
 
 use super::{RanProgram, Watches};
@@ -92,19 +92,19 @@ impl Mcap {
         let mut mcap = Self { out, groups: vec![], events: (0, 0), began_ns, last: None };
         let mut classes: Vec<Class<'_>> = vec![];
         let mut used = BTreeSet::from(["tick".to_owned()]);
-        let known = watches.iter().zip(programs).map(|((watch, executive), program)| {
+        let known = watches.iter().zip(programs).map(|((watch, of_program), program)| {
             let names = watch.names().iter().map(|(name, variable)| (name.as_str(), *variable));
-            let names: HashMap<&str, Variable> = names.collect();
+            let names: HashMap<&str, VariableKey> = names.collect();
             let program = &program.found.program;
-            (names, executive, language(program.dialect()).titles(&program.tables))
+            (names, of_program, language(program.dialect()).titles(&program.tables))
         });
         let known: Vec<_> = known.collect();
         for (index, name) in text.names().enumerate() {
             // The first program that has it says what it is.
-            let found = known.iter().find_map(|(names, executive, titles)| {
-                Some((titles(name), executive.get(*names.get(name)?)))
+            let found = known.iter().find_map(|(names, of_program, titles)| {
+                Some((titles(name), of_program.properties(*names.get(name)?)))
             });
-            let Some((class, value)) = found else { continue };
+            let Some((class, properties)) = found else { continue };
             let at = classes.iter().position(|one| one.title == class);
             let at = at.unwrap_or_else(|| {
                 let tick = json!({"type": "integer", "title": "number of the tick"});
@@ -114,7 +114,7 @@ impl Mcap {
             });
             let field = field_name(name, &mut used);
             if let Some(class) = classes.get_mut(at) {
-                class.properties.insert(field.clone(), schema_of(name, &value));
+                class.properties.insert(field.clone(), schema_of(name, &properties));
                 class.fields.push((index, field));
             }
         }
@@ -140,7 +140,7 @@ impl Mcap {
     pub(super) fn tick(
         &mut self,
         at: (u64, u64),
-        variables: &[Option<Variable>],
+        variables: &[Option<VariableKey>],
         executive: &dyn Executive,
         events: &[Event],
     ) -> io::Result<()> {
@@ -149,7 +149,7 @@ impl Mcap {
             for (index, field) in &group.fields {
                 // What the program that runs has not keeps no value.
                 let Some(variable) = variables.get(*index).copied().flatten() else { continue };
-                values.insert(field.clone(), json_of(&executive.get(variable)));
+                values.insert(field.clone(), json_of(&executive.read(variable)));
             }
             if group.written.is_some() && values == group.values {
                 continue;
@@ -242,17 +242,14 @@ fn field_name(name: &str, used: &mut BTreeSet<String>) -> String {
     field
 }
 
-fn schema_of(name: &str, value: &Value) -> Json {
-    let number = |value: &Value| match value {
-        Value::Float(_) => "number",
-        _ => "integer",
+fn schema_of(name: &str, properties: &Properties) -> Json {
+    let number = match properties.class {
+        plcc_runtime::Class::Fraction => "number",
+        plcc_runtime::Class::Logical | plcc_runtime::Class::Integer => "integer",
     };
-    match value {
-        Value::Array(values) => {
-            let items = values.first().map_or("number", number);
-            json!({"type": "array", "items": {"type": items}, "title": name})
-        }
-        value => json!({"type": number(value), "title": name}),
+    match properties.elements {
+        Some(_) => json!({"type": "array", "items": {"type": number}, "title": name}),
+        None => json!({"type": number, "title": name}),
     }
 }
 

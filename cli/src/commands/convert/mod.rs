@@ -8,12 +8,12 @@ mod mcap;
 use std::collections::HashMap;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use plcc_files::{open_output, why_not_written};
 use plcc_host::run::{TraceFormat, TraceText, Watch};
-use plcc_host::session::replay::recorded_executive;
 use plcc_record::{RecordedRun, Recording};
-use plcc_runtime::{Event, Executive, NameError, Purpose, Variable};
+use plcc_runtime::{Event, Executive, NameError, Names, Purpose, VariableKey, names_of};
 
 use crate::args::{ConvertArgs, ConvertFormat};
 use crate::failure::{DONE, ERRORS, Failure};
@@ -43,10 +43,10 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let run = chosen_run(&recording, args.run, path, report)?;
     tell_damage(&recording, run, report);
     let failed = |error: &dyn std::fmt::Display| Failure::file(path, error);
-    let mut programs = programs_of(&recording, run, args, report)?;
+    let programs = programs_of(&recording, run, args, report)?;
     let first = programs.iter().map(|program| program.range.0).min().unwrap_or(0);
     let last = programs.iter().map(|program| program.range.1).max().unwrap_or(0);
-    let watches = watches(&mut programs, args, run)?;
+    let watches = watches(&programs, args)?;
     let from = args.from.unwrap_or(first).max(first);
     let until = args.until.unwrap_or(last);
     let not_written = |error: io::Error| Failure::file(&to, why_not_written(&error));
@@ -68,7 +68,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         let mut replayer = replayer(path, &recording, run, program.generation, &program.found)?;
         let tick = next.max(begin);
         replayer.go_to(tick, engine.as_mut()).map_err(|error| failed(&error))?;
-        for name in out.program_begins(replayer.executive()) {
+        for name in out.program_begins(&*replayer.executive().names()) {
             report.warn(&format!(
                 "{name} is not in the program, or is another kind of variable, from tick {tick} on"
             ));
@@ -139,31 +139,26 @@ fn programs_of(
     Ok(programs)
 }
 
-/// The variables that are asked for, of each program that has any of them, with an executive of it.
-type Watches = Vec<(Watch, Box<dyn Executive + Send>)>;
+/// The variables that are asked for, of each program that has any of them, with its names.
+type Watches = Vec<(Watch, Arc<dyn Names>)>;
 
 /// Finds the variables. A name that no program has is an error.
-fn watches(
-    programs: &mut [RanProgram],
-    args: &ConvertArgs,
-    run: &RecordedRun,
-) -> Result<Watches, Failure> {
+fn watches(programs: &[RanProgram], args: &ConvertArgs) -> Result<Watches, Failure> {
     let all = ["*".to_owned()];
     let lists = if args.watch.is_empty() { &all[..] } else { &args.watch };
     let mut found: Watches = vec![];
     let mut missing: Option<Vec<NameError>> = None;
     for program in programs {
-        let executive = recorded_executive(&run.header, &program.found.program);
-        let mut executive = executive.map_err(|error| Failure::file(&args.record, error))?;
+        let names = names_of(&program.found.program);
         let mut watch = Watch::default();
         let mut errors = vec![];
         for list in lists {
-            match Watch::parse(std::slice::from_ref(list), executive.as_mut()) {
+            match Watch::parse(std::slice::from_ref(list), &*names) {
                 Ok(more) => watch.append(more),
                 Err(more) => errors.extend(more),
             }
         }
-        found.push((watch, executive));
+        found.push((watch, names));
         missing = Some(match missing {
             None => errors,
             Some(before) => before.into_iter().filter(|error| errors.contains(error)).collect(),
@@ -211,7 +206,7 @@ fn named(record: &Path, format: ConvertFormat) -> PathBuf {
 struct Waveform {
     text: TraceText,
     /// For each variable of the text the one of the program that runs; `None` if that has none.
-    variables: Vec<Option<Variable>>,
+    variables: Vec<Option<VariableKey>>,
     form: Form,
 }
 
@@ -240,11 +235,11 @@ impl Waveform {
         };
         let mut of_programs = watches.iter();
         let mut text = match of_programs.next() {
-            Some((watch, executive)) => TraceText::new(watch, text_format, executive.as_ref()),
+            Some((watch, names)) => TraceText::new(watch, text_format, &**names),
             None => return Err(io::ErrorKind::InvalidInput.into()),
         };
-        for (watch, executive) in of_programs {
-            text.add(watch, executive.as_ref());
+        for (watch, names) in of_programs {
+            text.add(watch, &**names);
         }
         let form = match format {
             ConvertFormat::Fst => Form::Fst(Box::new(Fst::create(path, &text, watches)?)),
@@ -266,14 +261,14 @@ impl Waveform {
 
     /// A version of the program begins to run. Gives the names that it has not, or has as another kind of variable; they
     /// keep the values that they had.
-    fn program_begins(&mut self, executive: &mut dyn Executive) -> Vec<String> {
+    fn program_begins(&mut self, program: &dyn Names) -> Vec<String> {
         let names: Vec<String> = self.text.names().map(str::to_owned).collect();
         // Constants of PMI are declared, but are no variables that a name could choose.
-        let declared: HashMap<String, Variable> = executive.declared().into_iter().collect();
+        let declared: HashMap<String, VariableKey> = program.declared().into_iter().collect();
         let found = names.iter().enumerate().map(|(index, name)| {
             let declared = declared.get(name).copied();
-            let variable = declared.or_else(|| executive.find(name, Purpose::Watch).ok())?;
-            self.text.takes(index, variable, executive).then_some(variable)
+            let variable = declared.or_else(|| program.find(name, Purpose::Watch).ok())?;
+            self.text.takes(index, variable, program).then_some(variable)
         });
         self.variables = found.collect();
         let named = names.into_iter().zip(&self.variables);
@@ -293,7 +288,7 @@ impl Waveform {
             Form::Text(out) => {
                 for (index, variable) in self.variables.iter().enumerate() {
                     if let Some(variable) = variable {
-                        self.text.row((tick, time_ns), index, executive.get(*variable), out)?;
+                        self.text.row((tick, time_ns), index, executive.read(*variable), out)?;
                     }
                 }
                 Ok(())

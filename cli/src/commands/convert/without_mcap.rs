@@ -5,7 +5,7 @@ use std::path::Path;
 
 use plcc_host::run::TraceText;
 use plcc_record::RecordedRun;
-use plcc_runtime::{Event, Executive, Variable};
+use plcc_runtime::{Event, Executive, VariableKey};
 
 use super::{RanProgram, Watches};
 
@@ -30,7 +30,7 @@ impl Mcap {
     pub(super) fn tick(
         &mut self,
         _: (u64, u64),
-        _: &[Option<Variable>],
+        _: &[Option<VariableKey>],
         _: &dyn Executive,
         _: &[Event],
     ) -> io::Result<()> {

@@ -13,12 +13,13 @@ use serde_json::{Value as Json, json};
 
 use self::online_change::{Exchange, Previous};
 use super::commands::{Answer, Batch, Command, Reached, SocketEnd};
-use super::program::{Force, ForceChange, Named, Served};
+use super::program::{ForceChange, Named, Served};
 use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::Peer;
 use crate::journal::{EntryKind, Journal};
 use plcc_record::RecorderProgram;
-use plcc_runtime::{Executive, Value};
+use plcc_runtime::variable::MAX_FORCES;
+use plcc_runtime::{Executive, Value, VariableKey};
 
 /// An artifact that was read, checked and made ready to run.
 pub struct Loaded {
@@ -55,9 +56,10 @@ pub struct Surroundings {
     pub image: Option<PathBuf>,
     /// What the configuration says of inputs that other processes give.
     pub input_rules: Vec<(String, Rule)>,
-    /// The names of the variables that the trace and the stimulus use: the first is that of the variable
-    /// with the number 0, and so on. Another program must give them the same numbers.
-    pub found: Vec<String>,
+    /// The canonical names of the variables that the stimulus sets, which another program must have too.
+    pub set: Vec<String>,
+    /// Those of the variables that the trace shows.
+    pub watched: Vec<String>,
     /// Reads artifacts.
     pub load: Load,
     /// Makes executives.
@@ -88,8 +90,9 @@ enum OnAnswer {
     Tell(Vec<EntryKind>),
     /// The same for variables that were set: an entry for each item of the batch.
     Set(Vec<EntryKind>),
-    /// If nothing was refused, these are the forces in effect, and these entries are written.
-    Force { forces: Vec<Force>, entries: Vec<EntryKind> },
+    /// If nothing was refused, the forces are listed anew, and these entries are written. The texts are the values of
+    /// new forces as they were given.
+    Force { texts: Vec<(VariableKey, String)>, entries: Vec<EntryKind> },
     /// The online change is finished.
     Exchange(Box<Exchange>),
 }
@@ -119,10 +122,9 @@ fn refused(message: impl Into<String>) -> Failure {
 }
 
 impl Requests {
-    /// Requests to a run. `executive` is another executive of its program, which never runs: it looks up
-    /// names, and checks values and forces.
+    /// Requests to a run. `executive` is the one that will run, or another one of its program.
     pub(crate) fn new(
-        executive: Box<dyn Executive + Send>,
+        executive: &dyn Executive,
         queues: SocketEnd,
         reached: Arc<Reached>,
         surroundings: Surroundings,
@@ -215,11 +217,12 @@ impl Requests {
 
     fn ask_to_force(
         &mut self,
-        ForceChange { items, forces }: ForceChange,
+        ForceChange { items, texts }: ForceChange,
         entries: Vec<EntryKind>,
     ) -> Result<Handled, Failure> {
-        let batch = Batch { forces: forces.len() as u64, ..Batch::new(items) };
-        let on_answer = OnAnswer::Force { forces, entries };
+        // The other thread allocates nothing.
+        let batch = Batch { forces: Vec::with_capacity(MAX_FORCES), ..Batch::new(items) };
+        let on_answer = OnAnswer::Force { texts, entries };
         let asked = self.ask(Command::Force(Box::new(batch)), on_answer)?;
         self.is_exclusive = true;
         Ok(asked)
@@ -244,7 +247,7 @@ impl Requests {
             "ticks": self.reached.ticks(),
             "dialect": self.served.program.dialect().name(),
             "program": self.served.title,
-            "fingerprint": format!("{:016x}", self.served.executive.fingerprint()),
+            "fingerprint": format!("{:016x}", self.served.fingerprint),
             "generation": self.generation,
             "rollback_to": self.previous.as_ref().map(|previous| &previous.served.title),
             "process": std::process::id(),
@@ -273,15 +276,15 @@ impl Requests {
                 self.is_exclusive = false;
                 self.exchange(*replacement, *exchange, tick, took)
             }
-            (Command::Force(batch), OnAnswer::Force { forces, entries }) => {
+            (Command::Force(batch), OnAnswer::Force { texts, entries }) => {
                 self.is_exclusive = false;
                 if let Some((number, why)) = batch.refused {
-                    let key = batch.items.get(number).map(|item| item.key);
-                    let force = forces.iter().find(|force| Some(force.key) == key);
-                    let name = force.map_or("", |force| force.name.as_str());
+                    let item = batch.items.get(number);
+                    let name =
+                        item.map_or_else(String::new, |item| self.served.names.canonical(item.key));
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
-                self.served.forces = forces;
+                self.served.set_forces(batch.forces, &texts);
                 Ok(self.tell(entries, tick))
             }
             (Command::Write(batch), OnAnswer::Set(mut entries)) => match batch.refused {

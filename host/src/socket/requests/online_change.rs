@@ -1,5 +1,6 @@
 //! Online changes: another program takes the place of the one that runs, or the program before that comes back.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,7 +18,7 @@ use crate::socket::program::Served;
 use crate::socket::protocol::Failure;
 use plcc_runtime::compare;
 use plcc_runtime::online_change::Comparison;
-use plcc_runtime::{Executive, Purpose, Variable};
+use plcc_runtime::{Executive, Purpose, VariableKey};
 
 /// An online change that is under way, as the socket's thread remembers it. The other thread has the
 /// [`Replacement`] meanwhile.
@@ -27,6 +28,16 @@ pub(super) struct Exchange {
     comparison: Comparison,
     rollback: bool,
     by: Peer,
+}
+
+/// What was made ready for a program that is about to run.
+struct Prepared {
+    /// Its image file.
+    publisher: Option<Publisher>,
+    /// The keys of the stimulus's variables in it.
+    set: Vec<VariableKey>,
+    /// Those of the trace's.
+    watched: Vec<VariableKey>,
 }
 
 /// The program that ran before the last online change, ready to run again.
@@ -65,8 +76,7 @@ impl Requests {
         }
         let make = &self.surroundings.make_executive;
         let executive = make(&program).map_err(refused)?;
-        let own = make(&program).map_err(refused)?;
-        let mut next = Served::new(Arc::new(program), own);
+        let mut next = Served::new(Arc::new(program), executive.as_ref());
         next.title = path.display().to_string();
         next.recorded = put_into_record();
         let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
@@ -79,9 +89,9 @@ impl Requests {
             return Err(refused("there was no online change that could be taken back"));
         };
         // It still has the forces that were in effect when it was replaced. It gets those of now later.
-        for force in &next.forces {
+        for (key, _) in executive.forces() {
             // Ending a force never fails.
-            let _ = executive.force(force.key, None);
+            let _ = executive.force(key, None);
         }
         let comparison = compare(&self.served.program, &next.program).map_err(refused)?;
         let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
@@ -97,8 +107,8 @@ impl Requests {
     ) -> Result<Handled, Failure> {
         let allowed = self.served.check_forces(&exchange.comparison).map_err(refused);
         let prepared = allowed.and_then(|()| self.prepare(&mut exchange.next, executive.as_mut()));
-        let publisher = match prepared {
-            Ok(publisher) => publisher,
+        let Prepared { publisher, set, watched } = match prepared {
+            Ok(prepared) => prepared,
             Err(failure) => {
                 self.keep_previous(exchange, executive, engine);
                 return Err(failure);
@@ -107,8 +117,17 @@ impl Requests {
         let plan = exchange.comparison.plan.clone();
         let recorder_program =
             (self.surroundings.recorder_program)(exchange.next.recorded, executive.as_ref());
-        let replacement =
-            Replacement { executive, engine, plan, recorder_program, publisher, failure: None };
+        let failure = None;
+        let replacement = Replacement {
+            executive,
+            engine,
+            plan,
+            set,
+            watched,
+            recorder_program,
+            publisher,
+            failure,
+        };
         let on_answer = OnAnswer::Exchange(Box::new(exchange));
         let asked = self.ask(Command::Replace(Box::new(replacement)), on_answer)?;
         self.is_exclusive = true;
@@ -128,27 +147,34 @@ impl Requests {
     }
 
     /// Makes everything ready that does not depend on the state of the program that runs: forces, the
-    /// numbers of variables, the image file.
+    /// keys of variables, the image file.
     fn prepare(
         &mut self,
         next: &mut Served,
         executive: &mut (dyn Executive + Send),
-    ) -> Result<Option<Publisher>, Failure> {
+    ) -> Result<Prepared, Failure> {
         self.check_room()?;
-        let force = |key, setting| executive.force(key, Some(setting));
-        next.take_forces(&self.served, force).map_err(refused)?;
-        for (name, number) in self.surroundings.found.iter().zip(0..) {
-            let found = executive.find(name, Purpose::Watch);
-            if found != Ok(Variable(number)) {
-                return Err(refused(format!(
-                    "the trace or the stimulus of this run uses {name}, which the new program can't \
-                     provide"
-                )));
-            }
-        }
-        let Some(path) = &self.surroundings.image else { return Ok(None) };
-        let own = (self.surroundings.make_executive)(&next.program);
-        let mut own = own.map_err(refused)?;
+        next.take_forces(&self.served, executive).map_err(refused)?;
+        // A pattern of the trace may have found constants, which are declared, but are nothing that a name could choose.
+        let declared: HashMap<String, VariableKey> = next.names.declared().into_iter().collect();
+        let keys = |names: &[String], purpose| -> Result<Vec<VariableKey>, Failure> {
+            let key = |name: &String| {
+                let found = next.names.find(name, purpose).ok();
+                let declared = || declared.get(name).copied().filter(|_| purpose == Purpose::Watch);
+                found.or_else(declared).ok_or_else(|| {
+                    refused(format!(
+                        "the trace or the stimulus of this run uses {name}, which the new program \
+                         can't provide"
+                    ))
+                })
+            };
+            names.iter().map(key).collect()
+        };
+        let set = keys(&self.surroundings.set, Purpose::Stimulus)?;
+        let watched = keys(&self.surroundings.watched, Purpose::Watch)?;
+        let Some(path) = &self.surroundings.image else {
+            return Ok(Prepared { publisher: None, set, watched });
+        };
         let content = Content {
             program: &next.program,
             fingerprint: executive.fingerprint(),
@@ -157,10 +183,12 @@ impl Requests {
             tick_ns: executive.tick_ns(),
             generation: self.generation + 1,
             safe_outputs: executive.safe_lines().bytes(),
-            symbols: &SymbolTable::new(&next.program, own.as_mut()),
+            symbols: &SymbolTable::new(&*next.names),
             rules: &self.surroundings.input_rules,
         };
-        Publisher::prepare(path, &content).map(Some).map_err(|error| refused(error.to_string()))
+        let publisher = Publisher::prepare(path, &content);
+        let publisher = Some(publisher.map_err(|error| refused(error.to_string()))?);
+        Ok(Prepared { publisher, set, watched })
     }
 
     /// Ends an online change, when the thread that runs the ticks has carried it out.

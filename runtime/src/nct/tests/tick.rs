@@ -13,13 +13,13 @@ fn executive(tables: NctTables, tasks: usize) -> NctExecutive {
 }
 
 fn set(executive: &mut NctExecutive, name: &str, value: i64) {
-    let variable = executive.find(name, Purpose::Stimulus).unwrap();
-    executive.set(variable, Setting::Int(value));
+    let variable = executive.names().find(name, Purpose::Stimulus).unwrap();
+    executive.write(variable, Setting::Int(value));
 }
 
 fn get(executive: &mut NctExecutive, name: &str) -> i64 {
-    let variable = executive.find(name, Purpose::Watch).unwrap();
-    match executive.get(variable) {
+    let variable = executive.names().find(name, Purpose::Watch).unwrap();
+    match executive.read(variable) {
         Value::Int(value) => value,
         other => panic!("{other}"),
     }
@@ -259,18 +259,18 @@ fn physical_lines_and_words_have_names() {
     set(&mut executive, "F999", 0x1234);
     assert_eq!(get(&mut executive, "F999"), 0x34);
     for wrong in ["V012", ":003", "X1", "I9", "RH200"] {
-        assert!(executive.find(wrong, Purpose::Watch).is_err(), "{wrong}");
+        assert!(executive.names().find(wrong, Purpose::Watch).is_err(), "{wrong}");
     }
-    let variable = executive.find("i002", Purpose::Stimulus).unwrap();
-    assert_eq!(executive.canonical(variable), "I002");
-    assert!(executive.parse(variable, "1.5").is_err());
-    assert_eq!(executive.parse(variable, "-3"), Ok(Setting::Int(-3)));
+    let variable = executive.names().find("i002", Purpose::Stimulus).unwrap();
+    assert_eq!(executive.names().canonical(variable), "I002");
+    assert!(executive.names().parse(variable, "1.5").is_err());
+    assert_eq!(executive.names().parse(variable, "-3"), Ok(Setting::Int(-3)));
 }
 
 /// Forces a variable, or ends its force.
 fn force(executive: &mut NctExecutive, name: &str, value: Option<i64>) -> Result<(), &'static str> {
-    let variable = executive.find(name, Purpose::Watch).unwrap();
-    let key = executive.keys(variable)[0];
+    let variable = executive.names().find(name, Purpose::Watch).unwrap();
+    let key = executive.names().elements(variable)[0];
     executive.force(key, value.map(Setting::Int))
 }
 

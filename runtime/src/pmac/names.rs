@@ -1,0 +1,290 @@
+//! The names of a PMAC's variables, as users write them ([`PmacName`]), and the values of a stimulus.
+
+use plcc_abi::image::read_u64;
+use plcc_abi::place::{Direction, Place, Type};
+use plcc_abi::pmac::name::suggest;
+use plcc_abi::pmac::{
+    Definition, Field, Kind, Layout, Output, PlcOp, PmacName, PmacNameError, PmacTables, Run,
+    Space, Variable, field_place,
+};
+
+use crate::names::{Class, Names, Properties};
+use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::variable::DialectVariable;
+use crate::{NameError, Purpose, Setting, ValueError, VariableKey};
+
+/// All names of a download.
+#[derive(Debug)]
+pub(super) struct PmacNames {
+    pub(super) layout: Layout,
+    /// The definitions of L-variables, by rising number.
+    l: Vec<(u32, Definition)>,
+    /// Those of M-variables after load, by their numbers.
+    m: Vec<Definition>,
+    /// The PLCs that have text: whether each is compiled, and its number.
+    plcs: Vec<(bool, u32)>,
+    named: Vec<Variable>,
+    pub(super) outputs: Vec<Output>,
+}
+
+/// The key of a variable.
+pub(super) fn key(name: PmacName) -> VariableKey {
+    VariableKey(DialectVariable::Pmac(name))
+}
+
+/// The variable of a key; `None` for the key of another control.
+pub(super) fn name(key: VariableKey) -> Option<PmacName> {
+    match key.0 {
+        DialectVariable::Pmac(name) => Some(name),
+        DialectVariable::Pmi(_) | DialectVariable::Nct(_) => None,
+    }
+}
+
+impl PmacNames {
+    pub(super) fn new(tables: &PmacTables) -> Self {
+        let layout = Layout::new(tables.controller);
+        let mut image = vec![0; layout.size as usize];
+        Run::unpack(&tables.initial, &mut image);
+        let code = |number| read_u64(&image, layout.definition_offset(number));
+        Self {
+            m: (0..layout.count).map(|number| Definition::decode(code(number))).collect(),
+            l: tables.l.clone(),
+            plcs: tables.programs.iter().map(|plc| (plc.compiled, plc.number)).collect(),
+            named: tables.named.clone(),
+            outputs: tables.outputs.clone(),
+            layout,
+        }
+    }
+
+    /// Finds what a name means.
+    pub(super) fn variable(&self, text: &str) -> Result<PmacName, NameError> {
+        let unfit = |reason: String| NameError::Unfit { name: text.into(), reason };
+        let name = PmacName::parse(text, &self.layout).map_err(|error| match error {
+            PmacNameError::Malformed => {
+                NameError::Unknown { name: text.into(), suggestion: suggest(text) }
+            }
+            PmacNameError::Beyond(reason) => unfit(reason),
+        })?;
+        if let PmacName::Variable(Variable { kind: Kind::L, number, .. }) = name
+            && self.l_definition(number).is_none()
+        {
+            return Err(unfit("is an L-variable that the program does not define".into()));
+        }
+        if let PmacName::Plc { compiled, number } = name
+            && !self.plcs.contains(&(compiled, number))
+        {
+            return Err(unfit("is empty: the program has no text for it".into()));
+        }
+        Ok(name)
+    }
+
+    fn l_definition(&self, number: u32) -> Option<Definition> {
+        let index = self.l.binary_search_by_key(&number, |(number, _)| *number).ok()?;
+        self.l.get(index).map(|(_, definition)| *definition)
+    }
+
+    /// Where in memory a variable is after load; `None` for one that is a value of its own.
+    pub(super) fn definition(&self, name: PmacName) -> Option<Definition> {
+        match name {
+            PmacName::Memory(definition) => Some(definition),
+            PmacName::Variable(Variable { kind: Kind::M, number, .. }) => {
+                self.m.get(number as usize).copied()
+            }
+            PmacName::Variable(Variable { kind: Kind::L, number, .. }) => self.l_definition(number),
+            PmacName::Variable(_) | PmacName::Plc { .. } => None,
+        }
+    }
+
+    /// Where the value of a variable lies in the image.
+    fn place(&self, name: PmacName) -> Option<Place> {
+        let layout = &self.layout;
+        let double = |offset| Some(Place::bytes(offset, Type::Double));
+        match name {
+            PmacName::Variable(Variable { kind, number, system }) => match kind {
+                Kind::P => double(layout.p_offset(number)),
+                Kind::I => double(layout.i_offset(number)),
+                Kind::Q => double(layout.q_offset(layout.q_base_of(system) + number)),
+                Kind::M | Kind::L => field_place(layout, self.definition(name)?),
+            },
+            PmacName::Memory(definition) => field_place(layout, definition),
+            PmacName::Plc { .. } => None,
+        }
+    }
+
+    /// Whether a variable is an output that the download writes, or another word of I/O.
+    fn direction(&self, name: PmacName) -> Direction {
+        let Some(definition) = self.definition(name) else { return Direction::Internal };
+        let is_output = |output: &Output| match name {
+            PmacName::Variable(variable) => output.variable == Some(variable),
+            _ => output.definition == definition,
+        };
+        match definition {
+            _ if self.outputs.iter().any(is_output) => Direction::Output,
+            Definition::X { address, .. } if self.layout.is_io(Space::X, address) => {
+                Direction::Input
+            }
+            Definition::Y { address, .. } if self.layout.is_io(Space::Y, address) => {
+                Direction::Input
+            }
+            _ => Direction::Internal,
+        }
+    }
+
+    /// Names in the order of a dump, each once.
+    fn ordered(mut names: Vec<PmacName>) -> Vec<(String, VariableKey)> {
+        names.sort_by_key(PmacName::dump_order);
+        names.dedup();
+        names.into_iter().map(|name| (name.to_string(), key(name))).collect()
+    }
+}
+
+impl Names for PmacNames {
+    /// All names can be used for every purpose.
+    fn find(&self, name: &str, _: Purpose) -> Result<VariableKey, NameError> {
+        self.variable(name).map(key)
+    }
+
+    fn canonical(&self, key: VariableKey) -> String {
+        name(key).map_or_else(String::new, |name| name.to_string())
+    }
+
+    fn properties(&self, key: VariableKey) -> Properties {
+        let Some(name) = name(key) else { return Properties::internal(Class::Fraction, None) };
+        let definition = self.definition(name);
+        Properties {
+            direction: self.direction(name),
+            can_be_forced: matches!(definition, Some(Definition::X { .. } | Definition::Y { .. })),
+            ..Properties::internal(Class::Fraction, self.place(name))
+        }
+    }
+
+    /// A PMAC has no arrays.
+    fn element(&self, _: VariableKey, _: u32) -> Option<VariableKey> {
+        None
+    }
+
+    fn parse(&self, key: VariableKey, text: &str) -> Result<Setting, ValueError> {
+        let value = number(text)?;
+        if let Some(PmacName::Plc { .. }) = name(key)
+            && plc_op(value).is_none()
+        {
+            let reason = "is none of 0 (DISABLE), 1 (ENABLE), 2 (PAUSE) and 3 (RESUME)".into();
+            return Err(ValueError { value: text.into(), reason });
+        }
+        Ok(Setting::Float(value))
+    }
+
+    fn declared(&self) -> Vec<(String, VariableKey)> {
+        Self::ordered(self.named.iter().map(|variable| PmacName::Variable(*variable)).collect())
+    }
+
+    /// The M- and L-variables of outputs; words without a variable by their addresses.
+    fn outputs(&self) -> Vec<(String, VariableKey)> {
+        let name = |output: &Output| match output.variable {
+            Some(variable) => PmacName::Variable(variable),
+            None => PmacName::Memory(match output.definition {
+                Definition::X { address, .. } => Definition::word(Space::X, address, Field::WORD),
+                definition => Definition::word(Space::Y, definition.address(), Field::WORD),
+            }),
+        };
+        Self::ordered(self.outputs.iter().map(name).collect())
+    }
+
+    /// P, Q and I that the download names, and M and L that are bits of words.
+    fn shown_in_image(&self) -> Vec<VariableKey> {
+        let is_pointer = |variable: &&Variable| matches!(variable.kind, Kind::M | Kind::L);
+        let values = self.named.iter().filter(|variable| !is_pointer(variable));
+        let names = values.chain(self.named.iter().filter(is_pointer));
+        let names = names.map(|variable| PmacName::Variable(*variable));
+        names.filter(|name| self.place(*name).is_some()).map(key).collect()
+    }
+
+    fn safe_lines(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
+        self.lines_at_stop(outputs)
+    }
+
+    /// Where variables lie can change, so that the executive compares their bits.
+    fn share_forced_bits(&self, _: VariableKey, _: VariableKey) -> bool {
+        false
+    }
+}
+
+/// What setting a PLC to a value does, as the on-line commands of these names do: 0 DISABLE, 1 ENABLE, 2
+/// PAUSE, 3 RESUME. `None` for other values.
+pub(super) fn plc_op(value: f64) -> Option<PlcOp> {
+    [(0.0, PlcOp::Disable), (1.0, PlcOp::Enable), (2.0, PlcOp::Pause), (3.0, PlcOp::Resume)]
+        .into_iter()
+        .find_map(|(number, op)| (number == value).then_some(op))
+}
+
+/// A value of a stimulus: an optional sign, then digits with or without a fraction, or `$hex`.
+pub(super) fn number(text: &str) -> Result<f64, ValueError> {
+    let error = || ValueError {
+        value: text.into(),
+        reason: "is no number: digits with or without a fraction, or $ and hexadecimal".into(),
+    };
+    let trimmed = text.trim();
+    let (negative, digits) = match trimmed.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, trimmed.strip_prefix('+').unwrap_or(trimmed)),
+    };
+    let value = match digits.strip_prefix('$') {
+        Some(hex) => {
+            if hex.is_empty() || !hex.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+                return Err(error());
+            }
+            hex.bytes().fold(0.0, |sum, byte| {
+                sum * 16.0 + f64::from(char::from(byte).to_digit(16).unwrap_or(0))
+            })
+        }
+        None => {
+            let plain = digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+            if !plain || !digits.bytes().any(|byte| byte.is_ascii_digit()) {
+                return Err(error());
+            }
+            digits.parse::<f64>().map_err(|_| error())?
+        }
+    };
+    Ok(if negative { -value } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::pmac::Definition;
+
+    use super::*;
+
+    fn found(name: &str) -> Result<String, String> {
+        let tables = PmacTables { l: vec![(3, Definition::Star)], ..PmacTables::default() };
+        PmacNames::new(&tables)
+            .variable(name)
+            .map(|name| name.to_string())
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_wrong_name_is_refused_with_the_reason() {
+        for name in
+            ["", "P", "P-1", "P1.5", "PUMP", "&2P5", "&Q5", "X:", "X:$G", "Z:0", "P4294967296"]
+        {
+            assert!(found(name).is_err(), "{name}");
+        }
+        assert!(found("P1024").is_err_and(|error| error.contains("--controller turbo")));
+        assert!(found("&9Q1").is_err());
+        assert!(found("X:$10000").is_err());
+        assert!(found("L4").is_err_and(|error| error.contains("does not define")));
+        assert!(found("P[3]").is_err_and(|error| error.contains("did you mean `P3`?")));
+    }
+
+    #[test]
+    fn values_of_a_stimulus_are_numbers_of_pmac() {
+        for (text, value) in
+            [("1", 1.0), ("-2.5", -2.5), ("$FF", 255.0), ("-$a", -10.0), (" .5 ", 0.5), ("+3", 3.0)]
+        {
+            assert_eq!(number(text), Ok(value));
+        }
+        for text in ["", "-", "1e5", "0x1", "$", "$G", "1.2.3", "nan", "inf", ".", "1 2", "--1"] {
+            assert!(number(text).is_err(), "{text}");
+        }
+    }
+}
