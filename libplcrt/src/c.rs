@@ -251,7 +251,7 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
     // SAFETY: as the caller promises.
     unsafe {
         with(control, -1, |plcrt| {
-            plcrt.found.push(Found::look_up(&mut plcrt.control, text(name)?, purpose)?);
+            plcrt.found.push(Found::look_up(&plcrt.control, text(name)?, purpose)?);
             Ok(plcrt.found.len() as i64 - 1)
         })
     }

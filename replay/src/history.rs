@@ -99,6 +99,9 @@ pub trait History {
     /// The executive, in the state after the tick that was run last.
     fn executive(&mut self) -> &mut dyn Executive;
 
+    /// The forces that the user has made and not ended, in the order of their variables' names.
+    fn forces(&self) -> Vec<(String, Setting)>;
+
     /// From now on, long movements end with an error as soon as `interruption` wants that.
     fn interrupt_by(&mut self, _interruption: Interruption) {}
 
@@ -198,7 +201,6 @@ impl Launched {
                 resumed.map_err(|error| DebugError(error.to_string()))?;
                 self.at = from;
                 self.player.seek(from);
-                self.restore_forces();
             }
         }
         while self.at < tick {
@@ -211,27 +213,6 @@ impl Launched {
             }
         }
         Ok(())
-    }
-
-    /// Brings the forces into the state before the tick `at`, since a checkpoint does not hold them: ends all that
-    /// the user has made, and makes those again that were made for earlier ticks.
-    fn restore_forces(&mut self) {
-        let forces = |changes: &[Change]| -> Vec<(VariableKey, Option<Setting>)> {
-            let force = |change: &Change| match *change {
-                Change::Force(key, value) => Some((key, value)),
-                Change::Set(..) => None,
-            };
-            changes.iter().filter_map(force).collect()
-        };
-        for (key, _) in self.changes.values().flat_map(|changes| forces(changes)) {
-            // What could be forced can be released.
-            let _ = self.executive.force(key, None);
-        }
-        for (_, changes) in self.changes.range(..self.at) {
-            for (key, value) in forces(changes) {
-                let _ = self.executive.force(key, value);
-            }
-        }
     }
 
     /// Runs the tick `at`.
@@ -327,6 +308,19 @@ impl History for Launched {
         self.executive.as_mut()
     }
 
+    fn forces(&self) -> Vec<(String, Setting)> {
+        let names = self.executive.names();
+        let mut forces = BTreeMap::new();
+        for change in self.changes.values().flatten() {
+            match *change {
+                Change::Force(key, Some(value)) => drop(forces.insert(names.canonical(key), value)),
+                Change::Force(key, None) => drop(forces.remove(&names.canonical(key))),
+                Change::Set(..) => {}
+            }
+        }
+        forces.into_iter().collect()
+    }
+
     fn interrupt_by(&mut self, interruption: Interruption) {
         self.interruption = interruption;
     }
@@ -339,17 +333,14 @@ impl History for Launched {
         force: bool,
     ) -> Result<(), DebugError> {
         let text = |error: &dyn std::fmt::Display| DebugError(error.to_string());
-        let variable =
+        let key =
             self.executive.names().find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
         let setting = value
-            .map(|value| {
-                self.executive.names().parse(variable, value).map_err(|error| text(&error))
-            })
+            .map(|value| self.executive.names().parse(key, value).map_err(|error| text(&error)))
             .transpose()?;
-        let key = match self.executive.names().elements(variable).as_slice() {
-            [key] => *key,
-            _ => return Err(DebugError(format!("`{name}` is no single variable"))),
-        };
+        if self.executive.names().properties(key).elements.is_some() {
+            return Err(DebugError(format!("`{name}` is no single variable")));
+        }
         self.move_before(tick)?;
         let change = match (setting, force) {
             (Some(_), false) if self.executive.is_held(key) => {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::Engine;
 use plcc_record::{Recording, ReplayError, ReplayState, Replayed, RunTicks};
-use plcc_runtime::{Event, Executive};
+use plcc_runtime::{Event, Executive, Setting};
 
 use crate::DebugError;
 use crate::history::{History, TickResult, Version};
@@ -226,6 +226,11 @@ impl History for Recorded {
 
     fn executive(&mut self) -> &mut dyn Executive {
         self.state.executive()
+    }
+
+    /// Nothing can be forced in a record.
+    fn forces(&self) -> Vec<(String, Setting)> {
+        vec![]
     }
 
     fn look_for_more(&mut self) -> Result<(), DebugError> {

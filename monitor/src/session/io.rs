@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use plcc_abi::place::Direction;
 use plcc_frontend::presentation::IoPoint;
+use plcc_runtime::Purpose;
 use plcc_runtime::value::number;
 
 use super::Session;
@@ -20,8 +22,6 @@ the control is started anew.";
 pub(super) struct IoState {
     points: Option<Vec<IoPoint>>,
     confirmed: bool,
-    /// Forces in a program that is run here.
-    forces: BTreeMap<String, String>,
     last: BTreeMap<String, f64>,
 }
 
@@ -38,13 +38,11 @@ impl Session<'_> {
         if let Some(status) = self.link.as_ref().and_then(|link| link.status()) {
             return status.forces.clone();
         }
-        let own = self.io.forces.iter();
-        own.map(|(name, value)| NamedValue {
-            name: name.clone(),
-            value: value.clone(),
-            written: true,
-        })
-        .collect()
+        // Those in a program that is run here.
+        let own = self.debugger.as_ref().map(|debugger| debugger.history().forces());
+        let own = own.unwrap_or_default().into_iter();
+        own.map(|(name, value)| NamedValue { name, value: value.to_string(), written: true })
+            .collect()
     }
 
     /// Whether the control (or the program that is run here) allows something.
@@ -69,9 +67,18 @@ impl Session<'_> {
         };
         let program = debugger.program().shared();
         let executive = debugger.history_mut().executive();
-        let names: Vec<String> =
-            executive.names().declared().into_iter().map(|(name, _)| name).collect();
-        let points = program.io_points(&names, executive.image());
+        let names = executive.names();
+        let declared: Vec<String> = names.declared().into_iter().map(|(name, _)| name).collect();
+        let mut points = program.io_points(&declared, executive.image());
+        for point in &mut points {
+            let found = names.find(&point.name, Purpose::Watch);
+            match found.map(|key| names.properties(key).direction) {
+                Ok(Direction::Input) => point.output = false,
+                Ok(Direction::Output) => point.output = true,
+                // Flags to the NC, and what the program has moved into the memory of inputs and outputs.
+                Ok(Direction::Internal) | Err(_) => {}
+            }
+        }
         self.io.points = Some(points.clone());
         Ok(points)
     }
@@ -142,19 +149,15 @@ impl Session<'_> {
         }
         let name = self.defined_name(name).unwrap_or_else(|| name.trim().to_owned());
         let tick = self.act(&name, Some(value), true)?;
-        if self.link.is_none() {
-            self.io.forces.insert(name.clone(), value.to_owned());
-        }
         Ok(Reply::message(format!("{name} is forced to {value} from tick {tick} on")))
     }
 
     pub(super) fn release(&mut self, name: &str) -> Result<Reply, Refusal> {
         let name = self.defined_name(name).unwrap_or_else(|| name.trim().to_owned());
-        if self.link.is_none() && !self.io.forces.contains_key(&name) {
+        if self.link.is_none() && !self.forces().iter().any(|force| force.name == name) {
             return Err(Refusal::new(format!("{name} is not forced")));
         }
         let tick = self.act(&name, None, true)?;
-        self.io.forces.remove(&name);
         Ok(Reply::message(format!("{name} is not forced from tick {tick} on")))
     }
 
@@ -163,10 +166,8 @@ impl Session<'_> {
             link.release(None)?;
             return Ok(Reply::message("nothing is forced any more"));
         }
-        let names: Vec<String> = self.io.forces.keys().cloned().collect();
-        for name in names {
-            self.act(&name, None, true)?;
-            self.io.forces.remove(&name);
+        for force in self.forces() {
+            self.act(&force.name, None, true)?;
         }
         Ok(Reply::message("nothing is forced any more"))
     }

@@ -571,6 +571,20 @@ fn timers_unfold_and_inputs_are_forced() {
     assert_eq!(session.status().announced, 0);
 }
 
+/// The memory of a PMAC from $C040 on to Y:$F000 is no memory of inputs and outputs.
+#[test]
+fn what_is_an_input_or_output_of_a_pmac_is_so_everywhere() {
+    let program = "M1->Y:$FFC2,8\nM2->Y:$FFC0,0\nM3->X:$D200,0,16\nM4->Y:$C03F,2\nM5->X:$F000,1\n\
+                   OPEN PLC 1 CLEAR\nIF (M2=1) M1=1 ENDIF\nP1=M3+M4+M5\nCLOSE\n";
+    let mut session = open(Dialect::Pmac, program, "");
+    session.run_to(1);
+    let Body::Io(io) = session.view(&Screen::Io).body else { panic!() };
+    let names = |window: usize| -> Vec<&str> {
+        io.windows[window].rows.iter().map(|row| row.name.as_str()).collect()
+    };
+    assert_eq!((names(0), names(1)), (vec!["M1"], vec!["M2", "M4"]));
+}
+
 #[test]
 fn the_scope_triggers_on_what_it_does_not_show() {
     let mut session = open(Dialect::Pmi, PMI, "40,A,1\n");

@@ -277,6 +277,32 @@ mod tests {
     }
 
     #[test]
+    fn variables_lie_where_the_definitions_put_them() {
+        let variable = |kind, number, system| Variable { kind, number, system };
+        let (q, m, l) = (variable(Kind::Q, 5, 1), variable(Kind::M, 7, 1), variable(Kind::L, 3, 1));
+        let field = |offset, width| Field { offset, width, ..Field::WORD };
+        let line = |address, bit| Definition::word(Space::Y, address, field(bit, 1));
+        let tables = PmacTables {
+            named: vec![m, l, q, variable(Kind::Q, 5, 2)],
+            l: vec![(3, line(0xC000, 4))],
+            outputs: vec![Output { variable: Some(l), definition: line(0xC000, 4) }],
+            ..PmacTables::default()
+        };
+        let names = PmacNames::new(&tables);
+        let shown = names.shown_in_image().into_iter().map(|key| names.canonical(key));
+        // M7 has no definition.
+        assert_eq!(shown.collect::<Vec<_>>(), ["Q5", "&2Q5", "L3"]);
+        let of = |name: &str| names.properties(names.find(name, Purpose::Watch).unwrap());
+        assert_eq!((of("L3").direction, of("L3").can_be_forced), (Direction::Output, true));
+        assert_eq!(of("Q5").value.map(|place| place.ty), Some(Type::Double));
+        assert_eq!(
+            (of("Y:$C000").direction, of("Y:$700").direction),
+            (Direction::Input, Direction::Internal)
+        );
+        assert!(!of("M7").can_be_forced && of("M7").value.is_none());
+    }
+
+    #[test]
     fn values_of_a_stimulus_are_numbers_of_pmac() {
         for (text, value) in
             [("1", 1.0), ("-2.5", -2.5), ("$FF", 255.0), ("-$a", -10.0), (" .5 ", 0.5), ("+3", 3.0)]

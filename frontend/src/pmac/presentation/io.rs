@@ -1,13 +1,9 @@
 //! Inputs and outputs: M-variables that are defined as bits of the I/O memory.
 
 use plcc_abi::image::read_u64;
-use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, Layout, Output, PmacName};
+use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Output, PmacName, Space};
 
 use crate::presentation::IoPoint;
-
-/// Where the words of inputs and outputs begin on a PMAC, and on a Turbo PMAC.
-const FIRST_PORT: u32 = 0xC000;
-const FIRST_PORT_OF_TURBO: u32 = 0x78000;
 
 /// Those among the variables `names` that the definitions in an image put there.
 pub(super) fn points(
@@ -22,19 +18,12 @@ pub(super) fn points(
         };
         (variable.kind == Kind::M).then(|| definition(image, layout, variable.number))
     };
-    let first = match layout.controller {
-        Controller::Pmac => FIRST_PORT,
-        Controller::Turbo => FIRST_PORT_OF_TURBO,
-    };
     let mut points = vec![];
     for name in names {
         let Some(definition) = definition(name) else { continue };
         let bits = match definition {
-            Definition::X { address, field } | Definition::Y { address, field }
-                if address >= first =>
-            {
-                field.width
-            }
+            Definition::X { address, field } if layout.is_io(Space::X, address) => field.width,
+            Definition::Y { address, field } if layout.is_io(Space::Y, address) => field.width,
             _ => continue,
         };
         let is_output = |output: &Output| output.definition == definition;
