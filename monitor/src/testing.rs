@@ -5,9 +5,9 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::language;
 use plcc_host::args::ControlArgs;
-use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_replay::{DebuggedProgram, Launched};
+use plcc_runtime::stimulus::{Player, Stimulus};
 
 use crate::view::{Body, Screen, StatementLine, StatementsView, TargetKind};
 use crate::{Session, Target};

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::Engine;
-use plcc_host::run::Player;
+use plcc_runtime::stimulus::Player;
 use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
 
 use crate::DebugError;

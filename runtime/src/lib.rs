@@ -57,6 +57,7 @@ pub mod pmi;
 mod retained;
 pub mod safe_outputs;
 pub mod small_thread;
+pub mod stimulus;
 mod stop;
 pub mod table_check;
 pub mod value;

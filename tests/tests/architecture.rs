@@ -39,15 +39,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcio", &["plcc-abi", "plcc-files", "plcc-image"]),
     (
         "plcc-replay",
-        &[
-            "plcc-abi",
-            "plcc-diag",
-            "plcc-files",
-            "plcc-frontend",
-            "plcc-host",
-            "plcc-record",
-            "plcc-runtime",
-        ],
+        &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend", "plcc-record", "plcc-runtime"],
     ),
     ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay"]),
     (

@@ -8,15 +8,14 @@
 //!
 //! Everything else is the program's own business, and becomes a pin only by `--pin`.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use plcc_abi::nct::NctName;
-use plcc_abi::pmi::Role;
+use plcc_abi::place::{Place, Type as PlaceType};
 use plcc_abi::{Program, Tables, natural_cmp};
 use plcc_frontend::common::{CrossReference, CrossReferenceRow};
-use plcc_host::image_file::SymbolTable;
 use plcc_image::hal_pin_name;
-use plcc_runtime::{Class, Names, Properties, Purpose};
+use plcc_runtime::{Class, Names, Properties, Purpose, VariableKey};
 
 /// The type of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,35 +110,26 @@ pub(crate) fn pins(
         uses.written |= !written.is_empty();
     }
     rows.sort_by(|(a, _), (b, _)| natural_cmp(a, b));
-    let widths = widths(program);
-    let symbols = SymbolTable::new(names).symbols;
+    let table = Table { names, in_image: names.shown_in_image().into_iter().collect() };
     let mut found = vec![];
     for (name, meaning) in rows {
         let uses = uses.get(&name).copied().unwrap_or_default();
-        let Some(direction) = direction(program, &widths, &name, uses) else { continue };
+        let Some(direction) = direction(program, &table, &name, uses) else { continue };
         if wanted.iter().any(|wanted| wanted.variable == name) {
             continue;
         }
-        found.extend(pin(names, &widths, &name, direction, meaning)?);
+        found.extend(pin(&table, &name, direction, meaning)?);
     }
     for Wanted { variable, direction } in wanted {
         let uses = uses.get(variable.as_str()).copied().unwrap_or_default();
         let direction = direction.unwrap_or(uses.direction());
         let meaning = xref.rows.iter().find(|row| row.name == *variable);
         let meaning = meaning.and_then(|row| row.meaning.as_ref());
-        match pin(names, &widths, variable, direction, meaning)? {
+        match pin(&table, variable, direction, meaning)? {
             Some(pin) => found.push(pin),
             None => {
                 return Err(format!("--pin: `{variable}` is an array; name one of its elements"));
             }
-        }
-    }
-    for pin in &mut found {
-        // An element of an array has the type of the array.
-        let name = pin.variable.split('[').next().unwrap_or_default();
-        let symbol = symbols.iter().find(|symbol| symbol.name == name);
-        if let Some(range) = symbol.and_then(|symbol| symbol.outside().range()) {
-            pin.range = (*range.start() as f64, *range.end() as f64);
         }
     }
     let mut variables = BTreeMap::new();
@@ -162,46 +152,46 @@ fn place(program: &Program, name: &str) -> String {
     }
 }
 
-/// How many bits the M-variables of a PMAC have that lie in words of memory.
-fn widths(program: &Program) -> HashMap<String, u8> {
-    match &program.tables {
-        Tables::Pmac(_) => {
-            let fields = program.tables.bit_fields().into_iter();
-            fields.map(|field| (field.name, field.width)).collect()
-        }
-        Tables::Pmi(_) | Tables::Nct(_) => HashMap::new(),
+/// The names of the program, and which variables lie in the process image as the image file shows it.
+struct Table<'a> {
+    names: &'a dyn Names,
+    in_image: HashSet<VariableKey>,
+}
+
+impl Table<'_> {
+    /// Where drivers read or give a variable that an image file shows, of an element of an array also: its lines, or its
+    /// value.
+    fn place(&self, key: VariableKey) -> Option<Place> {
+        let Properties { value, line, class, .. } = self.names.properties(key);
+        // Words of a PMAC's memory that are named by their address are not shown.
+        let is_shown = class != Class::Fraction || self.in_image.contains(&key);
+        line.or(value).filter(|_| is_shown)
     }
 }
 
 /// The direction of a variable that is a pin without being asked for; `None` if it is none.
-fn direction(
-    program: &Program,
-    widths: &HashMap<String, u8>,
-    name: &str,
-    uses: Uses,
-) -> Option<Direction> {
-    match &program.tables {
-        Tables::Pmi(tables) => {
-            let role = tables.symbols.iter().find(|symbol| symbol.name == name).map(|s| s.role);
-            match role {
-                Some(Role::Input(_)) => Some(Direction::In),
-                Some(Role::Output(_)) => Some(Direction::Out),
-                // The control itself sets it in the first scan.
-                _ if name == "@IPL" => None,
-                _ => name.starts_with('@').then(|| uses.direction()),
-            }
-        }
-        Tables::Nct(_) => match name.parse().ok()? {
-            NctName::I { .. } | NctName::P { .. } => Some(Direction::In),
+fn direction(program: &Program, table: &Table<'_>, name: &str, uses: Uses) -> Option<Direction> {
+    let key = table.names.find(name, Purpose::Watch).ok()?;
+    let is_field = || table.place(key).is_some_and(|place| place.ty != PlaceType::Double);
+    match (&program.tables, table.names.properties(key).direction) {
+        // Every M-variable in a word of memory may be another one's: the gate array's, or the dual-ported RAM's.
+        (Tables::Pmac(_), _) => (name.starts_with('M') && is_field()).then_some(if uses.written {
+            Direction::Out
+        } else {
+            Direction::In
+        }),
+        (_, plcc_abi::place::Direction::Input) => Some(Direction::In),
+        (_, plcc_abi::place::Direction::Output) => Some(Direction::Out),
+        // The control itself sets it in the first scan.
+        (Tables::Pmi(_), _) if name == "@IPL" => None,
+        (Tables::Pmi(_), _) => name.starts_with('@').then(|| uses.direction()),
+        (Tables::Nct(_), _) => match name.parse().ok()? {
+            // A flag to the NC.
             NctName::Y { .. } | NctName::O { .. } => Some(Direction::Out),
             NctName::Rh(number) if number % 100 < 50 => Some(Direction::In),
             NctName::Rh(_) => Some(Direction::Out),
             _ => None,
         },
-        Tables::Pmac(_) => {
-            let is_field = name.starts_with('M') && widths.contains_key(name);
-            is_field.then_some(if uses.written { Direction::Out } else { Direction::In })
-        }
     }
 }
 
@@ -210,8 +200,7 @@ fn direction(
 /// # Errors
 /// When there is no such variable.
 fn pin(
-    names: &dyn Names,
-    widths: &HashMap<String, u8>,
+    table: &Table<'_>,
     variable: &str,
     direction: Direction,
     meaning: Option<&String>,
@@ -220,22 +209,27 @@ fn pin(
         Direction::In | Direction::Io => Purpose::Stimulus,
         Direction::Out => Purpose::Watch,
     };
-    let found = names.find(variable, Purpose::Watch).map_err(|error| error.to_string())?;
-    let Properties { class, elements, .. } = names.properties(found);
+    let names = table.names;
+    let key = names.find(variable, Purpose::Watch).map_err(|error| error.to_string())?;
+    let Properties { class, elements, .. } = names.properties(key);
     if elements.is_some() {
         return Ok(None);
     }
     names.find(variable, purpose).map_err(|error| error.to_string())?;
-    let ty = match (class, widths.get(variable)) {
-        (Class::Logical, _) | (_, Some(1)) => Type::Bit,
+    let place = table.place(key);
+    let is_field = |place: &Place| matches!(place.ty, PlaceType::Bits | PlaceType::SignedBits);
+    let width = place.filter(is_field).map(|place| place.width);
+    let ty = match (class, width) {
+        (Class::Logical, _) | (Class::Fraction, Some(1)) => Type::Bit,
         (Class::Integer, _) | (_, Some(2..=24)) => Type::S32,
         (Class::Fraction, _) => Type::Float,
     };
     let (variable, name) = (variable.to_owned(), hal_pin_name(variable));
-    let range = match ty {
-        Type::Bit => (0.0, 1.0),
-        Type::S32 => (i32::MIN.into(), i32::MAX.into()),
-        Type::Float => (f64::MIN, f64::MAX),
+    let range = match (place.and_then(Place::range), ty) {
+        (Some(range), _) => (*range.start() as f64, *range.end() as f64),
+        (None, Type::Bit) => (0.0, 1.0),
+        (None, Type::S32) => (i32::MIN.into(), i32::MAX.into()),
+        (None, Type::Float) => (f64::MIN, f64::MAX),
     };
     Ok(Some(Pin { variable, name, ty, direction, meaning: meaning.cloned(), range }))
 }

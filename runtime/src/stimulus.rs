@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use plcc_runtime::{Executive, Names, Purpose, Setting, VariableKey};
+use crate::{Executive, Names, Purpose, Setting, VariableKey};
 
 /// At most this many mistakes of a stimulus are reported, the rest is counted.
 const MAX_ERRORS: usize = 20;
@@ -148,7 +148,7 @@ impl Player {
 
     /// Goes on with another program, in which the stimulus's variables have these keys, in the order of
     /// [`Stimulus::variables`]. The former keys are in `keys` afterwards.
-    pub(crate) fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
+    pub fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
         self.stimulus
             .variables
             .iter_mut()
