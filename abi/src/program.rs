@@ -9,6 +9,9 @@ use crate::{BitField, ImageSymbol, nct::NctTables, pmac::PmacTables, pmi::PmiTab
 
 /// What the tables of every language say.
 pub trait DialectTables {
+    /// A variable, an array or an element of one, as the names of the language mean it.
+    type Variable;
+
     /// Whether the number at the end of a name counts bits of bytes, so that 8 and 9 are no last digits: `I007` is followed by
     /// `I010`.
     const NAMES_END_IN_BITS: bool = false;
@@ -22,7 +25,7 @@ pub trait DialectTables {
     }
 }
 
-/// Writes [`Dialect`], [`Tables`] and `for_tables!` from one list of the languages, so that none can be in one and
+/// Writes [`Dialect`], [`Tables`], [`DialectVariable`] and `for_tables!` from one list of the languages, so that none can be in one and
 /// not in the others.
 macro_rules! dialects {
     ($d:tt $($(#[$doc:meta])* $variant:ident, $name:literal, $tables:ty;)*) => {
@@ -56,6 +59,12 @@ macro_rules! dialects {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         pub enum Tables {
             $($(#[$doc])* $variant($tables),)*
+        }
+
+        /// A variable of a program, as its language means it.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum DialectVariable {
+            $($(#[$doc])* $variant(<$tables as DialectTables>::Variable),)*
         }
 
         impl Tables {

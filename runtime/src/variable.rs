@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use plcc_abi::nct::NctName;
-use plcc_abi::pmac::PmacName;
-use plcc_abi::pmi::PmiVariable;
+use plcc_abi::DialectVariable;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -15,14 +13,6 @@ use crate::value::number;
 /// a record. In another program it may be another variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct VariableKey(pub(crate) DialectVariable);
-
-/// What a [`VariableKey`] holds: the variable as its language names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(crate) enum DialectVariable {
-    Pmi(PmiVariable),
-    Nct(NctName),
-    Pmac(PmacName),
-}
 
 /// How many forces can be in effect at once.
 pub const MAX_FORCES: usize = 256;

@@ -36,6 +36,8 @@ pub use settings::{NctControl, NctSettings, ToolPot};
 pub use tables::{NctTables, ReachableCode};
 
 impl crate::DialectTables for NctTables {
+    type Variable = NctName;
+
     const NAMES_END_IN_BITS: bool = true;
 
     fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {

@@ -30,6 +30,8 @@ pub use symbols::field_place;
 pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable};
 
 impl crate::DialectTables for PmacTables {
+    type Variable = PmacName;
+
     fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {
         symbols::symbols(self)
     }

@@ -15,6 +15,8 @@ pub use tables::{
 };
 
 impl crate::DialectTables for PmiTables {
+    type Variable = PmiVariable;
+
     fn symbols(&self) -> alloc::vec::Vec<crate::ImageSymbol> {
         symbols::symbols(self)
     }

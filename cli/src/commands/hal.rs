@@ -41,8 +41,8 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
         settings.machine_file(),
     )
     .map_err(|error| Failure::usage(error.to_string()))?;
-    let xref = checked.cross_reference();
-    let pins = pins(&lowered.program, &xref, &*executive.names(), &args.pin);
+    let checked = checked.into_program();
+    let pins = pins(checked.as_ref(), &*executive.names(), &args.pin);
     let pins = pins.map_err(Failure::usage)?;
     if pins.is_empty() {
         return Err(Failure::usage("the program has no inputs and outputs; name pins by --pin"));

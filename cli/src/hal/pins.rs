@@ -10,10 +10,11 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use plcc_abi::nct::NctName;
+use plcc_abi::natural_cmp;
 use plcc_abi::place::{Place, Type as PlaceType};
-use plcc_abi::{Program, Tables, natural_cmp};
-use plcc_frontend::common::{CrossReference, CrossReferenceRow};
+use plcc_frontend::CheckedProgram;
+use plcc_frontend::common::CrossReferenceRow;
+use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_image::hal_pin_name;
 use plcc_runtime::{Class, Names, Properties, Purpose, VariableKey};
 
@@ -69,19 +70,12 @@ pub(crate) struct Wanted {
     pub(crate) direction: Option<Direction>,
 }
 
-/// How a program uses a variable, all its files together.
-#[derive(Clone, Copy, Default)]
-struct Uses {
-    read: bool,
-    written: bool,
-}
-
-impl Uses {
-    fn direction(self) -> Direction {
-        match self {
-            Self { read: true, written: true } => Direction::Io,
-            Self { written: true, .. } => Direction::Out,
-            Self { .. } => Direction::In,
+impl From<Exchange> for Direction {
+    fn from(exchange: Exchange) -> Self {
+        match exchange {
+            Exchange::Machine => Self::In,
+            Exchange::Program => Self::Out,
+            Exchange::Both => Self::Io,
         }
     }
 }
@@ -92,16 +86,16 @@ impl Uses {
 /// # Errors
 /// When a variable that was asked for does not exist, is an array, or when two pins get one name.
 pub(crate) fn pins(
-    program: &Program,
-    xref: &CrossReference,
+    program: &dyn CheckedProgram,
     names: &dyn Names,
     wanted: &[Wanted],
 ) -> Result<Vec<Pin>, String> {
+    let xref = program.cross_reference();
     let mut uses: HashMap<String, Uses> = HashMap::new();
     let mut rows: Vec<(String, Option<&String>)> = vec![];
     for row in &xref.rows {
         let CrossReferenceRow { name, read, written, tested, meaning, .. } = row;
-        let name = place(program, name);
+        let name = program.stands_for(name);
         if !uses.contains_key(&name) {
             rows.push((name.clone(), meaning.as_ref()));
         }
@@ -122,7 +116,7 @@ pub(crate) fn pins(
     }
     for Wanted { variable, direction } in wanted {
         let uses = uses.get(variable.as_str()).copied().unwrap_or_default();
-        let direction = direction.unwrap_or(uses.direction());
+        let direction = direction.unwrap_or(uses.exchange().into());
         let meaning = xref.rows.iter().find(|row| row.name == *variable);
         let meaning = meaning.and_then(|row| row.meaning.as_ref());
         match pin(&table, variable, direction, meaning)? {
@@ -144,14 +138,6 @@ pub(crate) fn pins(
     Ok(found)
 }
 
-/// The variable that a name of a cross-reference stands for: `V012` of NCT asks whether `I012` has changed.
-fn place(program: &Program, name: &str) -> String {
-    match (&program.tables, name.strip_prefix('V')) {
-        (Tables::Nct(_), Some(rest)) => format!("I{rest}"),
-        _ => name.to_owned(),
-    }
-}
-
 /// The names of the program, and which variables lie in the process image as the image file shows it.
 struct Table<'a> {
     names: &'a dyn Names,
@@ -170,29 +156,20 @@ impl Table<'_> {
 }
 
 /// The direction of a variable that is a pin without being asked for; `None` if it is none.
-fn direction(program: &Program, table: &Table<'_>, name: &str, uses: Uses) -> Option<Direction> {
+fn direction(
+    program: &dyn CheckedProgram,
+    table: &Table<'_>,
+    name: &str,
+    uses: Uses,
+) -> Option<Direction> {
     let key = table.names.find(name, Purpose::Watch).ok()?;
-    let is_field = || table.place(key).is_some_and(|place| place.ty != PlaceType::Double);
-    match (&program.tables, table.names.properties(key).direction) {
-        // Every M-variable in a word of memory may be another one's: the gate array's, or the dual-ported RAM's.
-        (Tables::Pmac(_), _) => (name.starts_with('M') && is_field()).then_some(if uses.written {
-            Direction::Out
-        } else {
-            Direction::In
-        }),
-        (_, plcc_abi::place::Direction::Input) => Some(Direction::In),
-        (_, plcc_abi::place::Direction::Output) => Some(Direction::Out),
-        // The control itself sets it in the first scan.
-        (Tables::Pmi(_), _) if name == "@IPL" => None,
-        (Tables::Pmi(_), _) => name.starts_with('@').then(|| uses.direction()),
-        (Tables::Nct(_), _) => match name.parse().ok()? {
-            // A flag to the NC.
-            NctName::Y { .. } | NctName::O { .. } => Some(Direction::Out),
-            NctName::Rh(number) if number % 100 < 50 => Some(Direction::In),
-            NctName::Rh(_) => Some(Direction::Out),
-            _ => None,
-        },
-    }
+    let declared = match table.names.properties(key).direction {
+        plcc_abi::place::Direction::Input => Some(Exchange::Machine),
+        plcc_abi::place::Direction::Output => Some(Exchange::Program),
+        plcc_abi::place::Direction::Internal => None,
+    };
+    let in_word = table.place(key).is_some_and(|place| place.ty != PlaceType::Double);
+    program.exchange(name, Uses { declared, in_word, ..uses }).map(Direction::from)
 }
 
 /// The pin of a variable; `None` for an array.

@@ -4,6 +4,7 @@
 //! [`Presentation`] is what they ask; the other files hold what they get, and what the languages make it with.
 
 mod announced;
+mod exchange;
 mod fact;
 mod io_point;
 pub mod lines;
@@ -21,6 +22,7 @@ use plcc_diag::SourceMap;
 use crate::common::Accessed;
 
 pub use announced::Announced;
+pub use exchange::{Exchange, Uses};
 pub use fact::Fact;
 pub use io_point::IoPoint;
 pub use panel::{Cell, PanelDraft, Shown};
@@ -144,5 +146,15 @@ pub trait Presentation {
     /// The control's terminal, if it has one, knowing the program.
     fn terminal(&self) -> Option<Box<dyn Terminal>> {
         None
+    }
+
+    /// The variable that a name of the [cross-reference](crate::CheckedProgram::cross_reference) stands for.
+    fn stands_for(&self, name: &str) -> String {
+        name.to_owned()
+    }
+
+    /// Who gives a variable its value that the program exchanges with the machine; `None` for what is its own business.
+    fn exchange(&self, _name: &str, uses: Uses) -> Option<Exchange> {
+        uses.declared
     }
 }

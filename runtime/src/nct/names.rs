@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use plcc_abi::DialectVariable;
 use plcc_abi::Program;
 use plcc_abi::nct::layout::region;
 use plcc_abi::nct::{FlagLocation, IMAGE_BYTES, LINE_BYTES, NctName, NctTables};
@@ -9,7 +10,6 @@ use plcc_abi::place::{Direction, Place, Type};
 
 use crate::names::{Class, Names, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
 use crate::{NameError, Purpose, Setting, ValueError, VariableKey};
 
 use super::forces;
@@ -46,10 +46,8 @@ pub(super) fn key(name: NctName) -> VariableKey {
 
 /// The variable of a key; `None` for the key of another control.
 pub(super) fn name(key: VariableKey) -> Option<NctName> {
-    match key.0 {
-        DialectVariable::Nct(name) => Some(name),
-        DialectVariable::Pmi(_) | DialectVariable::Pmac(_) => None,
-    }
+    let DialectVariable::Nct(name) = key.0 else { return None };
+    Some(name)
 }
 
 /// A value: a signed decimal integer.

@@ -1,5 +1,6 @@
 //! The names of a PMAC's variables, as users write them ([`PmacName`]), and the values of a stimulus.
 
+use plcc_abi::DialectVariable;
 use plcc_abi::image::read_u64;
 use plcc_abi::place::{Direction, Place, Type};
 use plcc_abi::pmac::name::suggest;
@@ -10,7 +11,6 @@ use plcc_abi::pmac::{
 
 use crate::names::{Class, Names, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
 use crate::{NameError, Purpose, Setting, ValueError, VariableKey};
 
 /// All names of a download.
@@ -34,10 +34,8 @@ pub(super) fn key(name: PmacName) -> VariableKey {
 
 /// The variable of a key; `None` for the key of another control.
 pub(super) fn name(key: VariableKey) -> Option<PmacName> {
-    match key.0 {
-        DialectVariable::Pmac(name) => Some(name),
-        DialectVariable::Pmi(_) | DialectVariable::Nct(_) => None,
-    }
+    let DialectVariable::Pmac(name) = key.0 else { return None };
+    Some(name)
 }
 
 impl PmacNames {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use plcc_abi::DialectVariable;
 use plcc_abi::closest;
 use plcc_abi::place::{Direction, Place, Type as PlaceType};
 use plcc_abi::pmi::{
@@ -10,7 +11,6 @@ use plcc_abi::pmi::{
 
 use crate::names::{Class, Names, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::variable::DialectVariable;
 use crate::{NameError, Purpose, Setting, ValueError, VariableKey};
 
 use super::port_lines;
@@ -32,10 +32,8 @@ pub(super) fn key(variable: PmiVariable) -> VariableKey {
 
 /// The variable of a key; `None` for the key of another control.
 pub(super) fn variable(key: VariableKey) -> Option<PmiVariable> {
-    match key.0 {
-        DialectVariable::Pmi(variable) => Some(variable),
-        DialectVariable::Nct(_) | DialectVariable::Pmac(_) => None,
-    }
+    let DialectVariable::Pmi(variable) = key.0 else { return None };
+    Some(variable)
 }
 
 impl PmiNames {

@@ -12,7 +12,7 @@ use plcc_diag::SourceMap;
 use super::{Program, access, tables};
 use crate::common::Accessed;
 use crate::presentation::{
-    Announced, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces,
+    Announced, Exchange, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Uses,
 };
 
 pub(super) use classes::{CLASSES, title};
@@ -52,5 +52,20 @@ impl Presentation for Program {
     fn panels(&self, active: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
         let texts = &self.checked.texts;
         Ok(panels::panels(&self.settings, &texts.softkeys, &texts.info, active))
+    }
+
+    /// `V012` asks whether `I012` has changed.
+    fn stands_for(&self, name: &str) -> String {
+        name.strip_prefix('V').map_or_else(|| name.to_owned(), |rest| format!("I{rest}"))
+    }
+
+    /// Lines, flags to the NC, and the registers that the NC and the PLC exchange.
+    fn exchange(&self, name: &str, uses: Uses) -> Option<Exchange> {
+        uses.declared.or_else(|| match name.parse().ok()? {
+            NctName::Y { .. } | NctName::O { .. } => Some(Exchange::Program),
+            NctName::Rh(number) if number % 100 < 50 => Some(Exchange::Machine),
+            NctName::Rh(_) => Some(Exchange::Program),
+            _ => None,
+        })
     }
 }

@@ -15,8 +15,8 @@ use plcc_diag::SourceMap;
 use super::{Program, access, outputs, tasks};
 use crate::common::Accessed;
 use crate::presentation::{
-    Announced, Fact, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Terminal,
-    WatchRow,
+    Announced, Exchange, Fact, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces,
+    Terminal, Uses, WatchRow,
 };
 
 pub(super) use classes::{CLASSES, title};
@@ -86,5 +86,11 @@ impl Presentation for Program {
 
     fn terminal(&self) -> Option<Box<dyn Terminal>> {
         Some(Box::new(PmacTerminal::new(Some(self.loaded.layout.controller))))
+    }
+
+    /// M-variables in words of memory, each of which may be another one's: the gate array's, or the dual-ported RAM's.
+    fn exchange(&self, name: &str, uses: Uses) -> Option<Exchange> {
+        let given = if uses.written { Exchange::Program } else { Exchange::Machine };
+        (name.starts_with('M') && uses.in_word).then_some(given)
     }
 }

@@ -15,7 +15,8 @@ use plcc_diag::SourceMap;
 use super::{Program, tables};
 use crate::common::Accessed;
 use crate::presentation::{
-    Announced, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, WatchRow,
+    Announced, Exchange, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Uses,
+    WatchRow,
 };
 use names::Names;
 
@@ -92,5 +93,12 @@ impl Presentation for Program {
 
     fn panels(&self, _: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
         Ok(panels::panels(&self.known().tables))
+    }
+
+    /// Inputs and outputs, and the variables of the executive.
+    fn exchange(&self, name: &str, uses: Uses) -> Option<Exchange> {
+        // The control itself sets @IPL in the first scan.
+        let is_of_executive = name.starts_with('@') && name != "@IPL";
+        uses.declared.or_else(|| is_of_executive.then(|| uses.exchange()))
     }
 }

@@ -1,0 +1,93 @@
+//! The statement interpreter.
+
+use std::sync::Arc;
+
+use plcc_abi::image::{read_i32, read_u8, write_i32, write_u8};
+use plcc_abi::mini::Kind;
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan, SourceLine, Trap};
+
+use super::ast::{self, Action, Code, Term};
+use super::presentation::accessed;
+use crate::common::{NoObserver, Observer, StatementInterpreter, Value};
+
+#[derive(Clone, Debug)]
+pub(super) struct Interpreter {
+    pub(super) code: Arc<Code>,
+}
+
+impl Interpreter {
+    fn value<O: Observer>(&self, terms: &[Term], image: &[u8], observer: &mut O) -> i32 {
+        ast::evaluate(terms, |index| {
+            let Some(symbol) = self.code.symbol(index) else { return 0 };
+            let (value, told) = match symbol.kind {
+                Kind::Number => {
+                    let number = read_i32(image, symbol.offset);
+                    (number, Value::Integer(number.into()))
+                }
+                Kind::Input | Kind::Output => {
+                    let bit = read_u8(image, symbol.offset);
+                    (bit.into(), Value::Logical(bit != 0))
+                }
+            };
+            observer.read(accessed(symbol.offset), told);
+            value
+        })
+    }
+
+    fn run<O: Observer>(&self, task: usize, scan: &mut Scan<'_>, observer: &mut O) -> Outcome {
+        let mut at = 0;
+        let mut limit = scan.limit;
+        while let Some(step) = self.code.steps.get(at).filter(|_| task == 0) {
+            if limit.is_over(scan.host) {
+                let line = SourceLine { file: step.span.file.0, line: step.line };
+                return Outcome::Trap(Trap::late(Some(line)));
+            }
+            if observer.is_active() {
+                observer.statement(at as u32, scan.image);
+            }
+            at += 1;
+            match &step.action {
+                Action::Assign { to, value } => {
+                    let value = self.value(value, scan.image, observer);
+                    let Some(symbol) = self.code.symbol(*to) else { continue };
+                    let told = match symbol.kind {
+                        Kind::Number => {
+                            write_i32(scan.image, symbol.offset, value);
+                            Value::Integer(value.into())
+                        }
+                        Kind::Input | Kind::Output => {
+                            write_u8(scan.image, symbol.offset, u8::from(value != 0));
+                            Value::Logical(value != 0)
+                        }
+                    };
+                    observer.write(accessed(symbol.offset), told);
+                }
+                Action::If { condition, otherwise } => {
+                    if self.value(condition, scan.image, observer) == 0 {
+                        at = *otherwise;
+                    }
+                }
+                Action::End => {}
+            }
+        }
+        Outcome::End
+    }
+}
+
+impl Engine for Interpreter {
+    fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.run(task, scan, &mut NoObserver)
+    }
+}
+
+impl StatementInterpreter for Interpreter {
+    fn call_observed(
+        &mut self,
+        task: usize,
+        _: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        mut observer: &mut dyn Observer,
+    ) -> Outcome {
+        self.run(task, scan, &mut observer)
+    }
+}
