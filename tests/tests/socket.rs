@@ -914,14 +914,15 @@ fn pmac_programs_are_exchanged() {
 }
 
 #[test]
-fn a_stimulus_is_recorded_for_the_program_that_runs_then() {
+fn stimulus_and_trace_go_on_with_the_program_that_runs_then() {
     let shop = Shop::new("swap-stimulus");
     let body = "$END\nIF (GO)\nN = N + 1\nENDIF\nM = M + 1\n";
     // Of the second program each variable has another number and another place.
     let one = shop.build("one", Dialect::Pmi, &format!("$LOGICAL\nGO\n$INTEGER\nN,M\n{body}"));
     let two = format!("$LOGICAL\nHALT,GO\n$INTEGER\nL,N,M\n{body}");
     let two = shop.build("two", Dialect::Pmi, &two);
-    let options = ["--allow", "swap", "--record", "r.plcrec", "--stimulus", "s.csv"];
+    let mut options = vec!["--allow", "swap", "--record", "r.plcrec", "--stimulus", "s.csv"];
+    options.extend(["--watch", "*", "--trace", "t.csv"]);
     let mut acts = 60;
     // The stimulus is to act on the second program. On a slow computer it must come later for that.
     let control = loop {
@@ -942,6 +943,13 @@ fn a_stimulus_is_recorded_for_the_program_that_runs_then() {
     }
     assert_eq!(control.end().0, Some(130));
     assert_eq!(replayed_programs(&shop.path("r.plcrec")), 2);
+    // M counts the ticks in both programs.
+    let trace = fs::read_to_string(shop.path("t.csv")).unwrap();
+    let rows = trace.lines().filter_map(|row| row.split_once(",M,"));
+    let rows: Vec<(u64, u64)> =
+        rows.map(|(tick, value)| (tick.parse().unwrap(), value.parse().unwrap())).collect();
+    assert!(rows.last().unwrap().0 > acts, "{trace}");
+    assert!(rows.iter().all(|(tick, value)| tick + 1 == *value), "{trace}");
 }
 
 /// Runs a recorded run again, through all its online changes, writes and forces; every tick must go as it was

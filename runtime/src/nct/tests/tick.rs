@@ -318,6 +318,32 @@ fn forced_inputs_are_seen_and_forced_lines_are_held() {
 }
 
 #[test]
+fn forces_are_listed_as_they_were_asked_for() {
+    let mut executive = executive(NctTables::default(), 2);
+    let listed = |executive: &NctExecutive| -> Vec<String> {
+        let names = executive.names();
+        let forces = executive.forces().into_iter();
+        forces.map(|(key, value)| format!("{}={value}", names.canonical(key))).collect()
+    };
+    for (name, value) in [("P002", 1), ("Y04", 0x8001), ("O120", 0)] {
+        force(&mut executive, name, Some(value)).unwrap();
+    }
+    assert_eq!(listed(&executive), ["P002=1", "Y04=32769", "O120=0"]);
+    force(&mut executive, "P002", Some(0)).unwrap();
+    force(&mut executive, "O120", None).unwrap();
+    assert_eq!(listed(&executive), ["P002=0", "Y04=32769"]);
+    // A checkpoint holds the bits alone.
+    let checkpoint = executive.checkpoint();
+    executive.resume(&checkpoint).unwrap();
+    assert_eq!(listed(&executive), ["I002=0", "Y04=32769"]);
+    // When a part of a force ends, the rest of it is in effect.
+    force(&mut executive, "Y050", None).unwrap();
+    let rest = listed(&executive);
+    assert_eq!((rest.len(), rest[1].as_str(), rest[15].as_str()), (16, "Y040=1", "Y057=1"));
+    assert_eq!(executive.forces().len(), 16);
+}
+
+#[test]
 fn a_stop_clears_forced_lines_too() {
     let mut executive = executive(NctTables::default(), 2);
     force(&mut executive, "Y010", Some(1)).unwrap();
