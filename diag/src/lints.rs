@@ -67,6 +67,7 @@ pub static LINTS: &[Lint] = &[
     warn("strobe-without-fin", &["NCT-W10"]),
     warn("timer-never-started", &["NCT-W11"]),
     allow("written-in-two-modules", &["NCT-W6"]),
+    warn("read-never-written", &["NCT-W5"]),
     warn("message-without-text", &["NCT-W12"]),
     warn("text-never-used", &["NCT-W13"]),
     allow("undefined-m-variable", &["PMAC-W12"]),

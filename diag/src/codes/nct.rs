@@ -515,7 +515,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-W5",
         "read and never written",
-        "The bit is tested or loaded, and nothing in the program sets it.",
+        "Lint read-never-written. The bit is tested or loaded, and nothing in the program sets it. F000 to F009 are left out, which the control writes.",
         "wrong: F0103 U012 Z\nright: UF0103 where it becomes true",
     ),
     page(

@@ -136,6 +136,12 @@ const CASES: &[Case] = &[
         "$END\nIF (Y)\nGOTO L1\nENDIF\nX = T\nL1: Y = T\n",
     ),
     nct(
+        "read-never-written",
+        2,
+        ":001\nF0200 U012 Z\nJ1\n:000 J0",
+        ":001\nF0200 U012 Z\nI000 UF0200 Z\nJ1\n:000 J0",
+    ),
+    nct(
         "constant-condition",
         2,
         ":001 LRH062\n<0 U012 Z\nJ1 :000 J0",

@@ -28,18 +28,29 @@ struct Finder<'a> {
 
 /// Makes the cross-reference of a program.
 pub(crate) fn cross_reference(program: &Program) -> CrossReference {
-    let mut finder =
-        Finder { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
-    for (at, stmt) in program.stmts.iter().enumerate() {
-        finder.stmt(at, &stmt.op);
-    }
-    let mut warnings = finder.forgotten();
+    let finder = Finder::of(program);
+    let mut warnings = finder.never_read();
     warnings.extend(outputs_of_several_modules(program));
     warnings.sort_by_key(|w| w.span.start);
     CrossReference { rows: finder.rows.into_values().collect(), warnings }
 }
 
-impl Finder<'_> {
+/// `read-never-written`: bits of flags and outputs that are read and never written.
+pub(super) fn never_written(program: &Program) -> Vec<Diagnostic> {
+    Finder::of(program).never_written()
+}
+
+impl<'a> Finder<'a> {
+    /// All uses of a program's variables.
+    fn of(program: &'a Program) -> Self {
+        let mut finder =
+            Self { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
+        for (at, stmt) in program.stmts.iter().enumerate() {
+            finder.stmt(at, &stmt.op);
+        }
+        finder
+    }
+
     /// Adds the uses of the statement `op` with the index `at`.
     fn stmt(&mut self, at: usize, op: &Op) {
         match *op {
@@ -162,36 +173,37 @@ impl Finder<'_> {
         }
     }
 
-    /// Warnings of bits that are written and never read, or read and never written. Outputs are
-    /// read by the machine and the NC, so only F can be never read. F000 to F009 are written by the
-    /// control.
-    fn forgotten(&self) -> Vec<Diagnostic> {
-        let mut warnings = vec![];
-        for (bit, [written, read]) in &self.bits {
-            let [by_word_written, by_word_read] =
-                self.words.get(&(bit.space, bit.byte)).copied().unwrap_or_default();
-            if bit.space == Space::F && bit.byte < 10 {
-                continue;
-            }
-            match (written, read) {
-                (Some(span), None) if bit.space == Space::F && !by_word_read => {
-                    let message = format!("{bit} is written and never read");
-                    warnings.push(
-                        Diagnostic::warning("NCT-W4", *span, message)
-                            .help("remove what writes it, or look for the test that is missing"),
-                    );
-                }
-                (None, Some(span)) if !by_word_written => {
-                    let message = format!("{bit} is read and never written");
-                    warnings.push(
-                        Diagnostic::warning("NCT-W5", *span, message)
-                            .help("it stays 0 unless another device sets it"),
-                    );
-                }
-                _ => {}
-            }
-        }
-        warnings
+    /// Bits of flags that are written and never read. Outputs are read by the machine and the NC.
+    fn never_read(&self) -> Vec<Diagnostic> {
+        self.one_sided(|bit, uses, [_, by_word_read]| match uses {
+            [Some(span), None] if bit.space == Space::F && !by_word_read => Some(
+                Diagnostic::warning("NCT-W4", span, format!("{bit} is written and never read"))
+                    .help("remove what writes it, or look for the test that is missing"),
+            ),
+            _ => None,
+        })
+    }
+
+    /// Bits of flags and outputs that are read and never written.
+    fn never_written(&self) -> Vec<Diagnostic> {
+        self.one_sided(|bit, uses, [by_word_written, _]| match uses {
+            [None, Some(span)] if !by_word_written => Some(
+                Diagnostic::warning("NCT-W5", span, format!("{bit} is read and never written"))
+                    .help("it stays 0 unless another device sets it"),
+            ),
+            _ => None,
+        })
+    }
+
+    /// What `finding` finds of the bits, from where each is first written and first read, and whether a word that holds it
+    /// is written or read. F000 to F009 are left out, which the control writes.
+    fn one_sided(
+        &self,
+        finding: impl Fn(&Bit, [Option<Span>; 2], [bool; 2]) -> Option<Diagnostic>,
+    ) -> Vec<Diagnostic> {
+        let bits = self.bits.iter().filter(|(bit, _)| bit.space != Space::F || bit.byte >= 10);
+        let words = |bit: &Bit| self.words.get(&(bit.space, bit.byte)).copied().unwrap_or_default();
+        bits.filter_map(|(bit, uses)| finding(bit, *uses, words(bit))).collect()
     }
 }
 

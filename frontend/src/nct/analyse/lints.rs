@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use plcc_diag::{Diagnostic, Span};
 
-use super::cross_reference::{outputs_of_several_modules, reached};
+use super::cross_reference::{never_written, outputs_of_several_modules, reached};
 use crate::nct::ast::{
     Bit, ConditionPart, Op, Operand, Program, Relation, Space, Stmt, Test, Variable, Word,
 };
@@ -26,6 +26,7 @@ pub(crate) fn find(program: &Program) -> Vec<Diagnostic> {
     let reached = reached(program);
     let used = Used::of(program);
     let mut found = outputs_of_several_modules(program);
+    found.extend(never_written(program));
     constant_conditions(program, &mut found);
     unreachable(program, &reached, &mut found);
     falls_through(program, &reached, &mut found);

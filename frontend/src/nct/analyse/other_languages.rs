@@ -32,11 +32,11 @@ static HABITS: LazyLock<Habits> = LazyLock::new(|| {
 /// assignment, is read as several statements; it keeps its first error alone.
 pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
     let mut left = EXPLAINED_ERRORS;
-    // Where the comment or the assignment ends that the last error was about.
-    let (mut comment_end, mut assignment_end) = (0, None);
+    // Where the comment, number or assignment ends that the last error was about.
+    let (mut read_end, mut assignment_end) = (0, None);
     found.retain_mut(|diagnostic| {
         let range = diagnostic.span.range();
-        if range.start < comment_end {
+        if range.start < read_end {
             return false;
         }
         if !diagnostic.is_error() || left == 0 {
@@ -59,9 +59,12 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
             .or_else(|| digits(&site))
             .or_else(|| symbol(&site))
             .or_else(|| constant(&site));
+        if hexadecimal_operand(&site).is_some() {
+            read_end = range.start + digits_after(text, range.start);
+        }
         if is_comment {
             let rest = text.get(range.start..).unwrap_or("");
-            comment_end = range.start + rest.find(['\r', '\n']).unwrap_or(rest.len());
+            read_end = range.start + rest.find(['\r', '\n']).unwrap_or(rest.len());
         }
         if is_assignment {
             let end = assignment_end.replace(range.end);
@@ -79,6 +82,11 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
         true
     });
     tell_small_letters(text, found);
+}
+
+/// How many hexadecimal digits stand at a place of a text.
+fn digits_after(text: &str, at: usize) -> usize {
+    text.get(at..).map_or(0, |rest| rest.bytes().take_while(u8::is_ascii_hexdigit).count())
 }
 
 /// The line around an error, and the error's code.
@@ -253,6 +261,17 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
                 "J0, J1 and J2 end modules; a jump is written G and a label: G010",
             );
         }
+        let (number, from) = site.around.word(|c| c.is_ascii_digit());
+        let line = [before, at, after].concat();
+        let parts = (line.get(..from), line.get(from + number.len()..));
+        if parts.0.is_some_and(|text| text.trim_start().is_empty())
+            && parts.1.is_some_and(|text| text.trim_start().len() < text.len() || text.is_empty())
+        {
+            let label =
+                if number.len() == 3 { format!("; a label: :{number}") } else { String::new() };
+            let written = format!("a decimal constant begins with a comma: ,{number}{label}");
+            return explanation(format!("`{number}` alone is not a statement"), written);
+        }
         let address = last_address(before)?;
         let what = match address.chars().next()? {
             'T' => "20 ms timers are T00 to T49",
@@ -303,6 +322,19 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
             "a jump has a label of three digits, G{number:0>3}; G codes belong in part programs"
         ));
     }
+    if let Some((letter, digits)) = hexadecimal_operand(site) {
+        return help(format!(
+            "a hexadecimal constant is a point and four digits: {letter}.{digits}"
+        ));
+    }
+    if let Some(letter) = letters.strip_suffix('O')
+        && number.len() == 2
+        && ["U", "D", "I", "Y", "V", "P", "NI", "NY"].contains(&letter)
+    {
+        return help(format!(
+            "the digit 0 is meant, not the letter O: {letter}0{number}; an address O has three digits"
+        ));
+    }
     // The letter O or I in the place of a digit has a help of its own.
     if after.starts_with(['O', 'I', 'l']) {
         return None;
@@ -316,6 +348,17 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
     };
     let zeros = format!("{number:0>count$}");
     (number.len() < count).then(|| help(format!("write {count} digits: {letters}{zeros}")))?
+}
+
+/// A hexadecimal number that follows A or O without a point, `A00FE`, if the error is in it: the letter, and the digits.
+fn hexadecimal_operand(site: &ErrorSite<'_>) -> Option<(char, String)> {
+    let Surroundings { before, at, after } = site.around;
+    let operator = before.trim_end_matches(|c: char| c.is_ascii_digit());
+    let letter = operator.chars().next_back().filter(|c| matches!(c, 'A' | 'O'))?;
+    let rest = [before.get(operator.len()..)?, at, after].concat();
+    let digits: String = rest.chars().take_while(char::is_ascii_hexdigit).collect();
+    let has_letter = digits.contains(|c: char| c.is_ascii_alphabetic());
+    (site.is(&["9", "19", "73"]) && digits.len() == 4 && has_letter).then_some((letter, digits))
 }
 
 /// Operators of other languages.
