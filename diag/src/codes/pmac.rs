@@ -272,6 +272,12 @@ pub static CODES: &[CodeInfo] = &[
         "Wrong:\n  WHILE (P1=0)\n  ENDWHILE          ; nothing sets P1\nRight:\n  WHILE (M11=0)\n  ENDWHILE",
     ),
     code(
+        "PMAC-W19",
+        "two M-variables for one bit, both written",
+        "Lint same-bit-twice. Two M-variables are defined as the same bit, and programs write both, so that the one that is written later in a scan decides. Often one of the definitions was copied and not changed.",
+        "Wrong:\n  M1->Y:$C002,8\n  M2->Y:$C002,8     ; copied\n  M1=1 M2=0\nRight:\n  M2->Y:$C002,9",
+    ),
+    code(
         "PMAC-N1",
         "motion program skipped",
         "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are not PLC code and are skipped up to their CLOSE.",

@@ -43,7 +43,10 @@ use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::{assumptions, enabled, lints, load, local_variables, out_of_range, power_pmac};
+use analyse::{
+    assumptions, define_with_equals, enabled, lints, load, local_variables, out_of_range,
+    power_pmac,
+};
 use read::{download, preprocess};
 
 /// What begins a comment that goes on to the end of its line.
@@ -88,6 +91,7 @@ pub fn check(
     diagnostics.extend(found);
     diagnostics.extend(out_of_range::warnings(&download));
     power_pmac::one_error_a_file(sources, &mut diagnostics);
+    define_with_equals::one_error_a_definition(sources, &mut diagnostics);
     let is_fatal = |d: &Diagnostic| d.is_error() && d.code != "PMAC-9";
     if diagnostics.iter().any(is_fatal) {
         options.lints.apply(sources, &mut diagnostics, &COMMENT_MARKS, None);

@@ -198,6 +198,12 @@ const CASES: &[Case] = &[
         ":001 U710 U711 J1 :000 J0 :199 DOOR OPEN,\nNO OIL$",
     ),
     pmac(
+        "same-bit-twice",
+        5,
+        "M1->Y:$C002,8,1\nM2->Y:$C002,8,1\nOPEN PLC 1 CLEAR\nM1=P1\nM2=P2\nCLOSE\nENABLE PLC1\n",
+        "M1->Y:$C002,8,1\nM2->Y:$C002,9,1\nOPEN PLC 1 CLEAR\nM1=P1\nM2=P2\nCLOSE\nENABLE PLC1\n",
+    ),
+    pmac(
         "value-out-of-range",
         3,
         "I5=2 M1->Y:$FFC2,8,1\nOPEN PLC 2 CLEAR\nM1=2\nCLOSE\n",

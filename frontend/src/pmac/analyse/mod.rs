@@ -4,6 +4,7 @@
 
 pub(crate) mod assumptions;
 pub(crate) mod cross_reference;
+pub(crate) mod define_with_equals;
 pub(crate) mod enabled;
 pub(crate) mod lints;
 pub(crate) mod load;

@@ -369,6 +369,13 @@ fn definition(site: &ErrorSite<'_>) -> Option<Explanation> {
             format!("hexadecimal numbers are written ${digits}"),
         );
     }
+    let zeros = upper.replace('O', "0");
+    if zeros != upper && zeros.len() >= 3 && is_hexadecimal(&zeros) {
+        return explanation(
+            format!("`{written}` has the letter O in it"),
+            format!("write the digit 0: ${zeros}"),
+        );
+    }
     if at == "(" || at == "$" && after.starts_with('(') {
         return help("an address is a number without parentheses: M1->Y:$FFC2,8");
     }

@@ -1,4 +1,4 @@
-//! Lints about variables: `value-out-of-range`, `undefined-m-variable`, `shared-timer`.
+//! Lints about variables: `value-out-of-range`, `undefined-m-variable`, `shared-timer`, `same-bit-twice`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -174,5 +174,35 @@ fn timer(checked: &Checked<'_>, kind: Kind, number: u16) -> Option<Timer> {
             _ => None,
         },
         _ => None,
+    }
+}
+
+/// Bits of memory or of outputs that programs write by two M-variables, so that the one that is written later decides.
+pub(super) fn same_bit_twice(checked: &mut Checked<'_>) {
+    let mut writers: BTreeMap<(bool, u32, u8), Vec<(u16, TextRange)>> = BTreeMap::new();
+    for stmt in checked.download.statements() {
+        let StmtKind::Assign(Target::Var(Kind::M, number), _) = stmt.kind else { continue };
+        let place = match definition(checked, number.into()) {
+            Definition::X { address, field } if field.width == 1 => (true, address, field.offset),
+            Definition::Y { address, field } if field.width == 1 => (false, address, field.offset),
+            _ => continue,
+        };
+        let writers = writers.entry(place).or_default();
+        if writers.iter().all(|(other, _)| *other != number) {
+            writers.push((number, stmt.at));
+        }
+    }
+    for ((is_x, address, bit), writers) in writers {
+        let Some((&(first, _), others)) = writers.split_first() else { continue };
+        for &(number, at) in others {
+            let place = format!("{}:${address:04X},{bit}", if is_x { "X" } else { "Y" });
+            let message =
+                format!("M{number} and M{first} are the same bit, {place}, and both are written");
+            checked.add(at, |span| {
+                Diagnostic::warning("PMAC-W19", span, message).help(format!(
+                    "write M{first} in the place of M{number}, or correct one of the definitions"
+                ))
+            });
+        }
     }
 }
