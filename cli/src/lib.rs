@@ -70,7 +70,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Replay(args) => commands::replay::replay(&args, report),
         args::Command::Convert(args) => commands::convert::convert(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, &passes, report),
-        args::Command::Dev { command } => commands::dev::dev(*command, report),
+        args::Command::Dev { command } => commands::dev::dev(command, report),
         args::Command::Monitor(args) => commands::monitor::monitor(&args, report),
         args::Command::Debug => commands::debug::debug(),
         args::Command::Explain(args) => commands::explain::explain(&args),

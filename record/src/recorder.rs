@@ -143,7 +143,8 @@ impl Recorder {
         }
         if self.wants_checkpoint.load(Ordering::Relaxed) {
             self.wants_checkpoint.store(false, Ordering::Relaxed);
-            self.want_checkpoint();
+            // Until it comes, the writing thread can keep no tick.
+            self.due = true;
         }
         if self.due {
             self.take_checkpoint(executive);
@@ -162,16 +163,6 @@ impl Recorder {
     /// Whether a checkpoint is to be taken in idle time.
     pub(crate) fn waits_for_idle_time(&self) -> bool {
         self.patience.is_some()
-    }
-
-    /// A checkpoint is to be taken soon.
-    fn want_checkpoint(&mut self) {
-        match &self.sink {
-            Sink::File(_) => self.due = true,
-            Sink::Queue(_) => {
-                self.patience.get_or_insert(self.interval / PATIENCE);
-            }
-        }
     }
 
     /// Notes something that is about to act on the control.
@@ -227,7 +218,10 @@ impl Recorder {
                 *ticks = ticks.saturating_sub(1);
                 self.due |= *ticks == 0;
             }
-            None if self.since_checkpoint >= self.interval => self.want_checkpoint(),
+            None if self.since_checkpoint >= self.interval => match &self.sink {
+                Sink::File(_) => self.due = true,
+                Sink::Queue(_) => self.patience = Some(self.interval / PATIENCE),
+            },
             None => {}
         }
     }

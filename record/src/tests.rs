@@ -94,8 +94,8 @@ fn ticks_for_which_there_is_no_room_are_told_and_the_record_goes_on() {
         }
     }
     assert_eq!(gaps, [10_007]);
-    // The second checkpoint, after 30 s, found no room any more.
-    assert_eq!(ticks, 1500 + 100);
+    // The second checkpoint, after 30 s and another 7.5 s in which it has waited for idle time, found no room any more.
+    assert_eq!(ticks, 1500 + 375 + 100);
     assert!(replayer.end().unwrap().1, "the hash after the last tick");
     assert_eq!(read_u32(replayer.executive().image(), 8), 10_100);
     assert!(matches!(

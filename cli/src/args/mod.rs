@@ -220,7 +220,7 @@ Examples:
   plcc dev bench mill.pmc --passes=-gates,-narrow")]
     Dev {
         #[command(subcommand)]
-        command: Box<DevCommand>,
+        command: DevCommand,
     },
 
     /// Prints completions for a shell
@@ -258,7 +258,7 @@ pub(crate) enum DevCommand {
         passes: PassArgs,
 
         #[command(flatten)]
-        args: BuildArgs,
+        args: Box<BuildArgs>,
     },
 
     /// `plcc run` with a choice of passes
@@ -267,7 +267,7 @@ pub(crate) enum DevCommand {
         passes: PassArgs,
 
         #[command(flatten)]
-        args: RunCommand,
+        args: Box<RunCommand>,
     },
 
     /// `plcc bench` with a choice of passes
@@ -276,7 +276,7 @@ pub(crate) enum DevCommand {
         passes: PassArgs,
 
         #[command(flatten)]
-        args: BenchArgs,
+        args: Box<BenchArgs>,
     },
 }
 
