@@ -246,7 +246,6 @@ Examples:
 
 /// The commands of `plcc dev`.
 #[derive(Subcommand)]
-#[allow(clippy::large_enum_variant, reason = "there is one of it in a process")]
 pub(crate) enum DevCommand {
     /// `plcc build` with a choice of passes, and their times
     Build {
