@@ -9,8 +9,8 @@ use clap::{ArgGroup, Args};
 use plcc_image::latch::Rule;
 
 pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
-use crate::control_args::{decimal, seconds};
 use crate::socket::{AllowedGroup, AllowedUser, Permission};
+use plcc_configuration::duration;
 use plcc_files::why_not_read;
 use plcc_load::signature::PublicKey;
 
@@ -225,7 +225,7 @@ fn ticks(text: &str) -> Result<u64, String> {
 }
 
 /// The watchdog's limit: a time with its unit, or none.
-fn watchdog(text: &str) -> Result<WatchdogLimit, String> {
+pub(crate) fn watchdog(text: &str) -> Result<WatchdogLimit, String> {
     if text.trim().eq_ignore_ascii_case("off") {
         return Ok(WatchdogLimit::Off);
     }
@@ -233,22 +233,6 @@ fn watchdog(text: &str) -> Result<WatchdogLimit, String> {
         time if time.is_zero() => Err("it is more than 0; `off` is no limit".into()),
         time => Ok(WatchdogLimit::Time(time)),
     }
-}
-
-/// A time with its unit.
-fn duration(text: &str) -> Result<Duration, String> {
-    let at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(at);
-    let unit = match unit.trim() {
-        "us" => 0.000_001,
-        "ms" => 0.001,
-        "s" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err("a number and us, ms, s, m or h are expected, as in 5s or 200ms".into()),
-    };
-    let number = decimal(number.trim()).ok_or("it does not begin with a number, as in 5s")?;
-    seconds(number, unit).ok_or_else(|| "that is too long".into())
 }
 
 #[cfg(test)]
@@ -271,16 +255,6 @@ mod tests {
         assert_eq!(watchdog("OFF"), Ok(WatchdogLimit::Off));
         for text in ["0ms", "", "50", "on", "-1s"] {
             assert!(watchdog(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn durations_have_a_unit() {
-        for (text, ms) in [("5s", 5000), ("200ms", 200), ("1.5m", 90_000), ("2 h", 7_200_000)] {
-            assert_eq!(duration(text), Ok(Duration::from_millis(ms)), "{text}");
-        }
-        for text in ["5", "s", "", "-5s", "1e3s", "5d", "99999999999999999999h", "NaNs"] {
-            assert!(duration(text).is_err(), "{text}");
         }
     }
 }

@@ -35,12 +35,9 @@
 //! | `latch.rs` | takes inputs, in the control |
 //! | `process.rs` | which process gives inputs, and whether it still runs |
 //! | `safe_output_writer.rs` | writes the safe outputs of a control that has died |
-//! | `configuration/` | the entries `[[io]]` of a controller's configuration, behind the feature of that name |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
 mod clock;
-#[cfg(feature = "configuration")]
-pub mod configuration;
 mod hal_pin_name;
 pub mod input_area;
 pub mod latch;

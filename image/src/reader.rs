@@ -185,6 +185,12 @@ impl ImageReader {
         bytes.skip(from % 8).take(size).collect()
     }
 
+    /// Whether [`read`](Self::read) would give another tick, or another state of the control, than this one.
+    pub fn is_newer_than(&self, tick: &Snapshot) -> bool {
+        let header = [layout::AT_TICKS, layout::AT_TIME].map(|at| self.word(at));
+        header != [tick.ticks, tick.time] || self.state() != tick.state
+    }
+
     /// A whole tick: waits, without sleeping, while the writer writes. `None` when that does not end,
     /// since the writer has died while it wrote.
     pub fn read(&self) -> Option<Snapshot> {

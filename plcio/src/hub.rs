@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use plcc_image::configuration::Point;
+use plcc_configuration::Point;
 use plcc_image::{Direction, ImageReader, Input, InputWriter, Snapshot, State, Symbol};
 
 /// The image file with its points. Drivers name a point by its index.
@@ -98,6 +98,14 @@ impl Hub {
         self.points.get(index).map(|(point, _)| point)
     }
 
+    /// The indices of the points of a driver.
+    pub(crate) fn points_of(&self, driver: &str) -> Vec<usize> {
+        let is_own = |(_, (point, _)): &(usize, &(Point, Option<Input>))| {
+            point.entry.driver.name() == driver
+        };
+        self.points.iter().enumerate().filter(is_own).map(|(index, _)| index).collect()
+    }
+
     /// The safe value that a point outside gets of an output; of what is no output the present one.
     pub(crate) fn safe_value(&self, index: usize) -> Option<f64> {
         let (point, _) = self.points.get(index)?;
@@ -176,7 +184,16 @@ impl Hub {
     /// Reads the newest tick. Returns whether outputs have become safe (`true`) or are the program's again
     /// (`false`), where that has changed.
     pub(crate) fn refresh(&mut self) -> Option<bool> {
-        let tick = self.reader.read();
+        // A tick whose outputs were made safe is read again, since they may be the program's again.
+        let is_old = |tick: &Snapshot| !self.safe && !self.reader.is_newer_than(tick);
+        let tick = match self.tick.take() {
+            Some(tick) if is_old(&tick) => Some(tick),
+            before => {
+                let now = self.reader.read();
+                self.tick = before;
+                now
+            }
+        };
         let is_silent = |tick: &Snapshot| {
             let since = u128::from(plcc_image::monotonic_ns().saturating_sub(tick.time));
             since > self.silence.as_nanos().max(u128::from(self.reader.tick_ns()) * 10)

@@ -5,6 +5,9 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `settings.rs` | what the configuration says |
+//! | `driver.rs` | what a driver is to a session |
+//! | `drivers.rs` | the list of all drivers |
+//! | `reconnection.rs` | connections that are made again, and what is reported of it |
 //! | `session.rs` | the work for one image file, from its beginning to its end |
 //! | `hub.rs` | the values of all points, between the drivers and the image file |
 //! | `events.rs` | the log |
@@ -17,6 +20,8 @@
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
 //! | `plant/` | values, events and records for other computers of a plant, by zenoh (feature `zenoh`) |
 
+mod driver;
+mod drivers;
 #[cfg(feature = "ethercat")]
 mod ethercat;
 mod events;
@@ -24,6 +29,7 @@ mod events;
 mod gpio;
 mod hal;
 mod hub;
+#[cfg(any(feature = "mqtt", feature = "opcua"))]
 mod input_file;
 mod modbus;
 #[cfg(feature = "mqtt")]
@@ -32,21 +38,22 @@ mod mqtt;
 mod opcua;
 #[cfg(feature = "zenoh")]
 mod plant;
+mod reconnection;
 mod session;
 mod settings;
 
 use std::fmt::Display;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{CommandFactory, Parser};
-use plcc_image::configuration::Driver;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Notify;
 
+use drivers::Drivers;
 use events::Events;
 use session::{Remains, Session};
 use settings::Settings;
@@ -64,8 +71,13 @@ use settings::Settings;
 )]
 struct Cli {
     /// The configuration of the control
-    #[arg(value_name = "FILE.toml", required_unless_present_any = ["drivers", "completions", "man"])]
+    #[arg(value_name = "FILE.toml", required_unless_present_any = ["check_config", "drivers", "completions", "man"])]
     config: Option<PathBuf>,
+
+    /// Finds the mistakes of a configuration, and connects nothing; those that only the program shows are found by
+    /// plcrt --check-config
+    #[arg(long, value_name = "FILE.toml", exclusive = true)]
+    check_config: Option<PathBuf>,
 
     /// Prints the names of the drivers that this plcio was built with, and connects nothing
     #[arg(long, exclusive = true)]
@@ -98,14 +110,14 @@ device: tables [[plcio.device]] with address, unit, poll_ms, answer_ms and write
 log: the file to which events are appended, a line of JSON each.\n\n\
 OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio --drivers names \
 all that are there. \
-plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
+plcrt --check-config FILE.toml finds all mistakes, plcio --check-config FILE.toml those for which the program is not needed. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";
 
 /// Prints the names of the drivers, completions or the manual page.
 fn page(cli: &Cli) -> Result<(), String> {
     let mut page = Vec::new();
     match cli.completions {
-        None if cli.drivers => page = settings::drivers().into_bytes(),
+        None if cli.drivers => page = drivers::names().into_bytes(),
         Some(shell) => clap_complete::generate(shell, &mut Cli::command(), "plcio", &mut page),
         None => {
             // The synopsis is that of --help: clap_mangen's own names options without their values.
@@ -126,8 +138,28 @@ fn say_error(error: impl Display) {
     let _ = writeln!(std::io::stderr(), "error: {}", plcc_abi::printable(&error.to_string()));
 }
 
+/// Checks a configuration, and says what is wrong.
+fn check(path: &Path) -> ExitCode {
+    match settings::check(path) {
+        Ok(warnings) => {
+            for warning in warnings {
+                let text = warning.of(path);
+                let _ = writeln!(std::io::stderr(), "warning: {}", plcc_abi::printable(&text));
+            }
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            say_error(message);
+            ExitCode::from(2)
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    if let Some(path) = &cli.check_config {
+        return check(path);
+    }
     let Some(config) = &cli.config else {
         return match page(&cli) {
             Ok(()) => ExitCode::SUCCESS,
@@ -147,7 +179,7 @@ fn main() -> ExitCode {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     match runtime {
         Ok(runtime) => {
-            let status = runtime.block_on(run(settings));
+            let status = runtime.block_on(run(Arc::new(settings)));
             // A device whose driver in the kernel hangs may keep a thread for ever.
             runtime.shutdown_background();
             status
@@ -161,7 +193,7 @@ fn main() -> ExitCode {
 
 /// Serves the image file of the control, and the next one when the control has made another, until a
 /// signal comes.
-async fn run(settings: Settings) -> ExitCode {
+async fn run(settings: Arc<Settings>) -> ExitCode {
     let events = match Events::open(settings.log.as_deref()) {
         Ok(events) => events,
         Err(message) => {
@@ -173,12 +205,7 @@ async fn run(settings: Settings) -> ExitCode {
     let (Ok(mut terminate), Ok(mut interrupt)) = signals else { return ExitCode::from(2) };
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let unloaded = Arc::new(Notify::new());
-    let has_pins = settings.entries.iter().any(|entry| entry.driver == Driver::Hal);
-    let hal = has_pins.then(|| {
-        let unloaded = Arc::clone(&unloaded);
-        hal::Hal::start(&settings, &events, move || unloaded.notify_one())
-    });
-    let outlasting = session::Outlasting::new(hal);
+    let mut drivers = Drivers::new(&settings, &events, &unloaded);
     let work = tokio::spawn(async move {
         // Whether the event `waiting` has been written since the last session.
         let mut is_reported = false;
@@ -191,7 +218,7 @@ async fn run(settings: Settings) -> ExitCode {
                     if let Some(remains) = remains.take() {
                         remains.end().await;
                     }
-                    remains = session.run(stopped.clone(), &outlasting).await;
+                    remains = session.run(stopped.clone(), &mut drivers).await;
                 }
                 Err(why) if !is_reported => {
                     events.write("waiting", &[("why", why.into())]);
@@ -201,15 +228,14 @@ async fn run(settings: Settings) -> ExitCode {
             }
             match &remains {
                 Some(remains) => remains.refresh(),
-                None => remains = Session::left(&settings, &events),
+                None => remains = Session::left(&settings, &events, &mut drivers),
             }
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
         if let Some(remains) = remains {
             remains.end().await;
         }
-        #[cfg(feature = "opcua")]
-        outlasting.opcua.stop("plcio ends").await;
+        drivers.end().await;
     });
     tokio::select! {
         _ = terminate.recv() => {}

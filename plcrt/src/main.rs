@@ -13,16 +13,16 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
+use plcc_configuration::{Checked, Configuration, Entry, Mistake, Mistakes, Warning};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
 use plcc_host::args::{ControlArgs, RunArgs};
-use plcc_host::configuration::{self, Mistake, Mistakes};
+use plcc_host::configuration;
 use plcc_host::session;
 use plcc_host::session::PathConflict;
 use plcc_host::supervisor::{self, Supervision};
-use plcc_image::configuration::{Checked, Entry, Warning};
 use plcc_load::Artifact;
 use plcc_load::Inspection;
 use plcc_load::signature::PublicKey;
@@ -62,7 +62,7 @@ struct Cli {
 
     /// Prints the variables and outputs in an image file (--image) as a dump, and runs nothing:
     /// those of a control that was killed. With the artifact of its program the dump is that of a run
-    #[arg(long, value_name = "FILE", conflicts_with = "realtime")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["realtime", "config"])]
     dump_image: Option<PathBuf>,
 
     /// Prints completions for a shell, and runs nothing
@@ -87,9 +87,9 @@ struct Cli {
     #[arg(long)]
     no_supervisor: bool,
 
-    /// How often a control that has died is started again by its supervisor
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    restart: u32,
+    /// How often a control that has died is started again by its supervisor [default: 0]
+    #[arg(long, value_name = "N")]
+    restart: Option<u32>,
 
     /// A hardware watchdog that the supervisor keeps from restarting the computer for as long as the
     /// control is well, usually /dev/watchdog
@@ -129,7 +129,7 @@ fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
         return check_config(path);
     }
     let cli = match &cli.config {
-        Some(path) => configured(path, &cli, words)?,
+        Some(path) => configured(&path.clone(), cli)?,
         None => cli,
     };
     if !cli.run.realtime || cli.no_supervisor || cli.run.gdb || cli.supervised || cli.info {
@@ -142,129 +142,127 @@ fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
         words,
         image: cli.run.image.clone(),
         log: cli.run.log.clone().filter(|path| path.as_os_str() != "-"),
-        restart: cli.restart,
+        restart: cli.restart.unwrap_or(0),
         device: cli.watchdog_device,
     })
 }
 
-/// The options with lists, whose keys a list on the command line replaces as a whole.
-const LISTS: [&str; 3] = ["--allow=", "--allow-user=", "--allow-group="];
-
-/// The command line with the words of a configuration before the user's own. `given` is what the user's own say.
+/// The command line `cli` with what a configuration says besides.
 ///
 /// # Errors
 /// When the file can't be read or has mistakes, or an option needs another one that neither has.
-fn configured(path: &Path, given: &Cli, words: &[OsString]) -> Result<Cli, String> {
-    let (configuration, mistakes) = configuration::open(path, &Cli::command())?;
-    if !mistakes.is_empty() {
-        return Err(Mistakes(path, &mistakes).to_string());
-    }
-    let mut all: Vec<OsString> = vec!["plcrt".into(), "--realtime".into()];
-    if given.artifact.is_none() {
-        all.extend(configuration.artifact.map(|(_, path)| path.into_os_string()));
-    }
-    if !configuration.options.iter().any(|word| word.text.starts_with("--record=")) {
-        all.push(default_record(path, &configuration.options));
-    }
-    let run = &given.run;
-    let replaced = [!run.allow.is_empty(), !run.allow_user.is_empty(), !run.allow_group.is_empty()];
-    let is_replaced = |word: &configuration::Word| {
-        LISTS.iter().zip(replaced).any(|(list, replaced)| replaced && word.text.starts_with(list))
-    };
-    let options = configuration.options.into_iter().filter(|word| !is_replaced(word));
-    all.extend(options.map(|word| word.text.into()));
-    all.extend(words.iter().skip(1).cloned());
-    let cli = Cli::try_parse_from(all).map_err(|error| {
-        let text = error.to_string();
-        text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
-    })?;
+fn configured(path: &Path, mut cli: Cli) -> Result<Cli, String> {
+    let (configuration, findings) = Configuration::open(path)?;
+    let mut mistakes = findings.for_control();
+    mistakes.extend(configuration::apply(&configuration, &mut cli.run));
+    refuse(path, mistakes)?;
+    cli.run.realtime = true;
+    cli.run.record.get_or_insert_with(|| configuration.record_path());
+    let Configuration { artifact, restart, watchdog_device, entries, .. } = configuration;
+    cli.artifact = cli.artifact.or(artifact);
+    cli.restart = cli.restart.or(restart);
+    cli.watchdog_device = cli.watchdog_device.or(watchdog_device);
+    cli.wiring = entries;
     // Any of these is taken beside --config, as long as the file is not read.
     let missing = |option: &str, key: &str| {
         let file = path.display();
         Err(format!("{option} needs --{key}, or the key `{key}` in {file}"))
     };
     let run = &cli.run;
-    let lists = [!run.allow.is_empty(), !run.allow_user.is_empty(), !run.allow_group.is_empty()];
-    if let Some((list, _)) = LISTS.iter().zip(lists).find(|(_, given)| *given)
+    let lists = [
+        ("--allow", !run.allow.is_empty()),
+        ("--allow-user", !run.allow_user.is_empty()),
+        ("--allow-group", !run.allow_group.is_empty()),
+    ];
+    if let Some((list, _)) = lists.into_iter().find(|(_, given)| *given)
         && run.socket.is_none()
     {
-        return missing(list.trim_end_matches('='), "socket");
+        return missing(list, "socket");
     }
     if run.retain_must_exist && run.retain.is_none() {
         return missing("--retain-must-exist", "retain");
     }
-    Ok(Cli { wiring: configuration.wiring, ..cli })
+    Ok(cli)
 }
 
-/// Where a control with a configuration is recorded that does not say it: beside the retained file, if
-/// there is one, else beside the configuration.
-fn default_record(path: &Path, options: &[configuration::Word]) -> OsString {
-    let mut retained = options.iter().filter_map(|word| word.text.strip_prefix("--retain="));
-    let beside = retained.next_back().map_or(path, Path::new);
-    let mut word = OsString::from("--record=");
-    word.push(beside.with_extension("plcrec"));
-    word
+/// That a configuration has mistakes, if it has some.
+fn refuse(path: &Path, mut mistakes: Vec<Mistake>) -> Result<(), String> {
+    mistakes.sort();
+    if mistakes.is_empty() { Ok(()) } else { Err(Mistakes(path, &mistakes).to_string()) }
 }
 
-/// Finds the mistakes of a configuration, also those that only the program's control knows.
+/// Finds the mistakes of a configuration, also those that only the program's control or `plcio` knows.
 ///
 /// # Errors
 /// All of them.
 fn check_config(path: &Path) -> Result<u8, String> {
-    let (configuration, mut mistakes) = configuration::open(path, &Cli::command())?;
-    let mut warnings: Vec<String> = vec![];
-    let wrong = |line: usize, message: String| Mistake { line, message };
-    let options = configuration.options.iter().map(|word| word.text.as_str());
-    let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
-    let whole = Cli::try_parse_from(words).map_err(|error| error.to_string());
-    if let Ok(cli) = &whole {
-        for (option, folder) in session::missing_folders(&cli.run) {
-            let (line, key) = (configuration.line_of(option), option.trim_start_matches('-'));
-            let (file, folder) = (path.display(), folder.display());
-            let what = "does not exist: the control could not write there";
-            warnings.push(format!("{file}:{line}: `{key}`: the folder {folder} {what}"));
-        }
+    let (configuration, findings) = Configuration::open(path)?;
+    let mut mistakes = match configuration.is_for_plcio() {
+        true => findings.all(),
+        false => findings.for_control(),
+    };
+    let reads = configuration.artifact.iter().cloned().chain([path.to_owned()]).collect();
+    let mut run = RunArgs { realtime: true, reads, ..RunArgs::default() };
+    mistakes.extend(configuration::apply(&configuration, &mut run));
+    let mut warnings: Vec<Warning> = vec![];
+    for (option, folder) in session::missing_folders(&run) {
+        let key = option.trim_start_matches('-');
+        let what = "does not exist: the control could not write there";
+        let message = format!("`{key}`: the folder {} {what}", folder.display());
+        warnings.push(Warning { line: Some(configuration.line_of(key)), message });
     }
-    if let Some((line, configured_artifact)) = &configuration.artifact {
-        let key = whole.as_ref().map_err(Clone::clone).and_then(|cli| cli.run.public_key());
-        match key.and_then(|key| open(configured_artifact, key.as_ref())) {
-            Err(message) => mistakes.push(wrong(*line, message)),
+    if let Some(artifact) = &configuration.artifact {
+        match run.public_key().and_then(|key| open(artifact, key.as_ref())) {
+            Err(message) => {
+                mistakes.push(Mistake { line: configuration.line_of("artifact"), message });
+            }
             Ok(Artifact { program, .. }) => {
-                let mut control = ControlArgs::default();
-                if let Ok(cli) = whole {
-                    control.clone_from(&cli.run.control);
-                    let reads = vec![configured_artifact.clone(), path.to_owned()];
-                    let run = RunArgs { reads, ..cli.run };
-                    for PathConflict { option, message } in session::path_conflicts(&program, &run)
-                    {
-                        mistakes.push(wrong(configuration.line_of(option), message));
-                    }
-                }
-                for word in &configuration.options {
-                    let refused = refusals(&program, &word.text);
-                    mistakes.extend(refused.into_iter().map(|message| wrong(word.line, message)));
-                }
-                let checked = check_wiring(&configuration.wiring, &program, &control)?;
-                let file = path.display();
-                warnings.extend(checked.warnings.iter().map(
-                    |Warning { line, message }| match line {
-                        Some(line) => format!("{file}:{line}: {message}"),
-                        None => format!("{file}: {message}"),
-                    },
-                ));
-                mistakes.extend(checked.mistakes.into_iter().map(Mistake::from));
+                check_program(&configuration, &program, &run, &mut mistakes, &mut warnings)?;
             }
         }
     }
-    mistakes.sort();
-    if !mistakes.is_empty() {
-        // An output that no entry takes to the outside may be that of an entry with a mistake.
-        return Err(Mistakes(path, &mistakes).to_string());
-    }
+    // An output that no entry takes to the outside may be that of an entry with a mistake.
+    refuse(path, mistakes)?;
+    warnings.extend(configuration.warnings());
     for warning in &warnings {
-        let _ = writeln!(io::stderr(), "warning: {}", printable(warning));
+        let _ = writeln!(io::stderr(), "warning: {}", printable(&warning.of(path)));
     }
     Ok(session::DONE)
+}
+
+/// Finds what does not fit the program of a configuration, which says `run` of a run.
+///
+/// # Errors
+/// When the program's control can't be made.
+fn check_program(
+    configuration: &Configuration,
+    program: &Program,
+    run: &RunArgs,
+    mistakes: &mut Vec<Mistake>,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), String> {
+    for PathConflict { option, message } in session::path_conflicts(program, run) {
+        let line = configuration.line_of(option.trim_start_matches('-'));
+        mistakes.push(Mistake { line, message });
+    }
+    let executive = |control: &ControlArgs| session::executive(program, control, true, None);
+    // The only key that is an option of a control.
+    let mut control = run.control.clone();
+    if let Err(error) = executive(&control) {
+        let line = configuration.line_of("period");
+        mistakes.push(Mistake { line, message: error.to_string() });
+        control = ControlArgs::default();
+    }
+    let mut own = executive(&control).map_err(|error| error.to_string())?;
+    for entry in &configuration.safe {
+        let refused = own.set_safe_outputs(&[configuration::safe_output(entry)]);
+        let messages = refused.err().into_iter().flatten().map(|error| error.to_string());
+        mistakes.extend(messages.map(|message| Mistake { line: entry.line, message }));
+    }
+    let checked = check_wiring(&configuration.entries, program, &control)?;
+    warnings.extend(checked.warnings);
+    mistakes.extend(checked.mistakes);
+    Ok(())
 }
 
 /// Compares entries `[[io]]` with a program.
@@ -282,20 +280,6 @@ fn check_wiring(
     let executive = session::executive(program, control, true, None);
     let executive = executive.map_err(|error| error.to_string())?;
     Ok(configuration::check_wiring(entries, program, &*executive.names()))
-}
-
-/// Why the control of a program does not take an option, if it does not.
-fn refusals(program: &Program, option: &str) -> Vec<String> {
-    let Ok(cli) = Cli::try_parse_from(["plcrt", "--realtime", "artifact", option]) else {
-        return vec![];
-    };
-    match session::executive(program, &cli.run.control, true, None) {
-        Err(error) => vec![error.to_string()],
-        Ok(executive) => match executive.names().safe_lines(&cli.run.safe) {
-            Err(errors) => errors.iter().map(ToString::to_string).collect(),
-            Ok(_) => vec![],
-        },
-    }
 }
 
 /// Reads the artifact, maps its code and runs it in this process.
@@ -334,12 +318,8 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let supervised = cli.supervised;
     let wiring = check_wiring(&cli.wiring, &program, &cli.run.control)?;
-    if !wiring.mistakes.is_empty() {
-        let mistakes: Vec<Mistake> = wiring.mistakes.into_iter().map(Mistake::from).collect();
-        let path = cli.config.as_deref().unwrap_or(Path::new(""));
-        return Err(Mistakes(path, &mistakes).to_string());
-    }
     let input_rules = configuration::input_rules(&wiring);
+    refuse(cli.config.as_deref().unwrap_or(Path::new("")), wiring.mistakes)?;
     // That of the supervisor, where there is one: it is the process that somebody has started.
     let since = cli.started_at.map(Duration::from_nanos);
     let since = since.map(|at| supervisor::monotonic().saturating_sub(at));

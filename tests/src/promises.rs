@@ -8,10 +8,10 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use clap::{Arg, Args, Command};
 use plcc::compile::{Checked, CompileError, check, code};
 use plcc_abi::{Dialect, Program};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
+use plcc_configuration::Configuration;
 use plcc_diag::{Diagnostic, FileId, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_host::args::{ControlArgs, RunArgs};
@@ -244,28 +244,19 @@ pub fn key(bytes: &[u8]) {
 }
 
 /// Takes the bytes as the configuration of a controller. Each mistake is in a line of the text; without
-/// mistakes the configuration is a command line that is accepted.
+/// mistakes there is an artifact to run.
 pub fn configuration(bytes: &[u8]) {
-    static COMMAND: OnceLock<Command> = OnceLock::new();
-    let command = COMMAND.get_or_init(|| {
-        let command = Command::new("plcrt").arg(Arg::new("artifact")).args_override_self(true);
-        RunArgs::augment_args(command.arg(Arg::new("restart").long("restart")))
-    });
     let text = String::from_utf8_lossy(bytes);
-    let (read, mistakes) = configuration::read(&text, Path::new("etc"), command);
+    let (read, findings) = Configuration::read(&text, Path::new("etc/control.toml"));
     let last = text.bytes().filter(|&byte| byte == b'\n').count() + 1;
-    for mistake in &mistakes {
+    let refused = configuration::apply(&read, &mut RunArgs::default());
+    for mistake in findings.all().iter().chain(&refused) {
         assert!((1..=last).contains(&mistake.line) && !mistake.message.is_empty(), "{mistake:?}");
     }
-    for word in &read.options {
-        assert!((1..=last).contains(&word.line) && word.text.starts_with("--"), "{word:?}");
+    for warning in read.warnings() {
+        assert!(warning.line.is_none_or(|line| (1..=last).contains(&line)), "{warning:?}");
     }
-    if mistakes.is_empty() {
-        let words = read.options.iter().map(|word| word.text.as_str());
-        let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(words);
-        let taken = command.clone().try_get_matches_from(words);
-        assert!(taken.is_ok() && read.artifact.is_some(), "{:?}", taken.err());
-    }
+    assert!(!findings.for_control().is_empty() || read.artifact.is_some());
 }
 
 /// Takes the bytes as lines that a client of the socket sends to a control: each has a reply, which is an

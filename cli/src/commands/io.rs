@@ -35,12 +35,12 @@ pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
     let table = SymbolTable::new(&*names);
     let mut text = String::from(
         "# The inputs and outputs of the program, for the configuration of its control (controller.toml).\n\
-         # Set driver and address of each (see docs/wiring.md), and safe and timeout_ms of inputs; remove\n\
+         # Set driver and address of each (see docs/wiring.md), and safe and timeout of inputs; remove\n\
          # what is not wired. Neighbours may become ranges, as in name = \"LS1..LS16\".\n",
     );
     for symbol in table.symbols.iter().filter(|symbol| used.contains(&symbol.name)) {
         let safe = match symbol.direction.name() {
-            "an input" => "safe = \"off\"\ntimeout_ms = 500\n",
+            "an input" => "safe = \"off\"\ntimeout = \"500ms\"\n",
             "an output" => "",
             _ => continue,
         };

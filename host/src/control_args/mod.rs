@@ -4,8 +4,6 @@ mod nct;
 mod pmac;
 mod pmi;
 
-use std::time::Duration;
-
 use clap::Args;
 use plcc_abi::machine::Machine;
 use plcc_abi::{Dialect, Program};
@@ -128,15 +126,4 @@ fn check(args: &ControlArgs, dialect: Dialect) -> Result<(), ControlError> {
         }
     }
     Ok(())
-}
-
-/// A decimal number without a sign or an exponent, with or without a fraction.
-pub(crate) fn decimal(text: &str) -> Option<f64> {
-    let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
-    (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
-}
-
-/// `number` times `unit` seconds; `None` where that is negative or too long for a [`Duration`].
-pub(crate) fn seconds(number: f64, unit: f64) -> Option<Duration> {
-    Duration::try_from_secs_f64(number * unit).ok()
 }

@@ -4,17 +4,17 @@ use std::time::Duration;
 
 use clap::Args;
 use plcc_abi::Program;
+use plcc_configuration::period;
 use serde::{Deserialize, Serialize};
 
 use super::{Choices, ControlArgs, ControlOptions};
-use super::{decimal, seconds};
 use plcc_runtime::Executive;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 
 /// The options of a PMI control.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PmiArgs {
-    /// PMI: time between two scans in milliseconds [default: 20]
+    /// PMI: time between two scans in milliseconds, or with its unit, as in 20ms [default: 20]
     #[arg(long, value_name = "MS", value_parser = period)]
     pub period: Option<Duration>,
 }
@@ -57,25 +57,4 @@ fn executive(
     let options = PmiOptions { period_ns: period.unwrap_or(standard.period_ns) };
     let executive = PmiExecutive::new(program, options);
     Ok(Box::new(executive.map_err(|error| error.to_string())?))
-}
-
-fn period(text: &str) -> Result<Duration, String> {
-    let number = decimal(text).ok_or("a number of milliseconds is expected, as in 20 or 2.5")?;
-    let period = seconds(number, 0.001).filter(|period| period.as_secs() < 3600);
-    period
-        .filter(|period| !period.is_zero())
-        .ok_or_else(|| "it is more than 0 and less than an hour".into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn periods_are_milliseconds() {
-        assert_eq!(period("2.5"), Ok(Duration::from_micros(2500)));
-        for text in ["0", "-1", "", ".", "20ms", "3600000", "inf"] {
-            assert!(period(text).is_err(), "{text}");
-        }
-    }
 }

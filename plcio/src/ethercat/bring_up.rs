@@ -8,8 +8,9 @@ use ethercrab::subdevice_group::{Op, PreOp, SafeOp};
 use ethercrab::{
     AlStatusCode, Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup, SubDeviceState,
 };
+use plcc_configuration::drivers::ethercat::ExpectedTerminal;
 
-use super::expected::{self, Expected};
+use super::expected;
 use super::{ANSWER, Segment};
 
 /// The most terminals of a segment.
@@ -113,7 +114,7 @@ impl Segment {
     pub(super) async fn bring_up(
         &self,
         main_device: &MainDevice<'_>,
-        expected: &[Expected],
+        expected: &[ExpectedTerminal],
     ) -> Result<(Group<SafeOp>, Vec<Terminal>), String> {
         let group: Group<PreOp> =
             main_device.init_single_group(ethercat_now).await.map_err(|error| match error {

@@ -10,7 +10,8 @@ use tokio::time::{Instant, sleep_until};
 
 use super::bring_up::{Group, Terminal, bring_down, switch_off, text, who_is_not, working_counter};
 use super::{STATE_CHANGE, Segment, process_data};
-use crate::session::{Shared, Stage, Stages, is_over};
+use crate::driver::{Stage, Stages, is_over};
+use crate::session::Shared;
 
 /// The longest time from one exchange to the next. Terminals switch outputs off that are not written for 100 ms.
 const LONGEST_PERIOD: Duration = Duration::from_millis(50);
@@ -76,7 +77,7 @@ impl Segment {
         main_device: &'a MainDevice<'a>,
         shared: &'a Shared,
     ) -> Result<Exchange<'a>, String> {
-        let expected = &shared.settings.ethercat_terminals;
+        let expected = &shared.settings.drivers.ethercat.terminals;
         let (group, terminals) = self.bring_up(main_device, expected).await?;
         let group = group.request_into_op(main_device).await.map_err(text)?;
         let refused = HashSet::new();
@@ -96,7 +97,11 @@ impl Exchange<'_> {
         let mut limit = Instant::now() + STATE_CHANGE;
         let mut next = Instant::now();
         loop {
-            let is_last = *stages.borrow_and_update() == Stage::Ends;
+            let stage = *stages.borrow_and_update();
+            let is_last = stage == Stage::Ends;
+            if stage == Stage::Works {
+                self.shared.refresh();
+            }
             self.set_outputs();
             let done = self.poll(*was_connected).await;
             if is_last {

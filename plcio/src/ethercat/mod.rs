@@ -25,18 +25,13 @@ use std::thread;
 use std::time::Duration;
 
 use ethercrab::{MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, Timeouts};
-use plcc_image::configuration::{Address, EthercatPoint};
-use serde_json::Value;
+use plcc_configuration::drivers::ethercat::EthercatPoint;
 use tokio::sync::oneshot;
 
-pub(crate) use expected::Expected;
+use crate::driver::{Driver, Making, Stage, Stages, Start, is_over};
+use crate::reconnection::Reconnection;
+use crate::session::Shared;
 
-use crate::session::{Shared, Stage, Stages, is_over};
-
-/// The pause before the segment is brought up again for the first time. It doubles with each attempt that fails.
-const FIRST_PAUSE: Duration = Duration::from_millis(100);
-/// The longest pause before the segment is brought up again.
-const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// How many frames are on their way at once at most.
 const FRAMES: usize = 16;
 /// The longest payload of an Ethernet frame with one datagram.
@@ -52,8 +47,24 @@ const MEMORY: Duration = Duration::from_millis(500);
 /// The stack of the thread. The crate's futures are large where they are not optimised.
 const STACK: usize = 16 << 20;
 
+/// The driver: the segment is a task.
+struct Ethercat;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(Ethercat)
+}
+
+impl Driver for Ethercat {
+    fn start(&mut self, session: &mut Start<'_>) {
+        if let Some(segment) = Segment::new(session.shared, session.points) {
+            session.write(segment.run(session.shared.clone(), session.stages.clone()));
+        }
+    }
+}
+
 /// The points of a segment, each with its index in the hub.
-pub(crate) struct Segment {
+struct Segment {
     /// The network interface.
     interface: String,
     inputs: Vec<(usize, EthercatPoint)>,
@@ -79,11 +90,11 @@ impl Drop for StopOnDrop<'_> {
 
 impl Segment {
     /// The segment of some points; nothing where there are none.
-    pub(crate) fn new(shared: &Shared, points: &[usize]) -> Option<Self> {
+    fn new(shared: &Shared, points: &[usize]) -> Option<Self> {
         let hub = shared.hub();
         let (mut inputs, mut outputs) = (vec![], vec![]);
         for &index in points {
-            let Some(Address::Ethercat(at)) = &hub.point(index)?.address else { continue };
+            let Some(at) = hub.point(index)?.address::<EthercatPoint>() else { continue };
             if at.is_output { &mut outputs } else { &mut inputs }.push((index, at.clone()));
         }
         // The check of the entries has seen that there is one interface only.
@@ -93,28 +104,22 @@ impl Segment {
 
     /// Exchanges values with the terminals until the session ends; then switches their outputs off. When the control has
     /// left, they still get their safe values.
-    pub(crate) async fn run(self, shared: Shared, mut stages: Stages) {
+    async fn run(self, shared: Shared, mut stages: Stages) {
         let segment = Arc::new(self);
-        let mut pause = FIRST_PAUSE;
-        // Why the segment was lost, while it is.
-        let mut lost: Option<String> = None;
+        let about = vec![("device", segment.interface.as_str().into())];
+        let mut connection = Reconnection::new(shared.events.clone(), about);
         // When the control has left, its inputs are of no use.
         while *stages.borrow() == Stage::Works || !segment.outputs.is_empty() {
             let Ended { was_connected, why } = segment.on_a_thread(&shared, &stages).await;
             let Err(why) = why else { return };
             if was_connected {
-                (lost, pause) = (None, FIRST_PAUSE);
+                // The exchange has reported it, with the names of the terminals.
+                connection.note_connected();
             }
-            if lost.as_ref() != Some(&why) {
-                let device = Value::from(segment.interface.as_str());
-                shared.events.write("lost", &[("device", device), ("why", why.as_str().into())]);
-                lost = Some(why);
+            connection.lost(&why);
+            if !connection.wait(is_over(&mut stages)).await {
+                return;
             }
-            tokio::select! {
-                () = tokio::time::sleep(pause) => {}
-                () = is_over(&mut stages) => return,
-            }
-            pause = (pause * 2).min(LONGEST_PAUSE);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Values in the process data of a terminal: bits of bytes, and numbers with the lowest byte first.
 
-use plcc_image::configuration::{EthercatPoint, ProcessValue};
+use plcc_configuration::drivers::ethercat::{EthercatPoint, ProcessValue};
 
 /// The bytes of a number of `N` bytes that begins at a byte; `None` where there are not so many.
 fn bytes<const N: usize>(data: &[u8], at: usize) -> Option<[u8; N]> {

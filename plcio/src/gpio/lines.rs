@@ -2,7 +2,7 @@
 
 use gpiocdev::Request;
 use gpiocdev::line::{Bias, Drive, Value, Values};
-use plcc_image::configuration::Circuit;
+use plcc_configuration::drivers::gpio::Circuit;
 
 /// The most lines that a request may have, by the kernel (GPIO_V2_LINES_MAX).
 const MAX_LINES: usize = 64;

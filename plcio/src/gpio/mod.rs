@@ -6,34 +6,44 @@
 
 mod lines;
 
-use std::time::Duration;
-
-use plcc_image::configuration::Address;
-use serde_json::Value;
+use plcc_configuration::drivers::gpio::GpioLine;
 use tokio::time::{Instant, sleep_until, timeout};
 
-use crate::session::{Shared, Stage, Stages, is_over};
+use crate::driver::{Driver, Making, Stage, Stages, Start, is_over};
+use crate::reconnection::Reconnection;
+use crate::session::Shared;
 use lines::{ChipLines, Output, Requested};
 
-/// The pause before a chip is opened again for the first time. It doubles with each attempt that fails.
-const FIRST_PAUSE: Duration = Duration::from_millis(100);
-/// The longest pause before a chip is opened again.
-const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+/// The driver: each chip is a task of its own.
+struct Gpio;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(Gpio)
+}
+
+impl Driver for Gpio {
+    fn start(&mut self, session: &mut Start<'_>) {
+        for chip in chips(session.shared, session.points) {
+            session.write(chip.run(session.shared.clone(), session.stages.clone()));
+        }
+    }
+}
 
 /// A chip with the lines that the configuration names.
-pub(crate) struct Chip {
+struct Chip {
     /// Its name in `/dev`.
     name: String,
     lines: ChipLines,
 }
 
 /// The chips of some points.
-pub(crate) fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
+fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
     let hub = shared.hub();
     let mut chips: Vec<Chip> = vec![];
     for &index in points {
         let Some(point) = hub.point(index) else { continue };
-        let Some(Address::Gpio(line)) = &point.address else { continue };
+        let Some(line) = point.address::<GpioLine>() else { continue };
         let at = chips.iter().position(|chip| chip.name == line.chip).unwrap_or_else(|| {
             chips.push(Chip { name: line.chip.clone(), lines: ChipLines::default() });
             chips.len() - 1
@@ -50,13 +60,12 @@ pub(crate) fn chips(shared: &Shared, points: &[usize]) -> Vec<Chip> {
 }
 
 /// Does work that may have to wait for a chip on a thread of its own, and waits for its result. If that takes longer than a
-/// device has for its answer, the event `lost` is written first; `lost` is the reason of the last such event, if the chip is
-/// still lost.
+/// device has for its answer, the chip counts as lost until then.
 ///
 /// # Errors
 /// Why the work failed; nothing where the session ended.
 async fn on_a_thread<T: Send + 'static>(
-    (shared, chip, lost): (&Shared, &str, &mut Option<String>),
+    (shared, connection): (&Shared, &mut Reconnection),
     stages: &mut Stages,
     work: impl FnOnce() -> Result<T, String> + Send + 'static,
 ) -> Result<T, Option<String>> {
@@ -64,7 +73,7 @@ async fn on_a_thread<T: Send + 'static>(
     let done = match timeout(shared.settings.answer, &mut task).await {
         Ok(done) => done,
         Err(_) => {
-            report_lost(shared, chip, lost, "the chip does not answer");
+            connection.lost("the chip does not answer");
             // The session waits for two seconds at its end.
             tokio::select! {
                 done = &mut task => done,
@@ -75,33 +84,20 @@ async fn on_a_thread<T: Send + 'static>(
     done.map_err(|error| Some(error.to_string()))?.map_err(Some)
 }
 
-/// Writes the event `lost`, unless the last one had the same reason.
-fn report_lost(shared: &Shared, chip: &str, lost: &mut Option<String>, why: &str) {
-    if lost.as_deref() != Some(why) {
-        shared.events.write("lost", &[("device", Value::from(chip)), ("why", why.into())]);
-        *lost = Some(why.to_owned());
-    }
-}
-
 impl Chip {
     /// Exchanges values with the chip until the session ends; then writes the outputs once more. When the control has left, a
     /// chip with outputs still gets their safe values.
-    pub(crate) async fn run(self, shared: Shared, mut stages: Stages) {
-        let mut pause = FIRST_PAUSE;
-        // Why the chip was lost, while it is.
-        let mut lost: Option<String> = None;
+    async fn run(self, shared: Shared, mut stages: Stages) {
+        let about = vec![("device", self.name.as_str().into())];
+        let mut connection = Reconnection::new(shared.events.clone(), about);
         // When the control has left, its inputs are of no use.
         while *stages.borrow() == Stage::Works || !self.lines.outputs.is_empty() {
-            let Err(Some(why)) = self.exchange(&shared, &mut stages, &mut lost, &mut pause).await
-            else {
+            let done = self.exchange(&shared, &mut stages, &mut connection).await;
+            let Err(Some(why)) = done else { return };
+            connection.lost(&why);
+            if !connection.wait(is_over(&mut stages)).await {
                 return;
-            };
-            report_lost(&shared, &self.name, &mut lost, &why);
-            tokio::select! {
-                () = tokio::time::sleep(pause) => {}
-                () = is_over(&mut stages) => return,
             }
-            pause = (pause * 2).min(LONGEST_PAUSE);
         }
     }
 
@@ -123,17 +119,18 @@ impl Chip {
         &self,
         shared: &Shared,
         stages: &mut Stages,
-        lost: &mut Option<String>,
-        pause: &mut Duration,
+        connection: &mut Reconnection,
     ) -> Result<(), Option<String>> {
         let (name, inputs, outputs) =
             (self.name.clone(), self.lines.inputs.clone(), self.outputs(shared));
         let open = move || Requested::open(&name, &inputs, &outputs);
-        let mut requested = on_a_thread((shared, &self.name, lost), stages, open).await?;
-        let mut is_connected = false;
+        let mut requested = on_a_thread((shared, connection), stages, open).await?;
         let mut next = Instant::now();
         loop {
             let stage = *stages.borrow_and_update();
+            if stage == Stage::Works {
+                shared.refresh();
+            }
             let outputs = self.outputs(shared);
             let work = move || {
                 requested.write(&outputs)?;
@@ -141,15 +138,12 @@ impl Chip {
                 Ok((requested, values))
             };
             let values;
-            (requested, values) = on_a_thread((shared, &self.name, lost), stages, work).await?;
+            (requested, values) = on_a_thread((shared, connection), stages, work).await?;
             if stage == Stage::Ends || stage == Stage::Left && self.lines.outputs.is_empty() {
                 return Ok(());
             }
             // A chip that was slow is connected again when it has answered.
-            if !std::mem::replace(&mut is_connected, true) || lost.take().is_some() {
-                shared.events.write("connected", &[("device", Value::from(self.name.as_str()))]);
-                (*lost, *pause) = (None, FIRST_PAUSE);
-            }
+            connection.connected();
             {
                 let mut hub = shared.hub();
                 for (&(index, ..), value) in self.lines.inputs.iter().zip(values) {

@@ -11,18 +11,19 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use plcc_image::configuration::Point;
+use plcc_configuration::Point;
 use plcc_image::hal_pin_name;
 use serde_json::json;
+use tokio::sync::Notify;
 
+use crate::driver::{Driver, Making, Stages, Start, has_left};
 use crate::events::Events;
 use crate::hub::ControlState;
+use crate::reconnection::{LONGEST_PAUSE, Reconnection};
 use crate::session::Shared;
 use crate::settings::Settings;
 use component::Component;
 
-/// The shortest and the longest pause before the component is made again.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
 /// How long the component has to begin: Python has to be loaded.
 const BEGINNING: Duration = Duration::from_secs(20);
 /// How often is checked whether there is a session, while there is no component.
@@ -101,39 +102,60 @@ enum Partner {
 
 /// The component, for all sessions.
 #[derive(Clone)]
-pub(crate) struct Hal {
+struct Hal {
     partner: Arc<Mutex<Partner>>,
 }
 
+/// The driver: a thread makes the component and exchanges values with it.
+struct HalDriver {
+    settings: Arc<Settings>,
+    events: Events,
+    /// Ends `plcio`, since HAL unloads the component.
+    end: Arc<Notify>,
+    /// There is one from the first session on.
+    hal: Option<Hal>,
+}
+
+/// Makes the driver.
+pub(crate) fn driver(making: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(HalDriver {
+        settings: Arc::clone(making.settings),
+        events: making.events.clone(),
+        end: Arc::clone(making.end),
+        hal: None,
+    })
+}
+
+impl Driver for HalDriver {
+    fn start(&mut self, session: &mut Start<'_>) {
+        let Self { settings, events, end, hal } = self;
+        let hal = hal.get_or_insert_with(|| Hal::start(settings, events, end)).clone();
+        let points = session.points.to_vec();
+        session.show(hal.run(session.shared.clone(), points, session.stages.clone()));
+    }
+}
+
 impl Hal {
-    /// Starts the thread that makes the component and exchanges values with it. `unloaded` is called when HAL ends it.
-    pub(crate) fn start(
-        settings: &Settings,
-        events: &Events,
-        unloaded: impl Fn() + Send + 'static,
-    ) -> Self {
+    /// Starts the thread.
+    fn start(settings: &Arc<Settings>, events: &Events, end: &Arc<Notify>) -> Self {
         let hal = Self { partner: Arc::new(Mutex::new(Partner::Nobody)) };
-        let (own, settings, events) = (hal.clone(), settings.clone(), events.clone());
+        let (own, settings, events, end) =
+            (hal.clone(), Arc::clone(settings), events.clone(), Arc::clone(end));
         let work = move || {
-            let mut pause = PAUSES.0;
-            let mut reported = None;
+            let about = vec![("device", "hal".into())];
+            let mut connection = Reconnection::new(events.clone(), about);
             loop {
                 let began = Instant::now();
                 let Some(why) = own.component(&settings, &events) else {
-                    unloaded();
+                    end.notify_one();
                     return;
                 };
-                if reported.as_ref() != Some(&why) {
-                    let about = [("device", "hal".into()), ("why", why.as_str().into())];
-                    events.write("lost", &about);
-                    reported = Some(why);
-                }
+                connection.lost(&why);
                 // The component has worked for a while: the pauses begin with the shortest again.
-                if began.elapsed() > PAUSES.1 {
-                    (pause, reported) = (PAUSES.0, None);
+                if began.elapsed() > LONGEST_PAUSE {
+                    connection.note_connected();
                 }
-                std::thread::sleep(pause);
-                pause = (pause * 2).min(PAUSES.1);
+                std::thread::sleep(connection.next_pause());
             }
         };
         if let Err(error) = std::thread::Builder::new().name("hal".into()).spawn(work) {
@@ -143,12 +165,7 @@ impl Hal {
     }
 
     /// Connects the points of a session until it ends.
-    pub(crate) async fn run(
-        self,
-        shared: Shared,
-        points: Vec<usize>,
-        mut ended: tokio::sync::watch::Receiver<bool>,
-    ) {
+    async fn run(self, shared: Shared, points: Vec<usize>, mut stages: Stages) {
         let pins: Vec<Pin> = {
             let hub = shared.hub();
             let pin = |index: usize| {
@@ -160,7 +177,7 @@ impl Hal {
             points.into_iter().filter_map(pin).collect()
         };
         *self.partner() = Partner::Session(shared.clone(), pins.clone());
-        let _ = ended.changed().await;
+        has_left(&mut stages).await;
         // The lock of the values is given back first: an exchange takes both, that of the partner before it.
         let last = {
             let hub = shared.hub();
@@ -195,7 +212,7 @@ impl Hal {
             }
         };
         let setup = json!({
-            "component": settings.hal_component,
+            "component": settings.drivers.hal.component,
             "pins": pins.iter().map(|pin| json!({
                 "name": pin.name,
                 "type": pin.kind.name(),
@@ -205,9 +222,11 @@ impl Hal {
             "period": settings.poll.as_secs_f64(),
             "silence": settings.silence.as_secs_f64(),
         });
-        let (mut component, lines) = match Component::start(&settings.hal_python, &setup) {
+        let (mut component, lines) = match Component::start(&settings.drivers.hal.python, &setup) {
             Ok(started) => started,
-            Err(error) => return Some(format!("{}: {error}", settings.hal_python.display())),
+            Err(error) => {
+                return Some(format!("{}: {error}", settings.drivers.hal.python.display()));
+            }
         };
         let mut connected = false;
         loop {
@@ -253,6 +272,7 @@ impl Hal {
             Partner::Gone(present, line) if fits(present) => return Ok(line.clone()),
             _ => return Err("the program has other variables now".into()),
         };
+        shared.refresh();
         let mut hub = shared.hub();
         let inputs = present.iter().filter(|pin| pin.is_input);
         for (pin, word) in inputs.zip(line.split_whitespace()) {

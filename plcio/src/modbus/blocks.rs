@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use plcc_image::configuration::{ModbusAddress, Table};
+use plcc_configuration::drivers::modbus::{ModbusAddress, Table};
 
 use super::registers::{decode, encode};
 

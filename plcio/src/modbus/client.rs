@@ -5,9 +5,8 @@
 //! has left, devices with outputs are still served: each gets its safe values, also one that comes back later.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
-use plcc_image::configuration::{Address, Medium};
+use plcc_configuration::drivers::modbus::{Manner, Medium, ModbusAddress};
 use serde_json::Value;
 use tokio::time::{Instant, sleep_until};
 
@@ -15,13 +14,28 @@ use super::blocks::{Member, blocks};
 use super::link::{Failure, Link};
 use super::reports::Reports;
 use super::unit::Unit;
-use crate::session::{Shared, Stage, Stages};
+use crate::driver::{Driver, Making, Stage, Stages, Start};
+use crate::reconnection::Reconnection;
+use crate::session::Shared;
 
-/// The shortest and the longest pause before a unit is asked again.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
+/// The driver: each device is a task of its own.
+struct Client;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(Client)
+}
+
+impl Driver for Client {
+    fn start(&mut self, session: &mut Start<'_>) {
+        for device in devices(session.shared, session.points) {
+            session.write(device.run(session.shared.clone(), session.stages.clone()));
+        }
+    }
+}
 
 /// A device, or all units of a serial line.
-pub(crate) struct Device {
+struct Device {
     name: String,
     medium: Medium,
     units: Vec<Polled>,
@@ -31,24 +45,19 @@ pub(crate) struct Device {
 struct Polled {
     unit: Unit,
     next: Instant,
-    /// How long is waited until it is asked again, if it is lost now.
-    pause: Duration,
-    /// Whether the last poll was answered.
-    is_connected: bool,
-    /// Why it was lost, as far as that was reported.
-    lost: Option<String>,
+    connection: Reconnection,
 }
 
 /// The members of a unit that are read, and those that are written.
 type Members = (Vec<Member>, Vec<Member>);
 
 /// The devices of some points.
-pub(crate) fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
+fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
     let mut found: Vec<(Medium, BTreeMap<u8, Members>)> = vec![];
     let hub = shared.hub();
     for &index in points {
         let Some(point) = hub.point(index) else { continue };
-        let Some(Address::Modbus(address)) = point.address.clone() else { continue };
+        let Some(address) = point.address::<ModbusAddress>().cloned() else { continue };
         let at = found.iter().position(|(known, _)| *known == address.medium);
         let at = at.unwrap_or_else(|| {
             found.push((address.medium.clone(), BTreeMap::new()));
@@ -62,12 +71,17 @@ pub(crate) fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
     }
     let device = |(medium, units): (Medium, BTreeMap<u8, Members>)| {
         let name = medium.to_string();
+        let has_many = units.len() > 1;
+        let settings = &shared.settings;
+        let usual = Manner { poll: settings.poll, answer: settings.answer, is_single: false };
         let unit = |(number, (reads, writes)): (u8, Members)| {
-            let manner = shared.settings.manner(&medium, number);
+            let manner = settings.drivers.modbus.manner(&medium, number, usual);
             let reports = Reports::new(shared.events.clone(), name.clone(), number);
             let unit = Unit::new(number, manner, blocks(reads), blocks(writes), reports);
-            let next = Instant::now();
-            Polled { unit, next, pause: PAUSES.0, is_connected: false, lost: None }
+            let mut about = vec![("device", Value::from(name.as_str()))];
+            about.extend(has_many.then(|| ("unit", number.into())));
+            let connection = Reconnection::new(shared.events.clone(), about);
+            Polled { unit, next: Instant::now(), connection }
         };
         let units = units.into_iter().map(unit).collect();
         Device { name, medium, units }
@@ -76,36 +90,16 @@ pub(crate) fn devices(shared: &Shared, points: &[usize]) -> Vec<Device> {
 }
 
 impl Polled {
-    /// Notes that the unit is lost, and why. Returns whether that has to be reported: the same reason is reported once,
-    /// however often the unit is asked again.
-    fn is_lost(&mut self, why: &str) -> bool {
-        self.is_connected = false;
-        self.next = Instant::now() + self.pause;
-        self.pause = (self.pause * 2).min(PAUSES.1);
-        let is_new = self.lost.as_deref() != Some(why);
-        self.lost = Some(why.to_owned());
-        is_new
-    }
-
-    /// Notes that the unit has answered all requests of a poll. Returns whether that has to be reported.
-    fn is_polled(&mut self) -> bool {
-        (self.lost, self.pause) = (None, PAUSES.0);
-        self.next = (self.next + self.unit.manner.poll).max(Instant::now());
-        !std::mem::replace(&mut self.is_connected, true)
+    /// Decides when the unit, which is lost, is asked again.
+    fn ask_later(&mut self) {
+        self.next = Instant::now() + self.connection.next_pause();
     }
 }
 
 impl Device {
     /// Polls the units until the session ends; then writes the outputs once more.
-    pub(crate) async fn run(self, shared: Shared, mut stages: Stages) {
+    async fn run(self, shared: Shared, mut stages: Stages) {
         let Self { name, medium, mut units } = self;
-        let has_many = units.len() > 1;
-        let report = |kind: &str, unit: Option<u8>, why: Option<&str>| {
-            let mut about = vec![("device", Value::from(name.as_str()))];
-            about.extend(unit.filter(|_| has_many).map(|unit| ("unit", unit.into())));
-            about.extend(why.map(|why| ("why", why.into())));
-            shared.events.write(kind, &about);
-        };
         let mut link = Link::new(medium);
         let mut stage = Stage::Works;
         loop {
@@ -115,29 +109,36 @@ impl Device {
             }
             let mut unreachable = None;
             for polled in &mut units {
-                let is_at_once = stage != before && polled.is_connected;
+                let is_at_once = stage != before && polled.connection.is_connected();
                 if !is_at_once && (polled.next > Instant::now() || stage == Stage::Ends) {
                     continue;
                 }
-                let number = Some(polled.unit.number);
                 match polled.unit.exchange(&mut link, &shared, &stages).await {
-                    Ok(()) if polled.is_polled() => report("connected", number, None),
-                    Ok(()) => {}
+                    Ok(()) => {
+                        polled.connection.connected();
+                        polled.next = (polled.next + polled.unit.manner.poll).max(Instant::now());
+                    }
                     Err(Failure::Unreachable(why)) => {
                         unreachable = Some(why);
                         break;
                     }
-                    Err(Failure::Lost(why)) if polled.is_lost(&why) => {
-                        report("lost", number, Some(&why));
+                    Err(Failure::Lost(why)) => {
+                        polled.connection.lost(&why);
+                        polled.ask_later();
                     }
-                    Err(_) => {}
+                    // What is refused is reported where it is asked.
+                    Err(Failure::Refused(_)) => {}
                 }
             }
             if let Some(why) = unreachable {
                 let mut is_new = false;
-                units.iter_mut().for_each(|polled| is_new |= polled.is_lost(&why));
+                for polled in &mut units {
+                    is_new |= polled.connection.note_lost(&why);
+                    polled.ask_later();
+                }
                 if is_new {
-                    report("lost", None, Some(&why));
+                    let about = [("device", Value::from(name.as_str())), ("why", why.into())];
+                    shared.events.write("lost", &about);
                 }
             }
             let next = units.iter().map(|polled| polled.next).min();

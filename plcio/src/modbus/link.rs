@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use plcc_image::configuration::Medium;
+use plcc_configuration::drivers::modbus::Medium;
 use rustix::io::Errno;
 use tokio::net::TcpStream;
 use tokio::time::timeout;

@@ -8,9 +8,5 @@ mod link;
 mod registers;
 mod reports;
 pub(crate) mod server;
-pub(crate) mod settings;
 mod unfit;
 mod unit;
-
-pub(crate) use settings::DeviceSettings;
-pub(crate) use unit::Manner;

@@ -1,6 +1,6 @@
 //! Values in registers, in the formats that addresses name.
 
-use plcc_image::configuration::{Coding, Format, Order};
+use plcc_configuration::drivers::modbus::{Coding, Format, Order};
 
 /// The value that registers hold in a format; `None` where they are too few, or hold what is not a decimal digit.
 pub(super) fn decode(format: Format, registers: &[u16]) -> Option<f64> {
@@ -85,7 +85,7 @@ pub(super) fn nearest(format: Format, value: f64) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use plcc_image::configuration::ModbusAddress;
+    use plcc_configuration::drivers::modbus::ModbusAddress;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use plcc_image::configuration::Table;
+use plcc_configuration::drivers::modbus::Table;
 use serde_json::Value;
 
 use super::blocks::Member;

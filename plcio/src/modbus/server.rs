@@ -8,9 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use plcc_image::configuration::{Address, Format, Table};
+use plcc_configuration::drivers::modbus::{Format, ModbusAddress, Table};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::watch::Receiver;
 use tokio_modbus::server::Service;
 use tokio_modbus::server::tcp::Server;
 use tokio_modbus::{ExceptionCode, Request, Response};
@@ -19,6 +18,7 @@ use super::client_events::ClientEvents;
 use super::connection::{Client, Connection};
 use super::registers::{decode, encode, nearest};
 use super::unfit::Unfit;
+use crate::driver::{Driver, Making, Stages, Start, has_left};
 use crate::session::Shared;
 
 /// The most connections at once.
@@ -27,6 +27,21 @@ const CONNECTIONS: usize = 16;
 /// The points at each number of each table: a point's index in the hub, its format, and which of the point's
 /// registers (from 0) this number is.
 type Places = HashMap<(Table, u16), Vec<(usize, Format, usize)>>;
+
+/// The driver.
+struct ModbusServer;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(ModbusServer)
+}
+
+impl Driver for ModbusServer {
+    fn start(&mut self, session: &mut Start<'_>) {
+        let points = session.points.to_vec();
+        session.show(run(session.shared.clone(), points, session.stages.clone()));
+    }
+}
 
 /// Answers the requests of one connection.
 struct Answers {
@@ -48,8 +63,8 @@ impl Drop for Answers {
 }
 
 /// Serves until the session ends.
-pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
-    let Some(address) = shared.settings.modbus_server.clone() else {
+async fn run(shared: Shared, points: Vec<usize>, mut stages: Stages) {
+    let Some(address) = shared.settings.drivers.modbus.server.clone() else {
         let why = "[plcio] has no key `modbus-server`, which says where it listens";
         shared.events.write("server_off", &[("why", why.into())]);
         return;
@@ -58,8 +73,10 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     {
         let hub = shared.hub();
         for index in points {
-            let address = hub.point(index).and_then(|point| point.address.clone());
-            let Some(Address::Modbus(at)) = address else { continue };
+            let point = hub.point(index);
+            let Some(at) = point.and_then(|point| point.address::<ModbusAddress>()) else {
+                continue;
+            };
             for register in 0..at.format.registers() {
                 let place =
                     places.entry((at.table, at.number.saturating_add(register))).or_default();
@@ -91,7 +108,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                         client_events.write("client_connected", address, None);
                         let _ = stream.set_nodelay(true);
                         let client = Arc::new(Client::new());
-                        let idle = shared.settings.idle;
+                        let idle = shared.settings.drivers.modbus.idle;
                         let stream = Connection::new(stream, idle, Arc::clone(&client));
                         let answers = Answers {
                             shared,
@@ -110,7 +127,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                     result = server.serve(&on_connected, |_| {}) => {
                         result.map_or_else(|error| error.to_string(), |()| String::new())
                     }
-                    _ = ended.changed() => {
+                    () = has_left(&mut stages) => {
                         let why = "no control is served any more";
                         shared.events.write("server_off", &[("why", why.into())]);
                         return;
@@ -125,7 +142,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
         }
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
-            _ = ended.changed() => return,
+            () = has_left(&mut stages) => return,
         }
     }
 }
@@ -258,6 +275,7 @@ impl Service for Answers {
 
     fn call(&self, request: Self::Request) -> Self::Future {
         self.client.asks();
+        self.shared.refresh();
         ready(self.answer(&request))
     }
 }

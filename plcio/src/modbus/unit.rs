@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use plcc_image::configuration::Table;
+use plcc_configuration::drivers::modbus::{Manner, Table};
 use tokio::time::Instant;
 use tokio_modbus::{ExceptionCode, Request, Response};
 
@@ -11,21 +11,11 @@ use super::blocks::{Block, Member};
 use super::link::{Failure, Link, exception};
 use super::registers::nearest;
 use super::reports::Reports;
-use crate::session::{Shared, Stage, Stages};
+use crate::driver::{Stage, Stages};
+use crate::session::Shared;
 
 /// How long points are written one by one, after a device has refused them together, before they are tried together again.
 const ONE_BY_ONE: Duration = Duration::from_secs(5);
-
-/// How a unit is asked.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Manner {
-    /// The time from one poll to the next.
-    pub(crate) poll: Duration,
-    /// How long it has for an answer.
-    pub(crate) answer: Duration,
-    /// Whether coils and registers are written singly, by the functions 5 and 6.
-    pub(crate) is_single: bool,
-}
 
 /// Points that are written.
 struct Outputs {
@@ -94,6 +84,9 @@ impl Unit {
         stages: &Stages,
     ) -> Result<(), Failure> {
         let Self { number, manner, reads, writes, reports } = self;
+        if *stages.borrow() == Stage::Works {
+            shared.refresh();
+        }
         let mut asked = Asked { link, unit: *number, answer: manner.answer, reports, shared };
         for outputs in writes {
             asked.write(outputs).await?;

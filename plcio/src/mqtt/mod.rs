@@ -7,27 +7,27 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `settings.rs` | what the configuration says |
+//! | `options.rs` | the options of a connection |
 //! | `sparkplug.rs` | the messages |
 
-mod settings;
+mod options;
 mod sparkplug;
 
 use std::collections::HashSet;
 use std::time::Duration;
 
-use plcc_image::configuration::Point;
+use plcc_configuration::Point;
+use plcc_configuration::drivers::mqtt::{Broker, Settings};
 use prost::Message;
 use rumqttc::{AsyncClient, Event, EventLoop, LastWill, Outgoing, Packet, QoS};
-use serde_json::Value as Json;
 use tokio::sync::mpsc;
-use tokio::sync::watch::Receiver;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
 
-pub(crate) use settings::{Settings, is_name};
 use sparkplug::{DataType, Metric, Payload, Value, now};
 
+use crate::driver::{Driver, Making, Stages, Start, has_left};
+use crate::reconnection::Reconnection;
 use crate::session::Shared;
 
 /// About how long the broker may send nothing before the connection counts as lost.
@@ -36,8 +36,6 @@ const KEEP_ALIVE: Duration = Duration::from_secs(5);
 const MAX_BYTES: usize = 16 << 20;
 /// How many messages wait at most to be sent, or to be handled.
 const QUEUE: usize = 64;
-/// The pauses before a connection is made again.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
 /// How often values are compared with those that were sent, unless `poll_ms` is longer.
 const PERIOD: Duration = Duration::from_millis(20);
 /// The metric by which a host asks for a birth certificate.
@@ -48,6 +46,21 @@ const BIRTH_SEQUENCE: &str = "bdSeq";
 const STATE: &str = "Control/State";
 /// Values of the property `Quality`: of good values, and of a control that ends no ticks (stale).
 const QUALITY: (u32, u32) = (192, 500);
+
+/// The driver.
+struct Mqtt;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(Mqtt)
+}
+
+impl Driver for Mqtt {
+    fn start(&mut self, session: &mut Start<'_>) {
+        let points = session.points.to_vec();
+        session.show(run(session.shared.clone(), points, session.stages.clone()));
+    }
+}
 
 /// A point that is published.
 struct Published {
@@ -100,8 +113,8 @@ struct Publisher {
 }
 
 /// Publishes until the session ends.
-pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
-    let Some(broker) = shared.settings.mqtt.broker.clone() else {
+async fn run(shared: Shared, points: Vec<usize>, mut stages: Stages) {
+    let Some(broker) = shared.settings.drivers.mqtt.broker.clone() else {
         let why = "[plcio] has no key `mqtt-broker`, which says where the broker is";
         shared.events.write("lost", &[("device", "mqtt".into()), ("why", why.into())]);
         return;
@@ -119,27 +132,16 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
         birth: 0,
         refused: HashSet::new(),
     };
-    let device = || ("device", Json::from(broker.as_str()));
-    let mut reported: Option<String> = None;
-    let mut pause = PAUSES.0;
+    let about = vec![("device", broker.text.as_str().into())];
+    let mut connection = Reconnection::new(shared.events.clone(), about);
     loop {
-        let mut connected = false;
-        let done = publisher.connection(&broker, &mut ended, &mut connected).await;
+        let done = publisher.connection(&broker, &mut stages, &mut connection).await;
         let Err(why) = done else { return };
-        if connected {
-            (reported, pause) = (None, PAUSES.0);
-        }
-        // The same reason is reported once, however often connecting fails.
-        if reported.as_ref() != Some(&why) {
-            shared.events.write("lost", &[device(), ("why", why.as_str().into())]);
-            reported = Some(why);
-        }
+        connection.lost(&why);
         publisher.birth = publisher.birth.wrapping_add(1);
-        tokio::select! {
-            () = tokio::time::sleep(pause) => {}
-            _ = ended.changed() => return,
+        if !connection.wait(has_left(&mut stages)).await {
+            return;
         }
-        pause = (pause * 2).min(PAUSES.1);
     }
 }
 
@@ -161,7 +163,7 @@ async fn receive(mut connection: EventLoop, packets: mpsc::Sender<Packet>) -> Re
 
 impl Publisher {
     fn topic(&self, kind: &str) -> String {
-        let Settings { group, node, .. } = &self.shared.settings.mqtt;
+        let Settings { group, node, .. } = &self.shared.settings.drivers.mqtt;
         format!("spBv1.0/{group}/{kind}/{node}")
     }
 
@@ -181,11 +183,11 @@ impl Publisher {
     /// Why it was lost.
     async fn connection(
         &mut self,
-        broker: &str,
-        ended: &mut Receiver<bool>,
-        connected: &mut bool,
+        broker: &Broker,
+        stages: &mut Stages,
+        link: &mut Reconnection,
     ) -> Result<(), String> {
-        let mut options = self.shared.settings.mqtt.options(broker)?;
+        let mut options = options::options(&self.shared.settings.drivers.mqtt, broker)?;
         let (topic, death) = (self.topic("NDEATH"), self.death());
         options.set_last_will(LastWill::new(topic, death, QoS::AtLeastOnce, false));
         let (client, connection) = AsyncClient::new(options, QUEUE);
@@ -213,21 +215,19 @@ impl Publisher {
                     // A host must be able to ask for a birth when it sees one.
                     Some(Packet::SubAck(_)) => {
                         self.send_birth_certificate(&client)?;
-                        *connected = true;
-                        let device = ("device", broker.into());
-                        self.shared.events.write("connected", &[device]);
+                        link.connected();
                     }
                     Some(Packet::Publish(message)) => {
-                        if self.command(&message.payload) && *connected {
+                        if self.command(&message.payload) && link.is_connected() {
                             self.send_birth_certificate(&client)?;
                         }
                     }
                     Some(_) => {}
                     None => return Err(over(task.join_next().await)),
                 },
-                _ = period.tick(), if *connected => self.report(&client),
-                _ = ended.changed() => {
-                    if *connected {
+                _ = period.tick(), if link.is_connected() => self.report(&client),
+                () = has_left(stages) => {
+                    if link.is_connected() {
                         self.report(&client);
                         let death = self.death();
                         let _ = client.try_publish(self.topic("NDEATH"), QoS::AtLeastOnce, false, death);

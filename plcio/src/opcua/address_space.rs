@@ -11,7 +11,7 @@ use opcua::types::{
     DataTypeId, DataValue, DateTime, EUInformation, ExtensionObject, LocalizedText, NodeId,
     NumericRange, ObjectId, QualifiedName, StatusCode, VariableTypeId, Variant,
 };
-use plcc_image::configuration::Point;
+use plcc_configuration::Point;
 use plcc_image::{Direction, Number, Snapshot, Symbol};
 
 use crate::hub::ControlState;

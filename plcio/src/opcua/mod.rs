@@ -3,7 +3,6 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `settings.rs` | what the configuration says |
 //! | `address_space.rs` | a node for each variable, and its value |
 //! | `users.rs` | who gets in, and who may write |
 //! | `certificates.rs` | the server's certificate, and those of clients that are not trusted |
@@ -13,10 +12,10 @@
 
 mod address_space;
 mod certificates;
-mod settings;
 mod users;
 
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -27,16 +26,16 @@ use opcua::server::{
     ANONYMOUS_USER_TOKEN_ID, Server as OpcUaServer, ServerBuilder, ServerEndpoint, ServerHandle,
 };
 use opcua::types::MessageSecurityMode;
+use plcc_configuration::drivers::opcua::Settings;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
-use tokio::sync::watch::Receiver;
 use tokio::task::JoinHandle;
 
 use address_space::Nodes;
 use certificates::Certificates;
-pub(crate) use settings::Settings;
 use users::Users;
 
+use crate::driver::{Driver, Making, Stages, Start, has_left};
 use crate::session::Shared;
 
 /// The most sessions at once.
@@ -46,10 +45,37 @@ const PERIOD: Duration = Duration::from_millis(20);
 /// After how many periods the folder of refused certificates is read again.
 const PERIODS_UNTIL_CERTIFICATES: u32 = 50;
 
+/// The driver. Its server shows all variables, also where no entry names it.
+struct OpcUa {
+    is_configured: bool,
+    server: Server,
+}
+
+/// Makes the driver.
+pub(crate) fn driver(making: &Making<'_>) -> Box<dyn Driver> {
+    let is_configured = making.settings.drivers.opcua.address.is_some();
+    Box::new(OpcUa { is_configured, server: Server::default() })
+}
+
+impl Driver for OpcUa {
+    fn start(&mut self, session: &mut Start<'_>) {
+        let (server, points) = (self.server.clone(), session.points.to_vec());
+        session.show(server.run(session.shared.clone(), points, session.stages.clone()));
+    }
+
+    fn works_without_points(&self) -> bool {
+        self.is_configured
+    }
+
+    fn end(&mut self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
+        Box::pin(self.server.stop("plcio ends"))
+    }
+}
+
 /// The server of a session, on a thread of its own. When the control has died or ended, it goes on with the last values
 /// and safe outputs until the next session begins, so that clients can tell a dead control from a dead network.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Server(Arc<Mutex<Option<Serving>>>);
+struct Server(Arc<Mutex<Option<Serving>>>);
 
 /// A server that was started.
 #[derive(Debug)]
@@ -63,7 +89,7 @@ struct Serving {
 /// What ends a server.
 struct Until {
     /// The session ends.
-    ended: Receiver<bool>,
+    stages: Stages,
     /// The server is to end, and why.
     stop: oneshot::Receiver<&'static str>,
     /// Is dropped when the session need not wait for the server any more.
@@ -72,7 +98,7 @@ struct Until {
 
 impl Server {
     /// Starts the server of a session, and returns when the session may end.
-    pub(crate) async fn run(self, shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
+    async fn run(self, shared: Shared, points: Vec<usize>, stages: Stages) {
         self.stop("another image file is served").await;
         let (stop, to_stop) = oneshot::channel();
         let (running, stopped) = oneshot::channel();
@@ -81,7 +107,7 @@ impl Server {
         let events = shared.events.clone();
         let serve = move || {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-            let until = Until { ended, stop: to_stop, done: Some(done) };
+            let until = Until { stages, stop: to_stop, done: Some(done) };
             match runtime {
                 Ok(runtime) => runtime.block_on(serve(shared, points, until)),
                 Err(error) => off(&shared, &error.to_string()),
@@ -96,7 +122,7 @@ impl Server {
     }
 
     /// Ends the server that was started last, if it still serves, and waits for its end.
-    pub(crate) async fn stop(&self, why: &'static str) {
+    async fn stop(&self, why: &'static str) {
         let serving = self.serving().take();
         if let Some(Serving { stop, stopped }) = serving {
             let _ = stop.send(why);
@@ -116,7 +142,7 @@ fn off(shared: &Shared, why: &str) {
 
 /// Serves until it is told to end; begins again where that fails.
 async fn serve(shared: Shared, points: Vec<usize>, mut until: Until) {
-    let Some(address) = shared.settings.opcua.address.clone() else {
+    let Some(address) = shared.settings.drivers.opcua.address.clone() else {
         off(&shared, "[plcio] has no key `opcua-server`, which says where it listens");
         return;
     };
@@ -132,7 +158,7 @@ async fn serve(shared: Shared, points: Vec<usize>, mut until: Until) {
         }
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
-            _ = until.ended.changed() => return,
+            () = has_left(&mut until.stages), if until.done.is_some() => return,
             _ = &mut until.stop => return,
         }
     }
@@ -155,7 +181,7 @@ async fn serve_once(
     let uri = format!("urn:{host}:plcio:{name}");
     // The first namespace, with the name of the server itself, belongs to its diagnostics.
     let space = format!("urn:{host}:plcc:{name}");
-    let settings = &shared.settings.opcua;
+    let settings = &shared.settings.drivers.opcua;
     let users = Users::open(settings)?;
     let mut certificates = Certificates::open(&settings.certificates, &uri)?;
     let (server, handle) = server(settings, &name, (&uri, &space), &host, local, users)?;
@@ -193,7 +219,7 @@ async fn serve_once(
                 return Ok(why.unwrap_or("plcio ends"));
             }
             // A server that goes on after the session does not wait for its end again.
-            _ = until.ended.changed(), if until.done.is_some() => {
+            () = has_left(&mut until.stages), if until.done.is_some() => {
                 let why = {
                     let hub = shared.hub();
                     match hub.is_replaced() {

@@ -16,7 +16,7 @@ use opcua::types::{
     Error, MessageSecurityMode, NodeId, StatusCode, UAString, UserTokenPolicy, UserTokenType,
 };
 
-use super::Settings;
+use plcc_configuration::drivers::opcua::Settings;
 
 /// How long a client waits for the answer to a wrong password, so that it can't try many.
 const PAUSE: Duration = Duration::from_secs(1);

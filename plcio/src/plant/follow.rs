@@ -49,7 +49,7 @@ impl Follower {
     pub(super) fn all(points: &Arc<Points>, session: &Session) -> zenoh::Result<Vec<Self>> {
         let names: HashSet<&str> = points.followed.iter().map(|p| p.control.as_str()).collect();
         let follower = |control: &str| {
-            let key = format!("{}/{control}/image", points.shared.settings.zenoh.prefix);
+            let key = format!("{}/{control}/image", points.shared.settings.drivers.zenoh.prefix);
             let images = session.declare_subscriber(key).with(RingChannel::new(QUEUE)).wait()?;
             Ok(Self {
                 points: Arc::clone(points),

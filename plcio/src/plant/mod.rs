@@ -3,7 +3,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `settings.rs` | what the configuration says |
+//! | `zenoh_config.rs` | the configuration of a session |
 //! | `values.rs` | the points, their values as JSON, and the message with all of them |
 //! | `follow.rs` | inputs that follow variables of other controls |
 //! | `log_tail.rs` | the logs, of which each new line is an event for others |
@@ -16,8 +16,8 @@
 mod follow;
 mod log_tail;
 mod recorder;
-mod settings;
 mod values;
+mod zenoh_config;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -25,7 +25,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::Value as Json;
-use tokio::sync::watch::Receiver;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
 use zenoh::Session;
@@ -34,16 +33,14 @@ use zenoh::key_expr::KeyExpr;
 use zenoh::query::Query;
 use zenoh::sample::{Locality, Sample, SampleKind};
 
-pub(crate) use settings::{Settings, is_prefix};
-
+use crate::driver::{Driver, Making, Stages, Start, has_left};
+use crate::reconnection::Reconnection;
 use crate::session::Shared;
 use follow::Follower;
 use log_tail::{LogTail, last_lines};
 use recorder::Recorder;
 use values::{Points, Values, json_of, number_of};
 
-/// The shortest and the longest pause before a session is opened again.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
 /// How often values are compared with those that were published, unless `poll_ms` is longer.
 const PERIOD: Duration = Duration::from_millis(20);
 /// How often the message with all values is published at least, so that others see that the control is there.
@@ -57,7 +54,22 @@ const MAX_REFUSED: usize = 64;
 /// After this time the same names are reported again.
 const REFUSED: Duration = Duration::from_secs(60);
 
-/// The driver, of one image file.
+/// The driver.
+struct Zenoh;
+
+/// Makes the driver.
+pub(crate) fn driver(_: &Making<'_>) -> Box<dyn Driver> {
+    Box::new(Zenoh)
+}
+
+impl Driver for Zenoh {
+    fn start(&mut self, session: &mut Start<'_>) {
+        let points = session.points.to_vec();
+        session.show(run(session.shared.clone(), points, session.stages.clone()));
+    }
+}
+
+/// The work for one image file.
 struct Publisher {
     points: Arc<Points>,
     /// What was published last.
@@ -68,36 +80,40 @@ struct Publisher {
     refused_since: Instant,
 }
 
-fn report_lost(shared: &Shared, why: &str) {
-    shared.events.write("lost", &[("device", "zenoh".into()), ("why", why.into())]);
-}
-
 /// Works on a thread of its own until the session ends.
-pub(crate) async fn run(shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
+async fn run(shared: Shared, points: Vec<usize>, stages: Stages) {
     let (done, finished) = tokio::sync::oneshot::channel::<()>();
-    let for_errors = shared.clone();
+    let new = |shared: &Shared| {
+        Reconnection::new(shared.events.clone(), vec![("device", "zenoh".into())])
+    };
+    let (mut for_errors, mut connection) = (new(&shared), new(&shared));
     let work = move || {
         let runtime =
             tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         match runtime {
             Ok(runtime) => {
-                runtime.block_on(publish(&shared, &points, ended));
+                runtime.block_on(publish(&shared, &points, stages, &mut connection));
                 // A disk that does not answer holds up nothing.
                 runtime.shutdown_background();
             }
-            Err(error) => report_lost(&shared, &error.to_string()),
+            Err(error) => connection.lost(&error.to_string()),
         }
         drop(done);
     };
     match std::thread::Builder::new().name("zenoh".into()).spawn(work) {
         // The sender is never used: it is dropped at the end of the thread.
         Ok(_) => drop(finished.await),
-        Err(error) => report_lost(&for_errors, &error.to_string()),
+        Err(error) => for_errors.lost(&error.to_string()),
     }
 }
 
 /// Opens sessions of zenoh until the session of `plcio` ends.
-async fn publish(shared: &Shared, points: &[usize], mut ended: Receiver<bool>) {
+async fn publish(
+    shared: &Shared,
+    points: &[usize],
+    mut stages: Stages,
+    connection: &mut Reconnection,
+) {
     let points = Arc::new(Points::new(shared.clone(), points));
     let mut publisher = Publisher {
         points,
@@ -105,19 +121,12 @@ async fn publish(shared: &Shared, points: &[usize], mut ended: Receiver<bool>) {
         refused: HashSet::new(),
         refused_since: Instant::now(),
     };
-    let mut pause = PAUSES.0;
-    let mut reported: Option<String> = None;
     loop {
-        let Err(why) = publisher.session(&mut ended, &mut pause).await else { return };
-        if reported.as_ref() != Some(&why) {
-            report_lost(shared, &why);
-            reported = Some(why);
+        let Err(why) = publisher.session(&mut stages, connection).await else { return };
+        connection.lost(&why);
+        if !connection.wait(has_left(&mut stages)).await {
+            return;
         }
-        tokio::select! {
-            () = tokio::time::sleep(pause) => {}
-            _ = ended.changed() => return,
-        }
-        pause = (pause * 2).min(PAUSES.1);
     }
 }
 
@@ -141,15 +150,16 @@ impl Publisher {
     /// Why it can't be opened or used.
     async fn session(
         &mut self,
-        ended: &mut Receiver<bool>,
-        pause: &mut Duration,
+        stages: &mut Stages,
+        connection: &mut Reconnection,
     ) -> Result<(), String> {
-        let config = self.points.shared.settings.zenoh.config()?;
+        let config = zenoh_config::config(&self.points.shared.settings.drivers.zenoh)?;
         let session = tokio::select! {
             session = zenoh::open(config) => session.map_err(|error| error.to_string())?,
-            _ = ended.changed() => return Ok(()),
+            () = has_left(stages) => return Ok(()),
         };
-        let done = self.serve(&session, ended, pause).await.map_err(|error| error.to_string());
+        let done =
+            self.serve(&session, stages, connection).await.map_err(|error| error.to_string());
         let _ = tokio::time::timeout(Duration::from_secs(1), session.close()).await;
         done
     }
@@ -158,8 +168,8 @@ impl Publisher {
     async fn serve(
         &mut self,
         session: &Session,
-        ended: &mut Receiver<bool>,
-        pause: &mut Duration,
+        stages: &mut Stages,
+        connection: &mut Reconnection,
     ) -> zenoh::Result<()> {
         let points = Arc::clone(&self.points);
         let (base, settings) = (points.base.as_str(), &points.shared.settings);
@@ -173,7 +183,7 @@ impl Publisher {
         let mut tasks = JoinSet::new();
         let queries = session.declare_queryable(format!("{base}/**"));
         let queries = queries.with(RingChannel::new(QUEUE)).await?;
-        let recorder = Recorder::new(settings.zenoh.clone(), base);
+        let recorder = Recorder::new(settings.drivers.zenoh.clone(), base);
         let for_queries = Arc::clone(&points);
         tasks.spawn(async move {
             let mut running = JoinSet::new();
@@ -185,7 +195,7 @@ impl Publisher {
         for follower in Follower::all(&points, session)? {
             tasks.spawn(follower.run());
         }
-        let logs = [("control", &settings.zenoh.control_log), ("plcio", &settings.log)];
+        let logs = [("control", &settings.drivers.zenoh.control_log), ("plcio", &settings.log)];
         for (part, log) in logs {
             if let Some(log) = log.clone() {
                 let key = format!("{base}/events/{part}");
@@ -194,7 +204,7 @@ impl Publisher {
         }
         let mut period = tokio::time::interval(settings.poll.max(PERIOD));
         period.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let (mut is_connected, mut has_namesake) = (false, false);
+        let mut has_namesake = false;
         let mut beat = Instant::now();
         self.published = None;
         loop {
@@ -205,18 +215,17 @@ impl Publisher {
                         beat = Instant::now();
                         let info = session.info();
                         // One that listens is its own router.
-                        let peers = settings.zenoh.listen.is_some()
+                        let peers = settings.drivers.zenoh.listen.is_some()
                             || info.routers_zid().await.next().is_some();
-                        if peers != is_connected {
-                            is_connected = peers;
-                            if is_connected {
-                                *pause = PAUSES.0;
-                                let device = ("device", Json::from("zenoh"));
-                                points.shared.events.write("connected", &[device]);
+                        match peers {
+                            true if !connection.is_connected() => {
+                                connection.connected();
                                 self.published = None;
-                            } else {
-                                report_lost(&points.shared, "there is no router");
                             }
+                            false if connection.is_connected() => {
+                                connection.lost("there is no router");
+                            }
+                            _ => {}
                         }
                     }
                     self.report(session, is_beat).await?;
@@ -234,7 +243,7 @@ impl Publisher {
                     let about = [("device", "zenoh".into()), ("name", base.into()), why];
                     points.shared.events.write("refused", &about);
                 },
-                _ = ended.changed() => {
+                () = has_left(stages) => {
                     self.report(session, true).await?;
                     let _ = token.undeclare().await;
                     return Ok(());
@@ -332,7 +341,8 @@ async fn answer(points: &Points, recorder: &Recorder, query: Query, running: &mu
         let _ = query.reply(key, Json::from(values.state).to_string()).await;
     }
     let settings = &points.shared.settings;
-    for (part, log) in [("control", &settings.zenoh.control_log), ("plcio", &settings.log)] {
+    for (part, log) in [("control", &settings.drivers.zenoh.control_log), ("plcio", &settings.log)]
+    {
         if let (Some(log), Some(key)) = (log, asks_for(&format!("events/{part}"))) {
             let _ = query.reply(key, last_lines(log).join("\n")).await;
         }

@@ -8,10 +8,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use plcc_configuration::drivers::zenoh::Settings;
 use tokio::sync::Semaphore;
 use zenoh::query::Query;
-
-use super::Settings;
 
 /// How long `plcc` may take for an answer.
 const TIME: Duration = Duration::from_secs(60);

@@ -2,7 +2,8 @@
 
 use std::time::SystemTime;
 
-use plcc_image::configuration::{Address, Point};
+use plcc_configuration::Point;
+use plcc_configuration::drivers::zenoh::ZenohVariable;
 use serde_json::{Map, Value as Json};
 
 use crate::session::Shared;
@@ -90,14 +91,16 @@ impl KeyedPoint {
 impl Points {
     /// The points with these indices of the hub.
     pub(super) fn new(shared: Shared, indices: &[usize]) -> Self {
-        let (prefix, name) = (&shared.settings.zenoh.prefix, &shared.settings.zenoh.name);
+        let (prefix, name) =
+            (&shared.settings.drivers.zenoh.prefix, &shared.settings.drivers.zenoh.name);
         let base = format!("{prefix}/{name}");
         let (mut keyed, mut followed) = (vec![], vec![]);
         for &index in indices {
             let hub = shared.hub();
-            let Some(Point { symbol, address, is_input, .. }) = hub.point(index) else { continue };
+            let Some(point) = hub.point(index) else { continue };
+            let Point { symbol, is_input, .. } = point;
             let name = symbol.name.clone();
-            let is_followed = if let Some(Address::Zenoh(from)) = address {
+            let is_followed = if let Some(from) = point.address::<ZenohVariable>() {
                 let (control, variable) = (from.control.clone(), from.variable.clone());
                 let variable = variable.unwrap_or_else(|| name.clone());
                 followed.push(FollowedPoint { index, control, variable });

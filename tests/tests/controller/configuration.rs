@@ -135,14 +135,14 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     let run = plcrt(&shop, "--config bad.toml --ticks 1");
     assert_eq!(run.status.code(), Some(2));
     let wiring = "artifact = \"p.plcx\"\nwatchdog = 5\n[[io]]\nname = \"LMP\"\n\
-                 driver = \"other\"\ntimeout = 5\n";
+                 driver = \"other\"\ntimout = 5\n";
     fs::write(shop.path("wiring.toml"), wiring).unwrap();
     let output = plcrt(&shop, "--check-config wiring.toml");
     let text = String::from_utf8(output.stderr).unwrap();
     for part in [
         "wiring.toml:2: `watchdog`: a text in quotes is expected, as in \"60ms\"",
         "wiring.toml:3: the program has no variable named `LMP`; did you mean `LAMP`?",
-        "wiring.toml:6: there is no key `timeout` in [[io]]; did you mean `timeout_ms`?",
+        "wiring.toml:6: there is no key `timout` in [[io]]; did you mean `timeout`?",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

@@ -11,8 +11,10 @@
 
 use std::fmt;
 use std::net::Ipv6Addr;
+use std::sync::Arc;
 
-use super::modbus_format::Format;
+use super::format::{Coding, Format};
+use crate::{Address, ValueFormat};
 
 /// How a device is reached.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -137,7 +139,7 @@ impl ModbusAddress {
 
     /// The address of the point number `index` (from 0) of a range that begins here. `None` if it is beyond the
     /// last number of the table, 65535.
-    pub fn nth(&self, index: usize) -> Option<Self> {
+    fn after(&self, index: usize) -> Option<Self> {
         let mut next = self.clone();
         if let Format::BitOf(bit) = self.format {
             let at = usize::from(bit) + index;
@@ -149,6 +151,41 @@ impl ModbusAddress {
         }
         next.number.checked_add(self.format.registers() - 1)?;
         Some(next)
+    }
+}
+
+impl Address for ModbusAddress {
+    fn nth(&self, index: usize) -> Option<Arc<dyn Address>> {
+        Some(Arc::new(self.after(index)?))
+    }
+
+    fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
+        if self.format.is_bit() != is_bit {
+            let (is, needs) = match is_bit {
+                true => ("a bit", "a coil, a discrete input or a bit of a register"),
+                false => ("a number", "a register"),
+            };
+            return Some(format!("is {is}, which needs {needs}"));
+        }
+        let is_read_only = matches!(self.table, Table::Discrete | Table::Input);
+        match (&self.medium, is_input) {
+            (Medium::Server, true) if is_read_only => {
+                Some("is given from outside, but its table can't be written".into())
+            }
+            (Medium::Tcp(..) | Medium::Serial(..), false) if is_read_only => {
+                Some("goes outside, but its table can only be read".into())
+            }
+            _ => None,
+        }
+    }
+
+    fn formats(&self) -> Option<(ValueFormat, Vec<ValueFormat>)> {
+        let Format::Number(coding, _) = self.format else { return None };
+        let format = |coding: Coding| {
+            let (low, high) = coding.range();
+            ValueFormat { name: coding.name(), low, high }
+        };
+        Some((format(coding), Coding::all().map(format).collect()))
     }
 }
 
@@ -195,7 +232,7 @@ fn line(text: &str) -> Result<Medium, String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::super::modbus_format::{Coding, Order};
+    use super::super::format::Order;
     use super::*;
 
     #[test]
@@ -206,7 +243,7 @@ mod tests {
         assert_eq!(point.medium, Medium::Tcp("io.local".into(), 1502));
         assert_eq!((point.unit, point.table, point.number), (3, Table::Holding, 100));
         assert_eq!(point.format, Format::Number(Coding::F32, swapped));
-        assert_eq!(point.nth(3).map(|next| next.number), Some(106));
+        assert_eq!(point.after(3).map(|next| next.number), Some(106));
         assert_eq!(tcp("10.0.0.1/1/coil/0").unwrap().medium, Medium::Tcp("10.0.0.1".into(), 502));
         for (text, host, port) in [
             ("[::1]:502/1/coil/0", "::1", 502),
@@ -217,9 +254,9 @@ mod tests {
             assert_eq!(medium, Medium::Tcp(host.into(), port));
             assert_eq!(medium.to_string(), format!("[{host}]:{port}"));
         }
-        let bit = tcp("h/1/holding/5:bit14").unwrap().nth(3).unwrap();
+        let bit = tcp("h/1/holding/5:bit14").unwrap().after(3).unwrap();
         assert_eq!((bit.number, bit.format), (6, Format::BitOf(1)));
-        assert_eq!(tcp("h/1/input/65535").unwrap().nth(1), None);
+        assert_eq!(tcp("h/1/input/65535").unwrap().after(1), None);
         let serial = ModbusAddress::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
         assert_eq!(serial.medium, Medium::Serial("/dev/ttyS0".into(), 9600, 'N'));
         assert_eq!(

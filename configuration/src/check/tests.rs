@@ -1,10 +1,15 @@
 //! What is found wrong in wired points, with the lines of the entries.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
-use toml::de::DeTable;
+use std::path::Path;
+
+use plcc_image::latch::Rule;
+use plcc_image::{Number, Type};
 
 use super::*;
-use crate::symbol::Type;
+use crate::Configuration;
+use crate::drivers::modbus::ModbusAddress;
+use crate::drivers::zenoh::ZenohVariable;
 
 /// Inputs LS1 to LS4 and COUNT (four lines), outputs PUMP and LAMP, the variable SPEED.
 fn symbols() -> Vec<Symbol> {
@@ -32,15 +37,10 @@ fn symbols() -> Vec<Symbol> {
 }
 
 fn check(text: &str) -> Checked {
-    let table = DeTable::parse(text).unwrap();
-    let lines = super::super::LineNumbers::new(text);
-    let line_of = |at: usize| lines.line(at);
-    let mut mistakes = vec![];
-    let io = &table.get_ref()["io"];
-    let entries = super::super::entries(io.get_ref(), &line_of, &mut mistakes);
+    let (configuration, findings) = Configuration::read(text, Path::new("c.toml"));
     let outputs = ["PUMP", "LAMP"].map(str::to_owned);
-    let mut checked = points(&entries, &symbols(), false, &outputs);
-    checked.mistakes.extend(mistakes);
+    let mut checked = points(&configuration.entries, &symbols(), false, &outputs);
+    checked.mistakes.extend(findings.file);
     checked.mistakes.sort();
     checked
 }
@@ -61,7 +61,7 @@ fn ranges_become_points_that_follow_each_other() {
         .points
         .iter()
         .map(|point| {
-            let Some(Address::Modbus(address)) = &point.address else { panic!("{point:?}") };
+            let address = point.address::<ModbusAddress>().unwrap();
             (point.symbol.name.as_str(), address.number, point.is_input)
         })
         .collect();
@@ -159,11 +159,11 @@ fn inputs_follow_variables_of_other_controls() {
     let shown: Vec<_> = checked
         .points
         .iter()
-        .map(|point| match &point.address {
-            Some(Address::Zenoh(ZenohVariable { control, variable })) => {
+        .map(|point| match point.address::<ZenohVariable>() {
+            Some(ZenohVariable { control, variable }) => {
                 (point.symbol.name.as_str(), control.as_str(), variable.as_deref())
             }
-            _ => (point.symbol.name.as_str(), "", None),
+            None => (point.symbol.name.as_str(), "", None),
         })
         .collect();
     let expected = [

@@ -1,4 +1,45 @@
-//! Addresses of lines of Linux's GPIO character device: `CHIP/LINE[:CIRCUIT]`, such as `gpiochip0/17:pull-up`.
+//! Lines of Linux's GPIO character device. An address is `CHIP/LINE[:CIRCUIT]`, such as `gpiochip0/17:pull-up`.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+pub use super::NoSettings as Settings;
+use crate::{Address, Driver, Mistake, Point};
+
+pub(super) const DRIVERS: &[&dyn Driver] = &[&Gpio];
+
+#[derive(Debug)]
+struct Gpio;
+
+impl Driver for Gpio {
+    fn name(&self) -> &'static str {
+        "gpio"
+    }
+
+    fn feature(&self) -> Option<&'static str> {
+        Some("gpio")
+    }
+
+    fn address(&self, text: &str) -> Result<Option<Arc<dyn Address>>, String> {
+        Ok(Some(Arc::new(GpioLine::parse(text)?)))
+    }
+
+    /// Finds lines that one entry reads and another drives: a line has one direction.
+    fn mistakes(&self, points: &[Point]) -> Vec<Mistake> {
+        let own = points.iter().filter_map(|point| Some((point, point.address::<GpioLine>()?)));
+        let mut driven: HashMap<String, usize> = HashMap::new();
+        for (point, line) in own.clone().filter(|(point, _)| !point.is_input) {
+            driven.entry(line.place()).or_insert(point.entry.line);
+        }
+        let read_and_driven = |(point, line): (&Point, &GpioLine)| {
+            let by = driven.get(&line.place())?;
+            let name = &point.symbol.name;
+            let message = format!("the line of `{name}` is driven by the entry of line {by}");
+            Some(Mistake { line: point.entry.line, message })
+        };
+        own.filter(|(point, _)| point.is_input).filter_map(read_and_driven).collect()
+    }
+}
 
 /// What is switched on at a line besides its direction. A chip that can't do it refuses the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,9 +118,34 @@ impl GpioLine {
     }
 
     /// The line number `index` (from 0) of a range that begins here; `None` beyond the last number.
-    pub fn nth(&self, index: usize) -> Option<Self> {
+    fn after(&self, index: usize) -> Option<Self> {
         let line = self.line.checked_add(u32::try_from(index).ok()?)?;
         Some(Self { line, ..self.clone() })
+    }
+}
+
+impl Address for GpioLine {
+    fn nth(&self, index: usize) -> Option<Arc<dyn Address>> {
+        Some(Arc::new(self.after(index)?))
+    }
+
+    fn place(&self) -> String {
+        format!("gpio {}/{}", self.chip, self.line)
+    }
+
+    fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
+        if !is_bit {
+            return Some("is a number, which a line of a GPIO chip can't be".into());
+        }
+        match is_input {
+            true if !self.circuit.is_for_inputs() => {
+                Some("is given from outside, but open-drain and open-source are for outputs".into())
+            }
+            false if !self.circuit.is_for_outputs() => {
+                Some("goes outside, but pull-up and pull-down are for inputs".into())
+            }
+            _ => None,
+        }
     }
 }
 
@@ -93,9 +159,12 @@ mod tests {
     fn an_address_names_a_chip_and_a_line() {
         let line = GpioLine::parse("/dev/gpiochip0/17:pull-up").unwrap();
         assert_eq!(line, GpioLine { chip: "gpiochip0".into(), line: 17, circuit: Circuit::PullUp });
-        assert_eq!(line.nth(3).map(|next| (next.line, next.circuit)), Some((20, Circuit::PullUp)));
+        assert_eq!(
+            line.after(3).map(|next| (next.line, next.circuit)),
+            Some((20, Circuit::PullUp))
+        );
         assert_eq!(GpioLine::parse("panel-io/0").unwrap().chip, "panel-io");
-        assert_eq!(GpioLine::parse("c/4294967295").unwrap().nth(1), None);
+        assert_eq!(GpioLine::parse("c/4294967295").unwrap().after(1), None);
         for text in [
             "",
             "gpiochip0",

@@ -1,6 +1,11 @@
 //! Addresses of variables of other controls, which inputs of the driver `zenoh` follow: `CONTROL[/VARIABLE]`, such as
 //! `mill/READY`.
 
+use std::sync::Arc;
+
+use super::is_key_part;
+use crate::Address;
+
 /// A variable of another control.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ZenohVariable {
@@ -8,11 +13,6 @@ pub struct ZenohVariable {
     pub control: String,
     /// The variable; `None` if it has the name of the variable that follows it.
     pub variable: Option<String>,
-}
-
-/// Whether a text can be a part of a key: not empty, and without letters that have a meaning in keys.
-pub fn is_key_part(text: &str) -> bool {
-    !text.is_empty() && !text.contains(['/', '*', '$', '?', '#'])
 }
 
 impl ZenohVariable {
@@ -32,10 +32,22 @@ impl ZenohVariable {
         }
         Ok(Self { control: control.into(), variable: variable.map(str::to_owned) })
     }
+}
 
-    /// The variable number `index` (from 0) of a range. `None` where the address names a single variable.
-    pub fn nth(&self, index: usize) -> Option<Self> {
-        (index == 0 || self.variable.is_none()).then(|| self.clone())
+impl Address for ZenohVariable {
+    /// There is none where the address names a single variable.
+    fn nth(&self, index: usize) -> Option<Arc<dyn Address>> {
+        (index == 0 || self.variable.is_none()).then(|| Arc::new(self.clone()) as Arc<dyn Address>)
+    }
+
+    fn unfit(&self, is_input: bool, _: bool) -> Option<String> {
+        let message =
+            "goes outside by its own name, but the address names a variable that it would follow";
+        (!is_input).then(|| message.into())
+    }
+
+    fn is_too_long(&self, names: &str, _: &str) -> String {
+        format!("`{names}` is a range, but its address names a single variable")
     }
 }
 
@@ -49,10 +61,10 @@ mod tests {
     fn an_address_names_a_control_and_perhaps_a_variable() {
         let mill = ZenohVariable::parse("mill").unwrap();
         assert_eq!((mill.control.as_str(), mill.variable.as_deref()), ("mill", None));
-        assert_eq!(mill.nth(7), Some(mill.clone()), "all have their own names");
+        assert!(mill.nth(7).is_some(), "all have their own names");
         let ready = ZenohVariable::parse("mill/X:$700,3").unwrap();
         assert_eq!(ready.variable.as_deref(), Some("X:$700,3"));
-        assert_eq!((ready.nth(0), ready.nth(1)), (Some(ready.clone()), None));
+        assert!(ready.nth(0).is_some() && ready.nth(1).is_none());
         for text in ["", "/READY", "mill/", "m*/A", "m$/A", "m?", "#"] {
             assert!(ZenohVariable::parse(text).is_err(), "{text}");
         }

@@ -1,8 +1,9 @@
 //! Addresses of points of EtherCAT terminals: `INTERFACE/TERMINAL/in|out/BYTE.BIT` for bits and
 //! `INTERFACE/TERMINAL/in|out/BYTE:FORMAT` for numbers, such as `eth1/1/in/0.3` and `eth1/3/in/2:i16`.
 
-use super::Mistake;
-use super::check::{Address, Point};
+use std::sync::Arc;
+
+use crate::{Address, Mistake, Point, ValueFormat};
 
 /// What a point is in the process data of its terminal. Numbers have their lowest byte first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,12 +63,12 @@ impl ProcessValue {
     }
 
     /// All that are numbers, the smaller ones first.
-    pub(super) fn numbers() -> impl Iterator<Item = Self> {
+    fn numbers() -> impl Iterator<Item = Self> {
         Self::NAMES.into_iter().map(|(_, value)| value)
     }
 
     /// The name in a configuration; a bit has none.
-    pub(super) fn name(self) -> Option<&'static str> {
+    fn name(self) -> Option<&'static str> {
         Self::NAMES.iter().find(|(_, value)| *value == self).map(|(name, _)| *name)
     }
 
@@ -151,7 +152,7 @@ impl EthercatPoint {
 
     /// The point number `index` (from 0) of a range that begins here: the next bit, or the next number. `None` beyond the
     /// last byte that can be named.
-    pub fn nth(&self, index: usize) -> Option<Self> {
+    fn after(&self, index: usize) -> Option<Self> {
         let index = u32::try_from(index).ok()?;
         let at = self.first_bit().checked_add(index.checked_mul(self.value.bits())?)?;
         let value = match self.value {
@@ -173,33 +174,35 @@ impl EthercatPoint {
     }
 }
 
-/// Why a point can't be, if it can't; the reason follows the variable's name.
-pub(super) fn unfit(point: &EthercatPoint, is_input: bool, is_bit: bool) -> Option<String> {
-    match (is_input, point.is_output) {
-        (true, true) => {
-            return Some(
-                "is given from outside, but its address is an output of a terminal".into(),
-            );
-        }
-        (false, false) => {
-            return Some("goes outside, but its address is an input of a terminal".into());
-        }
-        _ => {}
+impl Address for EthercatPoint {
+    fn nth(&self, index: usize) -> Option<Arc<dyn Address>> {
+        Some(Arc::new(self.after(index)?))
     }
-    match (is_bit, point.value.is_bit()) {
-        (true, false) => Some("is a bit, which needs a bit of a byte, as in 0.3".into()),
-        (false, true) => Some("is a number, which needs a format, as in 0:i16".into()),
-        _ => None,
+
+    fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
+        let why = match (is_input, self.is_output, is_bit, self.value.is_bit()) {
+            (true, true, ..) => "is given from outside, but its address is an output of a terminal",
+            (false, false, ..) => "goes outside, but its address is an input of a terminal",
+            (_, _, true, false) => "is a bit, which needs a bit of a byte, as in 0.3",
+            (_, _, false, true) => "is a number, which needs a format, as in 0:i16",
+            _ => return None,
+        };
+        Some(why.into())
+    }
+
+    fn formats(&self) -> Option<(ValueFormat, Vec<ValueFormat>)> {
+        let format = |value: ProcessValue| {
+            let (low, high) = value.range();
+            Some(ValueFormat { name: value.name()?, low, high })
+        };
+        Some((format(self.value)?, ProcessValue::numbers().filter_map(format).collect()))
     }
 }
 
 /// Finds what is wrong with points of terminals taken together: different interfaces, and outputs that share bits. An
 /// entry has one mistake of each kind, however many points it has.
 pub(super) fn mistakes(points: &[Point]) -> Vec<Mistake> {
-    let own = points.iter().filter_map(|point| match &point.address {
-        Some(Address::Ethercat(at)) => Some((at, point)),
-        _ => None,
-    });
+    let own = points.iter().filter_map(|point| Some((point.address::<EthercatPoint>()?, point)));
     let mut own: Vec<_> = own.collect();
     let Some(&(first, of)) = own.first() else { return vec![] };
     let elsewhere = own.iter().filter(|(at, _)| at.interface != first.interface);
@@ -258,14 +261,14 @@ mod tests {
             value: ProcessValue::Bit(6),
         };
         assert_eq!(bit, expected);
-        let after = |index| bit.nth(index).map(|next| (next.byte, next.value));
+        let after = |index| bit.after(index).map(|next| (next.byte, next.value));
         assert_eq!(after(1), Some((1, ProcessValue::Bit(7))));
         assert_eq!(after(2), Some((2, ProcessValue::Bit(0))));
         let number = EthercatPoint::parse("enp3s0/0/out/4:i16").unwrap();
         assert_eq!((number.is_output, number.end()), (true, 6));
-        assert_eq!(number.nth(3).map(|next| next.byte), Some(10));
-        assert_eq!(EthercatPoint::parse("e/0/in/65535.7").unwrap().nth(1), None);
-        assert_eq!(EthercatPoint::parse("e/0/in/65535:u8").unwrap().nth(usize::MAX), None);
+        assert_eq!(number.after(3).map(|next| next.byte), Some(10));
+        assert_eq!(EthercatPoint::parse("e/0/in/65535.7").unwrap().after(1), None);
+        assert_eq!(EthercatPoint::parse("e/0/in/65535:u8").unwrap().after(usize::MAX), None);
         for text in [
             "",
             "eth1/1/in",
