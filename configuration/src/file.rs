@@ -293,10 +293,9 @@ impl Configuration {
         self.lines.get(key).copied().unwrap_or(1)
     }
 
-    /// Whether it says something to `plcio`: entries for its drivers, or settings.
-    pub fn is_for_plcio(&self) -> bool {
-        self.lines.contains_key("plcio")
-            || self.entries.iter().any(|entry| entry.driver.is_of_plcio())
+    /// Whether it wires anything: it has entries, or settings of drivers.
+    pub fn is_wired(&self) -> bool {
+        ["io", "plcio"].into_iter().any(|key| self.lines.contains_key(key))
     }
 
     /// The keys of `[plcio]` that are there, each with its line.

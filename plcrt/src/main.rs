@@ -197,7 +197,7 @@ fn refuse(path: &Path, mut mistakes: Vec<Mistake>) -> Result<(), String> {
 /// All of them.
 fn check_config(path: &Path) -> Result<u8, String> {
     let (configuration, findings) = Configuration::open(path)?;
-    let mut mistakes = match configuration.is_for_plcio() {
+    let mut mistakes = match configuration.is_wired() {
         true => findings.all(),
         false => findings.for_control(),
     };

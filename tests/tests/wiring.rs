@@ -11,7 +11,7 @@ use plcc_abi::Dialect;
 use plcc_host::session::replay::recorded_executive;
 use plcc_image::{ImageReader, InputWriter, Number};
 use plcc_record::{Recording, Replayer};
-use plcc_tests::loader::{Folder, wait_until};
+use plcc_tests::loader::{Folder, plcio, wait_until};
 
 /// Counts the scans in which the door is open; the pump runs while the door is closed.
 const PMI: &str = "$INPUT\nDOOR = 0/0\nLEVEL = 1/0-3/B\n$OUTPUT\nPUMP = 2/0\nCOPY = 3/0-3/B\n$INTEGER\nN\n\
@@ -166,5 +166,37 @@ fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
             ),
             "{text}"
         );
+    }
+}
+
+/// What only `plcio` uses is checked with the rest, and `plcio` checks all that does not need the program.
+#[test]
+fn the_settings_of_drivers_are_checked_with_the_wiring() {
+    let folder = Folder::new("wiring-plcio");
+    folder.artifact("p.plcx", Dialect::Pmi, PMI);
+    let text = "artifact = \"p.plcx\"\noverrun = \"skip\"\n[[io]]\nname = \"PUMP\"\ndriver = \"modbus-server\"\n\
+                address = \"coil/0\"\n[plcio]\npoll = 2\nmodbus-srever = \"[::]:502\"\n";
+    fs::write(folder.path("c.toml"), text).unwrap();
+    let plcio = |args: &[&str]| plcio().args(args).current_dir(folder.path("")).output().unwrap();
+    let both = || {
+        [folder.run(&["--check-config", "c.toml"]), plcio(&["--check-config", "c.toml"])]
+            .map(|output| (output.status.code(), String::from_utf8(output.stderr).unwrap()))
+    };
+    for (status, text) in both() {
+        assert_eq!(status, Some(2), "{text}");
+        for part in [
+            "c.toml:1: the key `image` is missing",
+            "c.toml:8: `poll`: a time from 1ms to 1h is expected, as in \"20ms\"",
+            "c.toml:9: there is no key `modbus-srever` in [plcio]; did you mean `modbus-server`?",
+        ] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+    }
+    let text = text.replace("poll = 2\nmodbus-srever = \"[::]:502\"\n", "poll = \"2ms\"\n");
+    fs::write(folder.path("c.toml"), format!("image = \"i\"\n{text}")).unwrap();
+    for (status, text) in both() {
+        assert_eq!(status, Some(0), "{text}");
+        let warning = "warning: c.toml:4: points of the driver modbus-server need the key `modbus-server`";
+        assert!(text.contains(warning), "{text}");
     }
 }

@@ -24,6 +24,8 @@ struct Memory {
     holding: [u16; 64],
     /// How many requests were answered.
     answered: usize,
+    /// The register 8 after each of them.
+    register_8: Vec<u16>,
     refuses: Refuses,
     /// Whether nobody can reach it.
     is_away: bool,
@@ -53,6 +55,7 @@ impl Device {
             coils: [false; 64],
             holding: [0; 64],
             answered: 0,
+            register_8: vec![],
             refuses: |_| None,
             is_away: false,
             closes: false,
@@ -118,6 +121,8 @@ fn serve(mut stream: &TcpStream, memory: &Mutex<Memory>) -> Option<()> {
         None => answer(&request, &mut memory),
     };
     memory.answered += 1;
+    let register_8 = memory.holding[8];
+    memory.register_8.push(register_8);
     let closes = memory.closes;
     drop(memory);
     head[4..6].copy_from_slice(&(answer.len() as u16 + 1).to_be_bytes());
@@ -386,4 +391,22 @@ fn a_device_has_its_own_times_and_way_to_write() {
     for kind in ["lost", "refused", "single_writes"] {
         assert!(!log.contains(&format!("\"kind\":\"{kind}\"")), "{log}");
     }
+}
+
+/// A program counts every 5 ms, and its device is polled every 2 ms.
+#[test]
+fn outputs_are_as_new_as_the_poll_of_their_device() {
+    let device = Device::start();
+    let entries = [
+        device.point("SPEED", "holding/8:i16", ""),
+        format!("[[plcio.device]]\naddress = \"{}\"\npoll = \"2ms\"\n", device.at),
+    ];
+    let program = "$INTEGER\nSPEED\n$END\nSPEED = SPEED + 1\n";
+    let plant = Plant::of("modbus-poll", program, "", &entries.concat());
+    // If outputs were read every 20 ms, the device would get every fourth number.
+    wait_until("the device gets each number", || {
+        let memory = device.memory();
+        memory.register_8.windows(2).filter(|pair| pair[1].wrapping_sub(pair[0]) == 1).count() > 20
+    });
+    plant.end();
 }
