@@ -93,6 +93,7 @@ const EVERYTHING: &[&str] = &[
     "plcc",
     "plcc-abi",
     "plcc-codegen",
+    "plcc-configuration",
     "plcc-dap",
     "plcc-diag",
     "plcc-files",
