@@ -16,14 +16,14 @@
 //!
 //! ```
 //! use plcc_codegen::{CodegenOptions, Target, compile};
-//! use plcc_ir::{Address, ChunkBuilder, Type};
+//! use plcc_ir::{Address, ChunkBuilder, InstBuilder, Type};
 //!
 //! let region = plcc_abi::Region { name: "vars".into(), offset: 0, size: 8, bits: false };
 //! let mut builder = ChunkBuilder::new(8, vec![region]);
 //! let start = builder.place();
 //! builder.bind(start);
 //! builder.task("scan", start);
-//! let seven = builder.func().iconst(Type::I32, 7);
+//! let seven = builder.func().constant(Type::I32, 7);
 //! builder.func().store(Address::fixed(plcc_ir::RegionId(0), 4), seven);
 //! builder.ret();
 //! let code = compile(&builder.finish(), &Target::host()?, CodegenOptions::NONE)?;

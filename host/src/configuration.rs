@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fmt::Display;
 use std::str::FromStr;
 
-use plcc_abi::{Dialect, Program};
+use plcc_abi::Program;
 use plcc_configuration::{Checked, Configuration, Entry, Mistake, SafeEntry};
 use plcc_image::latch::Rule;
 use plcc_image::{Direction, Symbol};
@@ -23,7 +23,7 @@ pub fn check_wiring(entries: &[Entry], program: &Program, names: &dyn Names) -> 
         |symbol: &&Symbol| symbol.direction == Direction::Output && names.contains(&symbol.name);
     let outputs: Vec<String> =
         symbols.iter().filter(is_used_output).map(|symbol| symbol.name.clone()).collect();
-    plcc_configuration::points(entries, &symbols, program.dialect() == Dialect::Nct, &outputs)
+    plcc_configuration::points(entries, &symbols, program.dialect().names_end_in_bits(), &outputs)
 }
 
 /// What entries without mistakes say of the variables that are given from outside, by the variables' names.

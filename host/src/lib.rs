@@ -17,9 +17,9 @@
 //! let artifact = Artifact::open("lathe.plcx".as_ref(), None)?;
 //! let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
 //! let mut control = executive(&artifact.program, &ControlArgs::default(), false, None)?;
-//! let lamp = control.find("LS27", Purpose::Watch)?;
+//! let lamp = control.names().find("LS27", Purpose::Watch)?;
 //! control.tick(&mut engine, &mut vec![]).map_err(|stop| stop.message)?;
-//! println!("LS27 is {}", control.get(lamp));
+//! println!("LS27 is {}", control.read(lamp));
 //! # Ok(())
 //! # }
 //! ```

@@ -29,7 +29,9 @@
 //!
 //! ```
 //! use plcc_abi::{Engine, Outcome, Region, Scan, engine::NoHost};
-//! use plcc_ir::{Address, BinaryOp, ChunkBuilder, Interpreter, Type, passes, verify::verify};
+//! use plcc_ir::{
+//!     Address, BinaryOp, ChunkBuilder, InstBuilder, Interpreter, Type, passes, verify::verify,
+//! };
 //!
 //! let regions = vec![Region { name: "vars".into(), offset: 0, size: 4, bits: false }];
 //! let mut b = ChunkBuilder::new(4, regions);

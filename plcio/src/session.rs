@@ -136,10 +136,9 @@ impl Session {
         identity: Option<(u64, u64)>,
     ) -> Result<Self, String> {
         let dialect = Dialect::ALL.get(usize::try_from(reader.dialect()).unwrap_or(usize::MAX));
-        // Numbers in names of NCT end in a bit from 0 to 7.
-        let is_nct = dialect == Some(&Dialect::Nct);
+        let ends_in_bits = dialect.is_some_and(|dialect| dialect.names_end_in_bits());
         let symbols = reader.symbols();
-        let checked = plcc_configuration::points(&settings.entries, &symbols, is_nct, &[]);
+        let checked = plcc_configuration::points(&settings.entries, &symbols, ends_in_bits, &[]);
         if let Some(mistake) = checked.mistakes.first() {
             return Err(format!("line {}: {}", mistake.line, mistake.message));
         }

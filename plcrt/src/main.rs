@@ -253,9 +253,10 @@ fn check_program(
         mistakes.push(Mistake { line, message: error.to_string() });
         control = ControlArgs::default();
     }
-    let mut own = executive(&control).map_err(|error| error.to_string())?;
+    let own = executive(&control).map_err(|error| error.to_string())?;
+    let names = own.names();
     for entry in &configuration.safe {
-        let refused = own.set_safe_outputs(&[configuration::safe_output(entry)]);
+        let refused = names.safe_lines(&[configuration::safe_output(entry)]);
         let messages = refused.err().into_iter().flatten().map(|error| error.to_string());
         mistakes.extend(messages.map(|message| Mistake { line: entry.line, message }));
     }

@@ -13,7 +13,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-ir", &["plcc-abi"]),
     ("plcc-frontend", &["plcc-abi", "plcc-diag", "plcc-ir"]),
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
-    ("plcc-image", &[]),
+    ("plcc-image", &["plcc-abi"]),
     ("plcc-files", &[]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
     ("plcc-runtime", &["plcc-abi"]),

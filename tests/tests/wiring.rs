@@ -196,7 +196,8 @@ fn the_settings_of_drivers_are_checked_with_the_wiring() {
     fs::write(folder.path("c.toml"), format!("image = \"i\"\n{text}")).unwrap();
     for (status, text) in both() {
         assert_eq!(status, Some(0), "{text}");
-        let warning = "warning: c.toml:4: points of the driver modbus-server need the key `modbus-server`";
+        let warning =
+            "warning: c.toml:4: points of the driver modbus-server need the key `modbus-server`";
         assert!(text.contains(warning), "{text}");
     }
 }
