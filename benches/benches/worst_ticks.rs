@@ -133,10 +133,12 @@ impl Clock for BusyClock {
     fn sleep(&self, time: Duration) {
         let ns = |time: Duration| u32::try_from(time.as_nanos()).unwrap_or(u32::MAX);
         let mut ticks = self.ticks.borrow_mut();
-        // No allocation while ticks are paced: what does not fit is left out.
-        if self.questions.get() >= QUESTIONS && ticks.len() < ticks.capacity() {
+        // No allocation while ticks are paced: what does not fit is left out. So are ticks that came without a wait between
+        // them, after which more has been asked.
+        let questions = self.questions.get();
+        if (QUESTIONS..=QUESTIONS + 1).contains(&questions) && ticks.len() < ticks.capacity() {
             ticks.push(ns(self.done.get().saturating_sub(self.woken.get())));
-            if self.questions.get() > QUESTIONS && ticks.len() > BEGINNING {
+            if questions > QUESTIONS && ticks.len() > BEGINNING {
                 let after = own_time().saturating_sub(self.done.get());
                 self.after.set(self.after.get().max(ns(after)));
             }
