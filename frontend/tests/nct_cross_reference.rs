@@ -57,6 +57,9 @@ fn never_written(text: &str) -> Vec<u32> {
 fn a_bit_read_and_never_written_is_reported_by_check() {
     assert_eq!(never_written(":001\nF0200 U012 Z\nJ1\n:000 J0"), [2]);
     assert!(never_written(":001\n,0 SF020\nF0200 U012 Z\nJ1\n:000 J0").is_empty());
+    // These write where a word of the program says.
+    assert!(never_written(":001\n,40 SF030\n,1 SFI030\nF0200 U012 Z\nJ1\n:000 J0").is_empty());
+    assert!(never_written(":001\nMR040\nF0200 U012 Z\nJ1\n:000 J0").is_empty());
     // The control writes these.
     assert!(never_written(":001\nF0040 U012 Z\nJ1\n:000 J0").is_empty());
 }

@@ -16,157 +16,148 @@ use crate::nct::{
 /// digits.
 type Key = (String, usize, String);
 
-/// Collects the uses of variables.
-struct Finder<'a> {
-    program: &'a Program,
-    rows: BTreeMap<Key, CrossReferenceRow>,
-    /// For each bit of F and Y that is named: where it is first written, and first read or tested.
-    bits: BTreeMap<Bit, [Option<Span>; 2]>,
-    /// For each byte of F and Y in a word that is named: whether it is written, and read or tested.
-    words: BTreeMap<(Space, u16), [bool; 2]>,
-}
-
 /// Makes the cross-reference of a program.
 pub(crate) fn cross_reference(program: &Program) -> CrossReference {
-    let finder = Finder::of(program);
-    let mut warnings = finder.never_read();
+    let mut rows = BTreeMap::new();
+    each_use(program, |at, variable, uses| add_to_row(program, &mut rows, at, variable, uses));
+    let mut warnings = BitUses::of(program).never_read();
     warnings.extend(outputs_of_several_modules(program));
     warnings.sort_by_key(|w| w.span.start);
-    CrossReference { rows: finder.rows.into_values().collect(), warnings }
+    CrossReference { rows: rows.into_values().collect(), warnings }
 }
 
 /// `read-never-written`: bits of flags and outputs that are read and never written.
 pub(super) fn never_written(program: &Program) -> Vec<Diagnostic> {
-    Finder::of(program).never_written()
+    BitUses::of(program).never_written()
 }
 
-impl<'a> Finder<'a> {
-    /// All uses of a program's variables.
-    fn of(program: &'a Program) -> Self {
-        let mut finder =
-            Self { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
-        for (at, stmt) in program.stmts.iter().enumerate() {
-            finder.stmt(at, &stmt.op);
-        }
-        finder
-    }
-
-    /// Adds the uses of the statement `op` with the index `at`.
-    fn stmt(&mut self, at: usize, op: &Op) {
-        match *op {
+/// Tells `note` of each variable that a statement names: the statement's index, the variable, and how it is used.
+fn each_use(program: &Program, mut note: impl FnMut(usize, Variable, &[Use])) {
+    for (at, stmt) in program.stmts.iter().enumerate() {
+        let mut each = |uses: &[Use]| each_variable(&stmt.op, |variable| note(at, variable, uses));
+        match stmt.op {
             Op::If { first, count, .. } => {
                 let range = first as usize..(first + count) as usize;
-                let program = self.program;
                 for cond in program.condition_parts.get(range).unwrap_or_default() {
                     if let Some(variable) = tested_variable(cond) {
-                        self.note(at, variable, &[Use::Tested]);
+                        note(at, variable, &[Use::Tested]);
                     }
                 }
             }
-            Op::Set(_) | Op::Clear(_) => self.each(at, op, &[Use::Written]),
-            Op::Store { place: variable, .. } => {
-                let uses: &[Use] = match variable {
-                    Variable::Word(Word::Indirect(_)) => &[Use::Read],
-                    _ => &[Use::Written],
-                };
-                self.note(at, variable, uses);
+            // Of a word whose address is in another one, it is the other one that is named.
+            Op::Store { place: place @ Variable::Word(Word::Indirect(_)), .. } => {
+                note(at, place, &[Use::Read]);
             }
-            Op::Update { place: Variable::Word(Word::Indirect(_)), .. } => {
-                self.each(at, op, &[Use::Read]);
+            Op::Update { place: Variable::Word(Word::Indirect(_)), .. } => each(&[Use::Read]),
+            Op::Store { place, .. } => note(at, place, &[Use::Written]),
+            Op::Set(_) | Op::Clear(_) => each(&[Use::Written]),
+            Op::Count { .. } | Op::Update { .. } => each(&[Use::Read, Use::Written]),
+            Op::Area { op, area } => {
+                area_uses(op, area, |variable, used| note(at, variable, &[used]))
             }
-            Op::Count { .. } | Op::Update { .. } => {
-                self.each(at, op, &[Use::Read, Use::Written]);
-            }
-            Op::Area { op, area } => self.area(at, op, area),
-            _ => self.each(at, op, &[Use::Read]),
+            _ => each(&[Use::Read]),
         }
     }
+}
 
-    /// A statement with a register area: the words of it that the statement reads, and the one
-    /// that a search writes what it has found into (NCT 4.14 to 4.16).
-    fn area(&mut self, at: usize, op: AreaOp, area: u16) {
-        let (read, written) = match op {
-            AreaOp::Hf => (4, Some(4)),
-            AreaOp::Pf => (2, Some(2)),
-            AreaOp::Cmp => (3, None),
-            AreaOp::Mr | AreaOp::Mw | AreaOp::Add | AreaOp::Sub | AreaOp::Mul | AreaOp::Div => {
-                (4, None)
-            }
-        };
-        let mut word = |index: u16, used: Use| {
-            let byte = area.saturating_add(index * 2);
-            if byte < Space::F.bytes() {
-                self.note(at, Variable::Word(Word::Bytes { space: Space::F, byte }), &[used]);
-            }
-        };
-        (0..read).for_each(|index| word(index, Use::Read));
-        if let Some(index) = written {
-            word(index, Use::Written);
+/// A statement with a register area: the words of it that the statement reads, and the one
+/// that a search writes what it has found into (NCT 4.14 to 4.16).
+fn area_uses(op: AreaOp, area: u16, mut note: impl FnMut(Variable, Use)) {
+    let (read, written) = match op {
+        AreaOp::Hf => (4, Some(4)),
+        AreaOp::Pf => (2, Some(2)),
+        AreaOp::Cmp => (3, None),
+        AreaOp::Mr | AreaOp::Mw | AreaOp::Add | AreaOp::Sub | AreaOp::Mul | AreaOp::Div => {
+            (4, None)
+        }
+    };
+    let uses = (0..read).map(|index| (index, Use::Read));
+    for (index, used) in uses.chain(written.map(|index| (index, Use::Written))) {
+        let byte = area.saturating_add(index * 2);
+        if byte < Space::F.bytes() {
+            note(Variable::Word(Word::Bytes { space: Space::F, byte }), used);
         }
     }
+}
 
-    /// Adds a use of each variable that a statement names.
-    fn each(&mut self, at: usize, op: &Op, uses: &[Use]) {
-        each_variable(op, |variable| self.note(at, variable, uses));
-    }
-
-    /// Adds uses of a variable in the statement with the index `at`.
-    fn note(&mut self, at: usize, variable: Variable, uses: &[Use]) {
-        let line = self.program.lines.get(at).copied().unwrap_or(1);
-        let text = match variable {
-            Variable::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
-            variable => variable.to_string(),
+/// Adds uses of a variable in the statement with the index `at`.
+fn add_to_row(
+    program: &Program,
+    rows: &mut BTreeMap<Key, CrossReferenceRow>,
+    at: usize,
+    variable: Variable,
+    uses: &[Use],
+) {
+    let line = program.lines.get(at).copied().unwrap_or(1);
+    let text = match variable {
+        Variable::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
+        variable => variable.to_string(),
+    };
+    // A bit without a name is one of V; it means what the input means whose changes it shows.
+    let known = name(variable).or(match variable {
+        Variable::Bit(Bit { byte, bit, .. }) => {
+            Some(NctName::I { byte: byte as u8, bit: Some(bit) })
+        }
+        Variable::Word(_) => None,
+    });
+    let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
+    let (letters, number) = text.split_at(digits);
+    let key = (letters.to_owned(), number.len(), number.to_owned());
+    let row = rows.entry(key).or_insert_with(|| CrossReferenceRow {
+        name: text.clone(),
+        file: program.name.clone(),
+        meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
+        ..CrossReferenceRow::default()
+    });
+    for used in uses {
+        let lines = match used {
+            Use::Read => &mut row.read,
+            Use::Written => &mut row.written,
+            Use::Tested => &mut row.tested,
         };
-        // A bit without a name is one of V; it means what the input means whose changes it shows.
-        let known = name(variable).or(match variable {
-            Variable::Bit(Bit { byte, bit, .. }) => {
-                Some(NctName::I { byte: byte as u8, bit: Some(bit) })
+        if lines.last() != Some(&line) {
+            lines.push(line);
+        }
+    }
+}
+
+/// Which bits of flags and outputs a program writes, and which it reads or tests.
+#[derive(Default)]
+struct BitUses {
+    /// For each bit of F and Y that is named: where it is first written, and first read or tested.
+    bits: BTreeMap<Bit, [Option<Span>; 2]>,
+    /// For each byte of F and Y in a word that is named: whether it is written, and read or tested.
+    words: BTreeMap<(Space, u16), [bool; 2]>,
+    /// Whether some flags are written at addresses that are computed while the program runs.
+    writes_any_flag: bool,
+}
+
+impl BitUses {
+    fn of(program: &Program) -> Self {
+        let mut this = Self {
+            writes_any_flag: program.stmts.iter().any(|stmt| writes_any_flag(&stmt.op)),
+            ..Self::default()
+        };
+        each_use(program, |at, variable, uses| {
+            let span = program.stmts.get(at).map(|stmt| stmt.span);
+            for slot in uses.iter().map(|used| usize::from(*used != Use::Written)) {
+                this.note(variable, slot, span);
             }
-            Variable::Word(_) => None,
         });
-        let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
-        let (letters, number) = text.split_at(digits);
-        let key = (letters.to_owned(), number.len(), number.to_owned());
-        let row = self.rows.entry(key).or_insert_with(|| CrossReferenceRow {
-            name: text.clone(),
-            file: self.program.name.clone(),
-            meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
-            ..CrossReferenceRow::default()
-        });
-        for used in uses {
-            let lines = match used {
-                Use::Read => &mut row.read,
-                Use::Written => &mut row.written,
-                Use::Tested => &mut row.tested,
-            };
-            if lines.last() != Some(&line) {
-                lines.push(line);
-            }
-        }
-        self.note_bits(at, variable, uses);
+        this
     }
 
-    /// Notes which bits and bytes of F and Y are written and read.
-    fn note_bits(&mut self, at: usize, variable: Variable, uses: &[Use]) {
-        let slots = uses.iter().map(|used| usize::from(*used != Use::Written));
+    /// Notes a use of a variable: in slot 0 that it is written, in slot 1 that it is read or tested.
+    fn note(&mut self, variable: Variable, slot: usize, span: Option<Span>) {
         match variable {
             Variable::Bit(bit) if matches!(bit.space, Space::F | Space::Y) => {
-                let span = self.program.stmts.get(at).map(|s| s.span);
-                let variables = self.bits.entry(bit).or_default();
-                for slot in slots {
-                    if let Some(variable) = variables.get_mut(slot) {
-                        *variable = variable.or(span);
-                    }
-                }
+                let first = self.bits.entry(bit).or_default().get_mut(slot);
+                first.into_iter().for_each(|first| *first = first.or(span));
             }
             Variable::Word(Word::Bytes { space: space @ (Space::F | Space::Y), byte }) => {
                 for byte in [byte, byte + 1] {
-                    let used = self.words.entry((space, byte)).or_default();
-                    slots.clone().for_each(|slot| {
-                        if let Some(used) = used.get_mut(slot) {
-                            *used = true;
-                        }
-                    });
+                    let used = self.words.entry((space, byte)).or_default().get_mut(slot);
+                    used.into_iter().for_each(|used| *used = true);
                 }
             }
             Variable::Bit(_) | Variable::Word(_) => {}
@@ -186,12 +177,15 @@ impl<'a> Finder<'a> {
 
     /// Bits of flags and outputs that are read and never written.
     fn never_written(&self) -> Vec<Diagnostic> {
-        self.one_sided(|bit, uses, [by_word_written, _]| match uses {
-            [None, Some(span)] if !by_word_written => Some(
-                Diagnostic::warning("NCT-W5", span, format!("{bit} is read and never written"))
-                    .help("it stays 0 unless another device sets it"),
-            ),
-            _ => None,
+        self.one_sided(|bit, uses, [by_word_written, _]| {
+            let may_be_written = by_word_written || self.writes_any_flag && bit.space == Space::F;
+            match uses {
+                [None, Some(span)] if !may_be_written => Some(
+                    Diagnostic::warning("NCT-W5", span, format!("{bit} is read and never written"))
+                        .help("it stays 0 unless another device sets it"),
+                ),
+                _ => None,
+            }
         })
     }
 
@@ -204,6 +198,19 @@ impl<'a> Finder<'a> {
         let bits = self.bits.iter().filter(|(bit, _)| bit.space != Space::F || bit.byte >= 10);
         let words = |bit: &Bit| self.words.get(&(bit.space, bit.byte)).copied().unwrap_or_default();
         bits.filter_map(|(bit, uses)| finding(bit, *uses, words(bit))).collect()
+    }
+}
+
+/// Whether a statement writes flags whose address is in a register or a flag word (NCT 4.14, 4.15, indirect words).
+fn writes_any_flag(op: &Op) -> bool {
+    match op {
+        Op::Store { place: Variable::Word(Word::Indirect(_)), .. }
+        | Op::Update { place: Variable::Word(Word::Indirect(_)), .. } => true,
+        Op::Area { op, .. } => match op {
+            AreaOp::Mr | AreaOp::Add | AreaOp::Sub | AreaOp::Mul | AreaOp::Div => true,
+            AreaOp::Hf | AreaOp::Pf | AreaOp::Mw | AreaOp::Cmp => false,
+        },
+        _ => false,
     }
 }
 
