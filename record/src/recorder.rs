@@ -76,7 +76,7 @@ pub struct Recorder {
     due: bool,
     /// How many ticks may still pass until it is due, while it is to be taken in the idle time after one of them.
     patience: Option<u64>,
-    /// How long the longest checkpoint took so far, in real time.
+    /// How long the last checkpoint took, in real time. (One that was interrupted makes the next one wait, and no other.)
     cost: Duration,
     /// How many ticks were lost since the last frame that was handed over.
     lost: u64,
@@ -299,7 +299,7 @@ impl Recorder {
             (self.lost, self.since_checkpoint) = (0, 0);
         }
         if let Some(begun) = begun {
-            self.cost = self.cost.max(begun.elapsed());
+            self.cost = begun.elapsed();
         }
     }
 

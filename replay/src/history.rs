@@ -333,13 +333,12 @@ impl History for Launched {
         force: bool,
     ) -> Result<(), DebugError> {
         let text = |error: &dyn std::fmt::Display| DebugError(error.to_string());
-        let key =
-            self.executive.names().find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
-        let setting = value
-            .map(|value| self.executive.names().parse(key, value).map_err(|error| text(&error)))
-            .transpose()?;
+        let names = self.executive.names();
+        let key = names.find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
+        let setting =
+            value.map(|value| names.parse(key, value).map_err(|error| text(&error))).transpose()?;
         if self.executive.names().properties(key).elements.is_some() {
-            return Err(DebugError(format!("`{name}` is no single variable")));
+            return Err(DebugError(format!("`{name}` is not a single variable")));
         }
         self.move_before(tick)?;
         let change = match (setting, force) {

@@ -1,7 +1,7 @@
 //! The options that only an NCT control has, and its executive made from them.
 
 use clap::Args;
-use plcc_abi::nct::{NctControl, NctTables};
+use plcc_abi::nct::NctControl;
 use plcc_abi::{Program, Tables};
 use serde::{Deserialize, Serialize};
 
@@ -35,10 +35,12 @@ pub struct NctArgs {
     pub level0_safepoints: Option<u32>,
 }
 
-impl NctArgs {
-    /// The first option that is given.
-    fn first_given(&self) -> Option<&'static str> {
-        let Self { param, constants, macros, control, level0_safepoints } = self;
+/// The NCT control, as one of the controls.
+pub(super) struct Nct;
+
+impl ControlOptions for Nct {
+    fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
+        let NctArgs { param, constants, macros, control, level0_safepoints } = &args.nct;
         let given = [
             ("--param", !param.is_empty()),
             ("--const", !constants.is_empty()),
@@ -47,15 +49,6 @@ impl NctArgs {
             ("--level0-safepoints", level0_safepoints.is_some()),
         ];
         given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
-    }
-}
-
-/// The NCT control, as one of the controls.
-pub(super) struct Nct;
-
-impl ControlOptions for Nct {
-    fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
-        args.nct.first_given()
     }
 
     fn takes_machine_file(&self) -> bool {
@@ -68,29 +61,21 @@ impl ControlOptions for Nct {
         choices: &Choices<'_>,
     ) -> Result<Box<dyn Executive + Send>, String> {
         let Tables::Nct(tables) = &program.tables else {
-            return Err("it is for no NCT control".into());
+            return Err("it is not for an NCT control".into());
         };
-        executive(tables, program, choices)
+        // A machine file of the run stands in place of the settings that the program was compiled with; options add to
+        // either.
+        let args = &choices.args.nct;
+        let mut settings = choices.machine.map_or(&tables.settings, |machine| &machine.nct).clone();
+        settings.parameters.extend(&args.param);
+        settings.constants.extend(&args.constants);
+        settings.macros.extend(&args.macros);
+        settings.control = args.control.unwrap_or(settings.control);
+        let level0_safepoints = args.level0_safepoints;
+        let options = NctOptions { settings, level0_safepoints, realtime: choices.realtime };
+        let executive = NctExecutive::new(program, options);
+        Ok(Box::new(executive.map_err(|error| error.to_string())?))
     }
-}
-
-/// An NCT control at power-up. A machine file of the run stands in place of the settings that the
-/// program was compiled with; options add to either.
-fn executive(
-    tables: &NctTables,
-    program: &Program,
-    choices: &Choices<'_>,
-) -> Result<Box<dyn Executive + Send>, String> {
-    let args = &choices.args.nct;
-    let mut settings = choices.machine.map_or(&tables.settings, |machine| &machine.nct).clone();
-    settings.parameters.extend(&args.param);
-    settings.constants.extend(&args.constants);
-    settings.macros.extend(&args.macros);
-    settings.control = args.control.unwrap_or(settings.control);
-    let level0_safepoints = args.level0_safepoints;
-    let options = NctOptions { settings, level0_safepoints, realtime: choices.realtime };
-    let executive = NctExecutive::new(program, options);
-    Ok(Box::new(executive.map_err(|error| error.to_string())?))
 }
 
 /// The parts of `N=VALUE`.
@@ -99,12 +84,13 @@ fn assignment(text: &str, low: u16, high: u16) -> Result<(u16, &str), String> {
     let number = number.trim();
     let digits = number.bytes().all(|byte| byte.is_ascii_digit());
     let parsed = number.parse().ok().filter(|n| digits && (low..=high).contains(n));
-    let parsed = parsed.ok_or_else(|| format!("`{number}` is no number from {low} to {high}"))?;
+    let parsed =
+        parsed.ok_or_else(|| format!("`{number}` is not a number from {low} to {high}"))?;
     Ok((parsed, value.trim()))
 }
 
 fn integer(text: &str) -> Result<i64, String> {
-    text.parse().map_err(|_| format!("`{text}` is no integer"))
+    text.parse().map_err(|_| format!("`{text}` is not an integer"))
 }
 
 fn parameter(text: &str) -> Result<(u16, i64), String> {
@@ -124,7 +110,7 @@ fn constant(text: &str) -> Result<(u16, u16), String> {
 fn macro_variable(text: &str) -> Result<(u16, f64), String> {
     let (number, value) = assignment(text, 1, 9999)?;
     let parsed = value.parse().ok().filter(|value: &f64| value.is_finite());
-    Ok((number, parsed.ok_or_else(|| format!("`{value}` is no number"))?))
+    Ok((number, parsed.ok_or_else(|| format!("`{value}` is not a number"))?))
 }
 
 fn control(text: &str) -> Result<NctControl, String> {

@@ -16,19 +16,12 @@ pub struct PmacArgs {
     pub background_steps: Option<u32>,
 }
 
-impl PmacArgs {
-    /// The first option that is given.
-    fn first_given(&self) -> Option<&'static str> {
-        self.background_steps.is_some().then_some("--background-steps")
-    }
-}
-
 /// The PMAC, as one of the controls.
 pub(super) struct Pmac;
 
 impl ControlOptions for Pmac {
     fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
-        args.pmac.first_given()
+        args.pmac.background_steps.is_some().then_some("--background-steps")
     }
 
     fn takes_machine_file(&self) -> bool {
@@ -40,21 +33,13 @@ impl ControlOptions for Pmac {
         program: &Program,
         choices: &Choices<'_>,
     ) -> Result<Box<dyn Executive + Send>, String> {
-        executive(program, choices)
+        let standard = PmacOptions::default();
+        let background_steps = choices.args.pmac.background_steps;
+        let options = PmacOptions {
+            background_steps: background_steps.unwrap_or(standard.background_steps),
+            realtime: choices.realtime,
+        };
+        let executive = PmacExecutive::new(program, options);
+        Ok(Box::new(executive.ok_or("it is not for a PMAC")?))
     }
-}
-
-/// A PMAC at power-up.
-fn executive(
-    program: &Program,
-    choices: &Choices<'_>,
-) -> Result<Box<dyn Executive + Send>, String> {
-    let standard = PmacOptions::default();
-    let background_steps = choices.args.pmac.background_steps;
-    let options = PmacOptions {
-        background_steps: background_steps.unwrap_or(standard.background_steps),
-        realtime: choices.realtime,
-    };
-    let executive = PmacExecutive::new(program, options);
-    Ok(Box::new(executive.ok_or("it is for no PMAC")?))
 }

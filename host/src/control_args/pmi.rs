@@ -19,19 +19,12 @@ pub struct PmiArgs {
     pub period: Option<Duration>,
 }
 
-impl PmiArgs {
-    /// The first option that is given.
-    fn first_given(&self) -> Option<&'static str> {
-        self.period.is_some().then_some("--period")
-    }
-}
-
 /// The PMI control, as one of the controls.
 pub(super) struct Pmi;
 
 impl ControlOptions for Pmi {
     fn first_given(&self, args: &ControlArgs) -> Option<&'static str> {
-        args.pmi.first_given()
+        args.pmi.period.is_some().then_some("--period")
     }
 
     fn takes_machine_file(&self) -> bool {
@@ -43,18 +36,10 @@ impl ControlOptions for Pmi {
         program: &Program,
         choices: &Choices<'_>,
     ) -> Result<Box<dyn Executive + Send>, String> {
-        executive(program, choices)
+        let standard = PmiOptions::default();
+        let period = choices.args.pmi.period.map(|period| period.as_nanos() as u64);
+        let options = PmiOptions { period_ns: period.unwrap_or(standard.period_ns) };
+        let executive = PmiExecutive::new(program, options);
+        Ok(Box::new(executive.map_err(|error| error.to_string())?))
     }
-}
-
-/// The executive of a PMI control at power-up, as the options say.
-fn executive(
-    program: &Program,
-    choices: &Choices<'_>,
-) -> Result<Box<dyn Executive + Send>, String> {
-    let standard = PmiOptions::default();
-    let period = choices.args.pmi.period.map(|period| period.as_nanos() as u64);
-    let options = PmiOptions { period_ns: period.unwrap_or(standard.period_ns) };
-    let executive = PmiExecutive::new(program, options);
-    Ok(Box::new(executive.map_err(|error| error.to_string())?))
 }

@@ -14,6 +14,7 @@ use plcc_frontend::common::Options;
 use plcc_host::args::RunArgs;
 use plcc_host::run::{Clock, SystemClock};
 use plcc_host::session;
+use plcc_record::Recording;
 use plcc_tests::compile::{EngineKind, compile};
 
 #[derive(Parser)]
@@ -362,6 +363,19 @@ impl Clock for SleptTime {
     fn sleep(&self, time: Duration) {
         self.slept.set(self.slept.get() + time);
     }
+}
+
+/// The record's checkpoints, every 30 s, are taken after a tick where there is time until the next one: else they would wait
+/// for 7.5 s.
+#[test]
+fn in_real_time_checkpoints_are_taken_in_idle_time() {
+    let shop = Shop::new("idle");
+    let clock = SleptTime { start: Instant::now(), slept: Cell::default() };
+    let args = "--realtime --period 1000 --ticks 70 --record %r";
+    assert_eq!(shop.run_by_clock(&clock, "p.pmi", args), 0);
+    let recording = Recording::open(&shop.path("r")).unwrap();
+    let spans = &recording.last_run().unwrap().spans;
+    assert_eq!(spans.iter().map(|span| span.first).collect::<Vec<_>>(), [0, 30, 60]);
 }
 
 #[test]
