@@ -98,7 +98,7 @@ fn wrong_usage_is_status_2() {
         ("run a.pmi --ticks x", "whole number of ticks"),
         ("run a.pmi --for 5", "ms"),
         ("run a.pmi --ticks 1 --engine gcc", "gcc"),
-        ("run b.plc --ticks 1 --const 41=1", "no number from 1 to 40"),
+        ("run b.plc --ticks 1 --const 41=1", "not a number from 1 to 40"),
         ("run b.plc --ticks 1 --control nct1", "nct104"),
         ("bench a.pmi --ticks 0", "0 is not in"),
         ("xref", "FILE"),

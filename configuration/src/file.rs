@@ -192,7 +192,7 @@ impl Configuration {
         let failed = |error: io::Error| format!("{}: {}", path.display(), why_not_read(&error));
         let bytes = read_regular(path, MAX_SETTINGS).map_err(failed)?;
         if bytes.contains(&0) {
-            let why = "it is no text; the configuration of a control is expected";
+            let why = "it is not text; the configuration of a control is expected";
             return Err(format!("{}: {why}", path.display()));
         }
         let text = String::from_utf8_lossy(&bytes);

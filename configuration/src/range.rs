@@ -17,7 +17,9 @@ pub(super) fn names(text: &str, ends_in_bit: bool) -> Result<Vec<String>, String
         digits.parse().ok().map(|number: u64| (letters.to_owned(), digits.len(), number))
     };
     let no_range = || {
-        format!("`{text}` is no range: two names that end in numbers are expected, as in LS1..LS16")
+        format!(
+            "`{text}` is not a range: two names that end in numbers are expected, as in LS1..LS16"
+        )
     };
     let (letters, width, from) = parts(first).ok_or_else(no_range)?;
     let (other, _, to) = parts(last).ok_or_else(no_range)?;

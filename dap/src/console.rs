@@ -94,7 +94,7 @@ impl<W: Write> Server<'_, W> {
 
     fn go_to(&mut self, number: &str) -> Answer {
         let tick = number.parse();
-        let tick = tick.map_err(|_| DebugError(format!("`{number}` is no tick")))?;
+        let tick = tick.map_err(|_| DebugError(format!("`{number}` is not a tick")))?;
         self.debugger()?.go_to_tick(tick)?;
         done(&format!("tick {tick}"), Some(Stopped::Step))
     }

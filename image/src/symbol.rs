@@ -51,7 +51,7 @@ pub struct Symbol {
     /// Where the physical lines of an input or an output lie, if they are another place than the value. The
     /// lines of an output have its safe value when the program has been stopped.
     pub line: Option<Place>,
-    /// How many elements follow one another; 1 for a variable that is no array.
+    /// How many elements follow one another; 1 for a variable that is not an array.
     pub elements: u32,
     /// Whether it is an input, an output, or neither.
     pub direction: Direction,

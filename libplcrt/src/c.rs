@@ -258,7 +258,7 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
 }
 
 /// Writes the value of a variable that was found with PLCRT_READ or PLCRT_LINES to `value`; of an array the element
-/// with this index, from 0. For a variable that is no array `index` must be 0. Integers of a control
+/// with this index, from 0. For a variable that is not an array `index` must be 0. Integers of a control
 /// have at most 48 bits, so a double holds them exactly.
 ///
 /// # Safety
@@ -281,7 +281,7 @@ pub unsafe extern "C" fn plcrt_read(
     }
 }
 
-/// The number of elements of a variable found with PLCRT_READ or PLCRT_LINES: 1 if it is no array, 0 if it fails.
+/// The number of elements of a variable found with PLCRT_READ or PLCRT_LINES: 1 if it is not an array, 0 if it fails.
 ///
 /// # Safety
 /// As for plcrt_tick.

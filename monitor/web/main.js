@@ -112,7 +112,7 @@ class App {
   async goToTick() {
     const answer = await ask({ title: "Go to a tick", fields: [{ name: "tick", label: "Tick", value: String(this.status?.tick ?? 0) }], confirm: "Go" });
     if (!answer) return;
-    if (!/^\d{1,15}$/.test(answer.tick)) return this.refuse({ message: `\`${answer.tick}\` is no tick` });
+    if (!/^\d{1,15}$/.test(answer.tick)) return this.refuse({ message: `\`${answer.tick}\` is not a tick` });
     await this.apply({ command: "go_to_tick", tick: Number(answer.tick) });
   }
 

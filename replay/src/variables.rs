@@ -168,7 +168,7 @@ impl Debugger<'_> {
         }
     }
 
-    /// A shown value in hexadecimal, as its language writes it; `None` if it is no integer.
+    /// A shown value in hexadecimal, as its language writes it; `None` if it is not an integer.
     pub fn hexadecimal(&self, value: &str) -> Option<String> {
         let number: f64 = value.parse().ok()?;
         (number.fract() == 0.0)

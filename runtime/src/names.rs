@@ -77,7 +77,7 @@ pub trait Names: Debug + Send + Sync {
     /// Reads the text of a value for a variable.
     ///
     /// # Errors
-    /// When the text is no number, or the variable can't take it.
+    /// When the text is not a number, or the variable can't take it.
     fn parse(&self, key: VariableKey, text: &str) -> Result<Setting, ValueError>;
 
     /// The variables that the program declares or names, in natural sort order of their canonical names:

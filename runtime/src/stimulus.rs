@@ -56,7 +56,7 @@ impl Stimulus {
     /// programs write, is ignored.
     ///
     /// # Errors
-    /// A missing header, a row that has no three fields, a tick that is no number, a name that
+    /// A missing header, a row that has no three fields, a tick that is not a number, a name that
     /// the program does not have or that can't be set, a value that does not fit.
     pub fn parse(bytes: &[u8], names: &dyn Names) -> Result<Self, StimulusError> {
         let text = String::from_utf8_lossy(bytes);
@@ -233,11 +233,11 @@ struct Reader<'a, 't> {
 impl<'t> Reader<'_, 't> {
     fn row(&mut self, line: &'t str) -> Result<Row, String> {
         let Some([tick, name, value]) = fields(line) else {
-            return Err(format!("`{}` is no row of three fields tick,name,value", shown(line)));
+            return Err(format!("`{}` is not a row of three fields tick,name,value", shown(line)));
         };
         if tick.is_empty() || !tick.bytes().all(|byte| byte.is_ascii_digit()) {
             let tick = shown(tick);
-            return Err(format!("`{tick}` is no tick: ticks are whole numbers from 0"));
+            return Err(format!("`{tick}` is not a tick: ticks are whole numbers from 0"));
         }
         let tick = tick.parse().map_err(|_| format!("tick {} is too large", shown(tick)))?;
         if name.len() > MAX_NAME {

@@ -105,7 +105,7 @@ impl GpioLine {
         if chip.is_empty() || chip.contains('/') || !is_number {
             return Err(expected());
         }
-        let line = line.parse().map_err(|_| format!("`{line}` is no number of a line"))?;
+        let line = line.parse().map_err(|_| format!("`{line}` is not the number of a line"))?;
         let known = |name| Circuit::NAMES.iter().find(|(known, _)| *known == name);
         let circuit = match circuit {
             None => Circuit::Plain,

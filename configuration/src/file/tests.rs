@@ -140,5 +140,5 @@ fn a_file_that_can_not_be_read_is_said_in_words() {
     let missing = Configuration::open(Path::new("/nowhere/a.toml")).unwrap_err();
     assert_eq!(missing, "/nowhere/a.toml: there is no such file or folder");
     let binary = Configuration::open(Path::new("/bin/true")).unwrap_err();
-    assert!(binary.contains("it is no text"), "{binary}");
+    assert!(binary.contains("it is not text"), "{binary}");
 }

@@ -112,7 +112,7 @@ impl Names for ControlNames {
     }
 
     fn parse(&self, _: VariableKey, text: &str) -> Result<Setting, ValueError> {
-        let error = |_| ValueError { value: text.into(), reason: "is no integer".into() };
+        let error = |_| ValueError { value: text.into(), reason: "is not an integer".into() };
         text.parse().map(Setting::Int).map_err(error)
     }
 

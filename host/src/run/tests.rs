@@ -202,7 +202,7 @@ fn every_wrong_line_is_named() {
     let numbers: Vec<&str> = errors.iter().filter_map(|e| e.split(':').next()).collect();
     assert_eq!(numbers, ["3", "4", "6", "7", "8", "9"], "{errors:?}");
     assert!(errors[1].contains("did you mean `A`?"), "{errors:?}");
-    assert!(errors[2].contains("`x` is no integer"), "{errors:?}");
+    assert!(errors[2].contains("`x` is not an integer"), "{errors:?}");
     for text in ["", "\n\n", "0,A,1\n", "tick;name;value\n"] {
         assert!(stimulus(text.as_bytes()).unwrap_err()[0].contains("header"), "{text}");
     }
@@ -222,7 +222,7 @@ fn a_value_may_have_any_length() {
     let long = |end: &str| format!("tick,name,value\n0,A,{}{end}\n", "0".repeat(1000));
     assert_eq!(stimulus(long("2").as_bytes()), stimulus(b"tick,name,value\n0,A,2\n"));
     let errors = stimulus(long("x").as_bytes()).unwrap_err();
-    assert!(errors[0].contains("is no integer") && errors[0].len() < 200, "{errors:?}");
+    assert!(errors[0].contains("is not an integer") && errors[0].len() < 200, "{errors:?}");
 }
 
 struct Full;

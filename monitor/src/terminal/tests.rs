@@ -171,10 +171,10 @@ fn the_scope_draws_courses_and_cursors() {
     screen.key(KeyCode::Enter);
     screen.keys("b25");
     screen.key(KeyCode::Enter);
-    // What is no number leaves the cursor where it is.
+    // What is not a number leaves the cursor where it is.
     screen.keys("bx");
     screen.key(KeyCode::Enter);
-    assert_eq!(screen.app.message, Some(("this is no number".into(), true)));
+    assert_eq!(screen.app.message, Some(("this is not a number".into(), true)));
     screen.app.message = None;
     insta::assert_snapshot!(screen.drawn());
 }

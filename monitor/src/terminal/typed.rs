@@ -31,7 +31,7 @@ impl App {
             words.map(str::to_owned).collect()
         };
         let number = || text.parse::<u64>().ok();
-        let wrong = Some(("this is no number".to_owned(), true));
+        let wrong = Some(("this is not a number".to_owned(), true));
         let name = text.to_owned();
         let command = match action {
             Action::AskName => Command::FindNames { names: names(), uses: false, all: false },

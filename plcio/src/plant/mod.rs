@@ -223,7 +223,7 @@ impl Publisher {
                                 self.published = None;
                             }
                             false if connection.is_connected() => {
-                                connection.lost("there is no router");
+                                connection.lost("no router answers");
                             }
                             _ => {}
                         }

@@ -43,7 +43,7 @@ impl Drop for Process {
 /// What `plcc convert` is to write: its arguments after the name of the record.
 ///
 /// # Errors
-/// When a parameter is no number, or there is none of that name.
+/// When a parameter is not a number, or there is none of that name.
 fn arguments<'a>(
     parameters: impl Iterator<Item = (&'a str, &'a str)>,
     tick: u64,
@@ -52,7 +52,7 @@ fn arguments<'a>(
     let mut arguments = vec!["--to=csv".into(), "-o".into(), "-".into()];
     for (key, value) in parameters {
         let number =
-            || value.parse::<u64>().map_err(|_| format!("`{value}` is no number of a tick"));
+            || value.parse::<u64>().map_err(|_| format!("`{value}` is not the number of a tick"));
         match key {
             "from" => from = Some(number()?),
             "to" => to = Some(number()?),

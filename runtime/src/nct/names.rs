@@ -56,7 +56,7 @@ pub(super) fn parse(text: &str) -> Result<Setting, ValueError> {
     let text = text.trim();
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(unfit("is no integer"));
+        return Err(unfit("is not an integer"));
     }
     text.parse().map(Setting::Int).map_err(|_| unfit("is beyond any variable's range"))
 }

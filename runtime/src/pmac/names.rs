@@ -219,7 +219,7 @@ pub(super) fn plc_op(value: f64) -> Option<PlcOp> {
 pub(super) fn number(text: &str) -> Result<f64, ValueError> {
     let error = || ValueError {
         value: text.into(),
-        reason: "is no number: digits with or without a fraction, or $ and hexadecimal".into(),
+        reason: "is not a number: digits with or without a fraction, or $ and hexadecimal".into(),
     };
     let trimmed = text.trim();
     let (negative, digits) = match trimmed.strip_prefix('-') {

@@ -57,7 +57,7 @@ impl PmiNames {
         let name = match text.parse() {
             Ok(PmiName::Line(port, bit)) => return Ok(PmiVariable::Line(port, bit)),
             Err(PmiNameError::Line) => {
-                let reason = "is no line: ports are 0 to 2047, bits 0 to 7, as in PORT1.0";
+                let reason = "is not a line: ports are 0 to 2047, bits 0 to 7, as in PORT1.0";
                 return Err(unfit(reason.into()));
             }
             name => name,
@@ -86,13 +86,15 @@ impl PmiNames {
                 Role::TimerControl(timer) => PmiVariable::Counter(timer),
                 _ => return Err(unfit(format!("has no counter: {base} controls no timer"))),
             },
-            (_, None) => return Err(unfit(format!("is wrong: {base} is no array"))),
+            (_, None) => return Err(unfit(format!("is wrong: {base} is not an array"))),
             (Ok(PmiName::Element(_, element)), Some(elements)) if *element < elements => {
                 PmiVariable::Element(index, *element)
             }
             (_, Some(elements)) => {
                 let last = elements.saturating_sub(1);
-                return Err(unfit(format!("is no element: they are {base}[0] to {base}[{last}]")));
+                return Err(unfit(format!(
+                    "is not an element: they are {base}[0] to {base}[{last}]"
+                )));
             }
         })
     }
@@ -210,7 +212,9 @@ impl Names for PmiNames {
         let trimmed = text.trim();
         let digits = trimmed.strip_prefix(['-', '+']).unwrap_or(trimmed);
         if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
-            return Err(unfit("is no integer: an optional sign and decimal digits are expected"));
+            return Err(unfit(
+                "is not an integer: an optional sign and decimal digits are expected",
+            ));
         }
         let number: i64 = trimmed.parse().map_err(|_| unfit("is beyond any variable's range"))?;
         if let Some(PmiVariable::Symbol(index)) = variable(key)
@@ -218,7 +222,7 @@ impl Names for PmiNames {
             && !port_lines::fits(lines, number)
         {
             let lines = lines.count;
-            return Err(unfit(&format!("is no number that {lines} lines can carry in BCD")));
+            return Err(unfit(&format!("is not a number that {lines} lines can carry in BCD")));
         }
         Ok(Setting::Int(number))
     }

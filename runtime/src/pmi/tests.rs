@@ -131,7 +131,7 @@ impl Control {
     fn get(&mut self, name: &str) -> i64 {
         let variable = self.executive.names().find(name, Purpose::Watch).unwrap();
         let Value::Int(value) = self.executive.read(variable) else {
-            panic!("{name} is no scalar")
+            panic!("{name} is not a scalar")
         };
         value
     }

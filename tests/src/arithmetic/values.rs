@@ -120,7 +120,7 @@ fn value(rng: &mut Rng, round: usize) -> f64 {
         }
         (false, _) => *rng.pick(EDGES),
     };
-    // No variable holds -0, and 2^31 alone is no integer of 32 bits.
+    // No variable holds -0, and 2^31 alone is not an integer of 32 bits.
     let minus = rng.chance(if magnitude == 2_147_483_648.0 { 80 } else { 40 });
     (if minus { -magnitude } else { magnitude }) + 0.0
 }

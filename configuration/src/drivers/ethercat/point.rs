@@ -146,7 +146,7 @@ impl EthercatPoint {
                 ));
             }
         };
-        let byte = number(byte).ok_or_else(|| format!("`{byte}` is no number of a byte"))?;
+        let byte = number(byte).ok_or_else(|| format!("`{byte}` is not the number of a byte"))?;
         Ok(Self { interface: interface.into(), terminal, is_output, byte, value })
     }
 

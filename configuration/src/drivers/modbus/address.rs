@@ -131,9 +131,9 @@ impl ModbusAddress {
             Some(format) if is_bit => return Err(format!("a single bit has no format `{format}`")),
             Some(format) => Format::parse(format)?,
         };
-        let number = number
-            .parse()
-            .map_err(|_| format!("`{number}` is no number of a point: those are 0 to 65535"))?;
+        let number = number.parse().map_err(|_| {
+            format!("`{number}` is not the number of a point: those are 0 to 65535")
+        })?;
         Ok(Self { medium, unit, table, number, format })
     }
 

@@ -45,7 +45,7 @@ impl Driver for Zenoh {
 pub struct Settings {
     /// Routers or other computers, between commas: endpoints of zenoh such as `tcp/192.168.1.5:7447`.
     pub connect: Option<String>,
-    /// Where others may connect, where there is no router: an endpoint.
+    /// Where others may connect, where no router answers: an endpoint.
     pub listen: Option<String>,
     /// What stands before all keys.
     pub prefix: String,

@@ -21,7 +21,7 @@ pub(super) fn rows(
     if let Some((first, last)) = entry.split_once("..") {
         let digits = first.find(|c: char| c.is_ascii_digit()).unwrap_or(first.len());
         let (letters, first) = first.split_at_checked(digits).unwrap_or((first, ""));
-        let wrong = || format!("`{entry}` is no range: one is written P1..5");
+        let wrong = || format!("`{entry}` is not a range: one is written P1..5");
         let first: u32 = first.parse().map_err(|_| wrong())?;
         let last: u32 = last.trim().parse().map_err(|_| wrong())?;
         if first > last {

@@ -125,7 +125,7 @@ mod tests {
             "$INPUT\nA 0.0 ? input\n$END\n? nothing\nB = A &  #\n  /C ? both\n$INCLUDE \"X.PMI\"\n";
         let found =
             shown(statements(&sources(&[("main.pmi", main), ("lib/x.pmi", "D=B\n? no\nE=B\n")])));
-        // $INCLUDE is no statement either, but what it includes is.
+        // $INCLUDE is not a statement either, but what it includes is.
         assert_eq!(found, [pair("5", "B = A &/C"), pair("7.1", "D=B"), pair("7.3", "E=B")]);
     }
 }

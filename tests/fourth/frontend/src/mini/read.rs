@@ -57,7 +57,7 @@ pub(super) fn read(sources: &SourceMap, file: FileId) -> (Code, Vec<Diagnostic>)
                     let value = expression(&code.symbols, value, span)?;
                     Ok(Action::Assign { to, value })
                 }),
-                None => Err(Diagnostic::error("MINI-1", span, "this is no statement")),
+                None => Err(Diagnostic::error("MINI-1", span, "this is not a statement")),
             },
         };
         match action {

@@ -84,7 +84,7 @@ impl Names for MiniNames {
     }
 
     fn parse(&self, _: VariableKey, text: &str) -> Result<Setting, ValueError> {
-        let unfit = |_| ValueError { value: text.into(), reason: "is no integer".into() };
+        let unfit = |_| ValueError { value: text.into(), reason: "is not an integer".into() };
         text.trim().parse().map(Setting::Int).map_err(unfit)
     }
 
