@@ -9,10 +9,11 @@ use clap::{ArgGroup, Args};
 use plcc_image::latch::Rule;
 
 pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
-use crate::socket::{AllowedGroup, AllowedUser, Permission};
+use crate::socket::{AllowedGroup, AllowedUser};
 use plcc_configuration::duration;
 use plcc_files::why_not_read;
 use plcc_load::signature::PublicKey;
+use plcc_protocol::Permission;
 
 use crate::run::OverrunPolicy;
 use plcc_record::{Keep, RecordedProgram};

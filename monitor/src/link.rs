@@ -4,19 +4,17 @@
 //! what clients may ask. For its part the link asks for one thing at a time, waits a bounded time for each
 //! reply, and after a failure leaves the control alone for a while.
 
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde_json::{Map, Value as Json, json};
+use plcc_protocol::{
+    Assignment, Client, ClientError, Done, OnlineChange, Request, Stat, Status, VALUES_PER_TICK,
+    Values,
+};
+use serde::de::DeserializeOwned;
 
 use crate::Refusal;
-use crate::view::NamedValue;
 
-/// The version of the protocol.
-const VERSION: u64 = 1;
 /// How long a reply is waited for.
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// How long the reply to an online change is waited for: the control reads the artifact and makes an engine of it first.
@@ -25,44 +23,18 @@ const SWAP_TIMEOUT: Duration = Duration::from_secs(60);
 const PAUSE: Duration = Duration::from_secs(2);
 /// How long a status is taken for the present one.
 const STATUS_AGE: Duration = Duration::from_millis(250);
-/// The longest reply that is read, in bytes.
-const MAX_REPLY: u64 = 16 << 20;
-/// How many names one request has at most, so that their values are of one moment.
-const MAX_NAMES: usize = 256;
-
-/// What a control says of itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ControlStatus {
-    /// `prepared`, `running` or `stopped`.
-    pub(crate) state: String,
-    pub(crate) ticks: u64,
-    pub(crate) dialect: String,
-    pub(crate) program: String,
-    pub(crate) forces: Vec<NamedValue>,
-    pub(crate) allow: Vec<String>,
-    /// How often the program was replaced.
-    pub(crate) generation: u64,
-    /// The fingerprint of the program's executive, in hexadecimal digits.
-    pub(crate) fingerprint: String,
-}
-
-/// The values of variables at one moment.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Values {
-    pub(crate) ticks: u64,
-    pub(crate) values: BTreeMap<String, Json>,
-}
-
 /// A connection that comes back by itself.
 #[derive(Debug)]
 pub(crate) struct Link {
     path: PathBuf,
-    stream: Option<BufReader<UnixStream>>,
+    client: Option<Client>,
+    /// How long replies are waited for, but those to online changes.
+    timeout: Duration,
+    /// How long the control is left alone after a failure.
+    pause: Duration,
     /// Before this moment no connection is tried.
     not_before: Option<Instant>,
-    status: Option<(Instant, ControlStatus)>,
-    /// How long the next reply is waited for.
-    timeout: Duration,
+    status: Option<(Instant, Status)>,
     /// Why there is no connection.
     error: Option<String>,
 }
@@ -70,12 +42,19 @@ pub(crate) struct Link {
 impl Link {
     /// A link to the control at a socket, which need not be there yet.
     pub(crate) fn new(path: &Path) -> Self {
-        let path = path.to_owned();
-        Self { path, stream: None, not_before: None, status: None, timeout: TIMEOUT, error: None }
+        Self {
+            path: path.to_owned(),
+            client: None,
+            timeout: TIMEOUT,
+            pause: PAUSE,
+            not_before: None,
+            status: None,
+            error: None,
+        }
     }
 
     /// What the control said last; `None` while there is no connection.
-    pub(crate) fn status(&self) -> Option<&ControlStatus> {
+    pub(crate) fn status(&self) -> Option<&Status> {
         self.status.as_ref().map(|(_, status)| status)
     }
 
@@ -94,9 +73,12 @@ impl Link {
     }
 
     /// Asks for the status, however young the last one is.
-    pub(crate) fn ask_status(&mut self) -> Result<ControlStatus, Refusal> {
-        let reply = self.ask(&json!({"request": "status"}))?;
-        let status = status_of(&reply);
+    pub(crate) fn ask_status(&mut self) -> Result<Status, Refusal> {
+        let mut status: Status = self.ask(&Request::Status {}, self.timeout)?;
+        let Status { state, dialect, program, fingerprint, .. } = &mut status;
+        for text in [state, dialect, program, fingerprint] {
+            text.retain(|c| !c.is_control());
+        }
         self.status = Some((Instant::now(), status.clone()));
         Ok(status)
     }
@@ -111,173 +93,116 @@ impl Link {
     }
 
     /// How long ticks and scans take, as the control measures it.
-    pub(crate) fn timing(&mut self) -> Result<Json, Refusal> {
-        self.ask(&json!({"request": "stat"}))
+    pub(crate) fn timing(&mut self) -> Result<Stat, Refusal> {
+        self.ask(&Request::Stat {}, self.timeout)
     }
 
-    /// Values of single variables. Up to [`MAX_NAMES`] of them are of one moment.
+    /// Values of single variables. Up to [`VALUES_PER_TICK`] of them are of one moment.
     pub(crate) fn get(&mut self, names: &[String]) -> Result<Values, Refusal> {
         let mut found = Values::default();
-        for names in names.chunks(MAX_NAMES) {
-            let reply = self.ask(&json!({"request": "get", "names": names}))?;
-            found.ticks = reply.get("ticks").and_then(Json::as_u64).unwrap_or(0);
-            if let Some(values) = reply.get("values").and_then(Json::as_object) {
-                found
-                    .values
-                    .extend(values.iter().map(|(name, value)| (name.clone(), value.clone())));
-            }
+        for names in names.chunks(VALUES_PER_TICK) {
+            let part: Values = self.ask(&Request::Get { names: names.to_vec() }, self.timeout)?;
+            found.ticks = part.ticks;
+            found.values.extend(part.values);
         }
         Ok(found)
     }
 
     /// Sets a variable once; gives the tick before which it is done.
     pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<u64, Refusal> {
-        self.change(json!({"request": "set", "values": [{"name": name, "value": value}]}))
+        self.change(&Request::Set { values: vec![Assignment::new(name, value)] })
     }
 
     /// Forces a variable.
     pub(crate) fn force(&mut self, name: &str, value: &str) -> Result<u64, Refusal> {
-        self.change(json!({"request": "force", "values": [{"name": name, "value": value}]}))
+        self.change(&Request::Force { values: vec![Assignment::new(name, value)] })
     }
 
     /// Ends the force of a variable, or of all.
     pub(crate) fn release(&mut self, name: Option<&str>) -> Result<u64, Refusal> {
-        self.change(match name {
-            Some(name) => json!({"request": "unforce", "names": [name]}),
-            None => json!({"request": "unforce", "all": true}),
-        })
+        let names = name.into_iter().map(str::to_owned).collect();
+        self.change(&Request::Unforce { names, all: name.is_none() })
     }
 
     /// Replaces the program by an artifact; gives the first tick of the new one.
     pub(crate) fn swap(&mut self, artifact: &Path) -> Result<u64, Refusal> {
-        self.exchange_program(json!({"request": "swap", "path": artifact}))
+        let path = artifact.to_owned();
+        self.exchange_program(&Request::Swap { path, accept: vec![], dry_run: false })
     }
 
     /// Has the program run again that was replaced last; gives its first tick.
     pub(crate) fn rollback(&mut self) -> Result<u64, Refusal> {
-        self.exchange_program(json!({"request": "rollback"}))
+        self.exchange_program(&Request::Rollback {})
     }
 
-    fn exchange_program(&mut self, request: Json) -> Result<u64, Refusal> {
-        self.timeout = SWAP_TIMEOUT;
-        let changed = self.change(request);
-        self.timeout = TIMEOUT;
-        changed
-    }
-
-    fn change(&mut self, request: Json) -> Result<u64, Refusal> {
-        let reply = self.ask(&request);
+    fn exchange_program(&mut self, request: &Request) -> Result<u64, Refusal> {
+        let changed = self.ask(request, SWAP_TIMEOUT);
         self.expire();
-        Ok(reply?.get("ticks").and_then(Json::as_u64).unwrap_or(0))
+        changed.map(|change: OnlineChange| change.ticks)
     }
 
-    /// Sends a request and gives the result of its reply.
-    fn ask(&mut self, request: &Json) -> Result<Json, Refusal> {
+    fn change(&mut self, request: &Request) -> Result<u64, Refusal> {
+        let changed = self.ask(request, self.timeout);
+        self.expire();
+        changed.map(|done: Done| done.ticks)
+    }
+
+    /// Sends a request and gives the result of its reply, for which it waits as long as `timeout`.
+    fn ask<T: DeserializeOwned>(
+        &mut self,
+        request: &Request,
+        timeout: Duration,
+    ) -> Result<T, Refusal> {
         if self.not_before.is_some_and(|at| Instant::now() < at) {
             return Err(Refusal::new(self.error.clone().unwrap_or_default()));
         }
-        match self.exchange(request) {
-            Ok(reply) => {
-                self.error = None;
-                result_of(&reply)
-            }
-            Err(error) => {
-                let what = self.path.display();
-                let text = match error.kind() {
-                    ErrorKind::NotFound => format!("{what}: there is no such socket"),
-                    ErrorKind::ConnectionRefused => format!("{what}: no control listens there"),
-                    ErrorKind::PermissionDenied => {
-                        format!("{what}: it is for the user who runs the control, and for root")
-                    }
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-                        format!("{what}: the control does not answer")
-                    }
-                    ErrorKind::BrokenPipe
-                    | ErrorKind::ConnectionReset
-                    | ErrorKind::UnexpectedEof => {
-                        format!("{what}: the control has closed the connection")
-                    }
-                    _ => format!("{what}: {error}"),
-                };
-                self.stream = None;
+        let answer = self.exchange(request, timeout);
+        self.error = None;
+        answer.map_err(|error| {
+            let text = error.to_string();
+            if let ClientError::Unreachable(_) = error {
+                self.client = None;
                 self.status = None;
-                self.not_before = Some(Instant::now() + PAUSE);
+                self.not_before = Some(Instant::now() + self.pause);
                 self.error = Some(text.clone());
-                Err(Refusal::new(text))
             }
-        }
+            Refusal::new(text)
+        })
     }
 
-    fn exchange(&mut self, request: &Json) -> std::io::Result<Json> {
-        let stream = match self.stream.take() {
-            Some(stream) => stream,
-            None => {
-                let stream = UnixStream::connect(&self.path)?;
-                stream.set_write_timeout(Some(TIMEOUT))?;
-                BufReader::new(stream)
-            }
+    fn exchange<T: DeserializeOwned>(
+        &mut self,
+        request: &Request,
+        timeout: Duration,
+    ) -> Result<T, ClientError> {
+        let client = match self.client.take() {
+            Some(client) => client,
+            None => Client::connect(&self.path, timeout)?,
         };
-        let stream = self.stream.insert(stream);
-        stream.get_ref().set_read_timeout(Some(self.timeout))?;
-        let mut request: Map<String, Json> = request.as_object().cloned().unwrap_or_default();
-        request.insert("version".into(), VERSION.into());
-        let line = format!("{}\n", Json::Object(request));
-        stream.get_mut().write_all(line.as_bytes())?;
-        let mut line = vec![];
-        stream.by_ref().take(MAX_REPLY).read_until(b'\n', &mut line)?;
-        if line.last() != Some(&b'\n') {
-            return Err(ErrorKind::UnexpectedEof.into());
-        }
-        Ok(serde_json::from_slice(&line)?)
-    }
-}
-
-/// What a reply gives, or why it refuses.
-fn result_of(reply: &Json) -> Result<Json, Refusal> {
-    if let Some(result) = reply.get("result") {
-        return Ok(result.clone());
-    }
-    let message = reply.pointer("/error/message").and_then(Json::as_str);
-    let text = message.unwrap_or("the control's reply is of another version");
-    Err(Refusal::new(text.chars().filter(|c| !c.is_control()).collect::<String>()))
-}
-
-fn status_of(reply: &Json) -> ControlStatus {
-    let text = |key: &str| {
-        let found = reply.get(key).and_then(Json::as_str).unwrap_or_default();
-        found.chars().filter(|c| !c.is_control()).collect::<String>()
-    };
-    let number = |key: &str| reply.get(key).and_then(Json::as_u64).unwrap_or(0);
-    let list = |key: &str| reply.get(key).and_then(Json::as_array).cloned().unwrap_or_default();
-    let force = |row: &Json| {
-        let of = |key: &str| row.get(key).and_then(Json::as_str).map(str::to_owned);
-        Some(NamedValue { name: of("name")?, value: of("value")?, written: true })
-    };
-    ControlStatus {
-        state: text("state"),
-        ticks: number("ticks"),
-        dialect: text("dialect"),
-        program: text("program"),
-        forces: list("forces").iter().filter_map(force).collect(),
-        generation: number("generation"),
-        fingerprint: text("fingerprint"),
-        allow: list("allow").iter().filter_map(|word| word.as_str().map(str::to_owned)).collect(),
+        let client = self.client.insert(client);
+        client.set_timeout(timeout)?;
+        client.ask(request)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader, Read, Write};
     use std::os::unix::net::UnixListener;
     use std::thread;
 
     use super::*;
 
-    /// A control that answers each request by the next of `replies`, and then is silent.
-    fn control(name: &str, replies: &'static [&'static str]) -> PathBuf {
+    /// A control that answers each request by the next of `replies`, and then is silent. Its thread gives what has come
+    /// then, on the first connection and on all that wait when that has ended.
+    fn control(
+        name: &str,
+        replies: &'static [&'static str],
+    ) -> (PathBuf, thread::JoinHandle<String>) {
         let path = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
         let _ = std::fs::remove_file(&path);
         let listener = UnixListener::bind(&path).unwrap();
-        thread::spawn(move || {
+        let thread = thread::spawn(move || {
             let (stream, _) = listener.accept().unwrap();
             let mut stream = BufReader::new(stream);
             for reply in replies {
@@ -286,14 +211,19 @@ mod tests {
                 stream.get_mut().write_all(format!("{reply}\n").as_bytes()).unwrap();
             }
             let mut rest = String::new();
-            let _ = stream.read_to_string(&mut rest);
+            stream.read_to_string(&mut rest).unwrap();
+            listener.set_nonblocking(true).unwrap();
+            while let Ok((mut stream, _)) = listener.accept() {
+                stream.read_to_string(&mut rest).unwrap();
+            }
+            rest
         });
-        path
+        (path, thread)
     }
 
     #[test]
     fn a_control_is_asked_and_its_refusal_is_shown() {
-        let path = control(
+        let (path, _) = control(
             "link",
             &[
                 r#"{"ok":true,"result":{"state":"running","ticks":7,"allow":["force"],"forces":[{"name":"A","value":"1"}]}}"#,
@@ -302,6 +232,7 @@ mod tests {
             ],
         );
         let mut link = Link::new(&path);
+        link.timeout = Duration::from_secs(600);
         link.poll();
         let status = link.status().unwrap();
         assert_eq!((status.state.as_str(), status.ticks), ("running", 7));
@@ -312,14 +243,17 @@ mod tests {
 
     #[test]
     fn a_control_that_is_silent_is_left_alone() {
-        let path = control("silent", &[]);
+        let (path, requests) = control("silent", &[]);
         let mut link = Link::new(&path);
+        link.timeout = Duration::from_millis(20);
+        link.pause = Duration::from_secs(3600);
         link.poll();
         assert!(link.status().is_none());
         assert!(link.error().unwrap().ends_with("the control does not answer"));
         // The next request is not even sent.
-        let begun = Instant::now();
         assert!(link.timing().is_err());
-        assert!(begun.elapsed() < TIMEOUT);
+        drop(link);
+        let requests = requests.join().unwrap();
+        assert_eq!(requests.lines().count(), 1, "{requests}");
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use serde_json::{Value as Json, json};
+use plcc_protocol::{Assignment, Request};
 
 /// Looks at a running control and acts on it.
 ///
@@ -71,13 +71,13 @@ pub(crate) enum Command {
     Set {
         /// Variables and their values
         #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
-        values: Vec<(String, String)>,
+        values: Vec<Assignment>,
     },
     /// Holds inputs at values that the program sees, and the lines of outputs at values
     Force {
         /// Inputs and outputs and their values
         #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
-        values: Vec<(String, String)>,
+        values: Vec<Assignment>,
     },
     /// Ends forces
     Unforce {
@@ -114,11 +114,11 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 /// `NAME=VALUE`. Names hold no `=`.
-fn assignment(text: &str) -> Result<(String, String), String> {
+fn assignment(text: &str) -> Result<Assignment, String> {
     let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
     let parts = parts.filter(|(name, value)| !name.is_empty() && !value.is_empty());
     let (name, value) = parts.ok_or("NAME=VALUE is expected, as in @FRO=80")?;
-    Ok((name.into(), value.into()))
+    Ok(Assignment::new(name, value))
 }
 
 impl Command {
@@ -126,29 +126,24 @@ impl Command {
     ///
     /// # Errors
     /// When the artifact's path can't be told to the control.
-    pub(crate) fn request(&self) -> Result<Json, String> {
-        let assignments = |values: &[(String, String)]| -> Json {
-            values.iter().map(|(name, value)| json!({"name": name, "value": value})).collect()
-        };
+    pub(crate) fn request(&self) -> Result<Request, String> {
         Ok(match self {
-            Self::Status => json!({"request": "status"}),
-            Self::Stat => json!({"request": "stat"}),
-            Self::List { pattern } => json!({"request": "list", "pattern": pattern}),
-            Self::Get { names } => json!({"request": "get", "names": names}),
-            Self::Set { values } => json!({"request": "set", "values": assignments(values)}),
-            Self::Force { values } => json!({"request": "force", "values": assignments(values)}),
-            Self::Unforce { names, all } => {
-                json!({"request": "unforce", "names": names, "all": all})
-            }
+            Self::Status => Request::Status {},
+            Self::Stat => Request::Stat {},
+            Self::List { pattern } => Request::List { pattern: pattern.clone(), after: None },
+            Self::Get { names } => Request::Get { names: names.clone() },
+            Self::Set { values } => Request::Set { values: values.clone() },
+            Self::Force { values } => Request::Force { values: values.clone() },
+            Self::Unforce { names, all } => Request::Unforce { names: names.clone(), all: *all },
             Self::Swap { artifact, accept, dry_run } => {
                 // The control may run in another folder.
                 let path = std::path::absolute(artifact).map_err(|error| error.to_string())?;
-                let path = path.to_str().ok_or("the artifact's name is not UTF-8")?;
-                json!({"request": "swap", "path": path, "accept": accept, "dry_run": dry_run})
+                path.to_str().ok_or("the artifact's name is not UTF-8")?;
+                Request::Swap { path, accept: accept.clone(), dry_run: *dry_run }
             }
-            Self::Rollback => json!({"request": "rollback"}),
-            Self::Start => json!({"request": "start"}),
-            Self::Stop => json!({"request": "stop"}),
+            Self::Rollback => Request::Rollback {},
+            Self::Start => Request::Start {},
+            Self::Stop => Request::Stop {},
         })
     }
 }
@@ -166,7 +161,7 @@ mod tests {
 
     #[test]
     fn assignments_have_a_name_and_a_value() {
-        assert_eq!(assignment("A[3] = $FF"), Ok(("A[3]".into(), "$FF".into())));
+        assert_eq!(assignment("A[3] = $FF"), Ok(Assignment::new("A[3]", "$FF")));
         for text in ["", "A", "=1", "A=", " = "] {
             assert!(assignment(text).is_err(), "{text}");
         }
@@ -176,13 +171,14 @@ mod tests {
     fn several_changes_are_accepted_at_once() {
         let words = ["plcctl", "s", "swap", "x.plcx", "--accept", "LAMP,N", "--accept", "HORN"];
         let swap = Cli::try_parse_from(words).unwrap().command.unwrap();
-        assert_eq!(swap.request().unwrap()["accept"], json!(["LAMP", "N", "HORN"]));
+        let Request::Swap { accept, .. } = swap.request().unwrap() else { panic!("a swap") };
+        assert_eq!(accept, ["LAMP", "N", "HORN"]);
     }
 
     #[test]
     fn the_control_is_told_the_whole_path_of_an_artifact() {
         let swap = Command::Swap { artifact: "x.plcx".into(), accept: vec![], dry_run: false };
-        let request = swap.request().unwrap();
-        assert!(request["path"].as_str().unwrap().starts_with('/'));
+        let Request::Swap { path, .. } = swap.request().unwrap() else { panic!("a swap") };
+        assert!(path.is_absolute() && path.ends_with("x.plcx"));
     }
 }

@@ -1,8 +1,7 @@
 //! Looks at a running control and acts on it, by the socket that `plcrt --socket` opens. It knows the
-//! protocol (`docs/socket.md`) and nothing else of plcc.
+//! protocol (`docs/socket.md`, `plcc-protocol`) and nothing else of plcc.
 
 mod args;
-mod client;
 mod show;
 
 use std::io::{self, Write};
@@ -10,10 +9,11 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser};
-use serde_json::{Value as Json, json};
+use plcc_protocol::{Client, ClientError, Comparison, Request, Variables};
+use serde::Deserialize;
+use serde_json::Value as Json;
 
 use args::{Cli, Command};
-use client::{Client, Error};
 
 /// Exit status: the control refused the request.
 const REFUSED: u8 = 1;
@@ -65,40 +65,39 @@ fn run(cli: &Cli) -> u8 {
         Client::connect(socket, cli.timeout).and_then(|mut client| ask(&mut client, command));
     match asked {
         Ok(result) if cli.json => print(format!("{result}\n").as_bytes()),
-        Ok(result) => print(show::result(command, &result).as_bytes()),
-        Err(Error::Refused(error)) => {
+        Ok(result) => match show::result(command, &result) {
+            Ok(text) => print(text.as_bytes()),
+            Err(error) => fail(USAGE, &format!("the reply is of another version: {error}")),
+        },
+        Err(ClientError::Refused(failure)) => {
             if cli.json {
-                print(format!("{error}\n").as_bytes());
+                print(format!("{}\n", show::json(&failure)).as_bytes());
             } else {
                 // What a refused online change would have done.
-                print(show::changes(&error).as_bytes());
-                let message = error.get("message").and_then(Json::as_str);
-                fail(REFUSED, message.unwrap_or("the control refused the request"));
+                if let Ok(comparison) = Comparison::deserialize(Json::Object(failure.details)) {
+                    print(show::changes(&comparison).as_bytes());
+                }
+                fail(REFUSED, &failure.message);
             }
             REFUSED
         }
-        Err(Error::Unreachable(why)) => fail(USAGE, &why),
+        Err(ClientError::Unreachable(why)) => fail(USAGE, &why),
     }
 }
 
 /// Sends the request of a command; a list that comes in parts is put together.
-fn ask(client: &mut Client, command: &Command) -> Result<Json, Error> {
-    let mut request = command.request().map_err(Error::Unreachable)?;
-    let mut result = client.ask(&request)?;
-    while result.get("more") == Some(&Json::Bool(true)) {
-        let variables = |result: &Json| result.get("variables").and_then(Json::as_array).cloned();
-        let mut all = variables(&result).unwrap_or_default();
-        let last = all.last().and_then(|last| last.get("name")).cloned();
-        if let Some(map) = request.as_object_mut() {
-            map.insert("after".into(), last.unwrap_or_default());
-        }
-        result = client.ask(&request)?;
-        let next = variables(&result).unwrap_or_default();
-        let more = result.get("more").cloned().filter(|_| !next.is_empty());
-        all.extend(next);
-        result = json!({"variables": all, "more": more.unwrap_or(Json::Bool(false))});
+fn ask(client: &mut Client, command: &Command) -> Result<Json, ClientError> {
+    let request = command.request().map_err(ClientError::Unreachable)?;
+    let Request::List { pattern, .. } = request else { return client.ask(&request) };
+    let mut all = Variables { variables: vec![], more: true };
+    while all.more {
+        let after = all.variables.last().map(|last| last.name.clone());
+        let request = Request::List { pattern: pattern.clone(), after };
+        let next: Variables = client.ask(&request)?;
+        all.more = next.more && !next.variables.is_empty();
+        all.variables.extend(next.variables);
     }
-    Ok(result)
+    Ok(show::json(&all))
 }
 
 /// Writes to standard output. That its reader has closed it is not an error.

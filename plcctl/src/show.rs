@@ -2,28 +2,45 @@
 
 use std::fmt::Write;
 
+use plcc_protocol::{
+    ChangedVariable, Comparison, OnlineChange, Stat, TimesSummary, TimingSummary, Values, Variable,
+    Variables,
+};
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use crate::args::Command;
 
 /// The text of a reply.
-pub(crate) fn result(command: &Command, result: &Json) -> String {
-    match command {
+///
+/// # Errors
+/// When the reply is of another version.
+pub(crate) fn result(command: &Command, result: &Json) -> serde_json::Result<String> {
+    Ok(match command {
+        // What a newer control says besides is shown too.
         Command::Status => table(result),
-        Command::Stat => timing(result),
-        Command::List { .. } => list(result),
-        Command::Get { .. } => values(result),
-        Command::Swap { dry_run, .. } => {
-            let end = if *dry_run { "nothing was changed (--dry-run)\n" } else { "" };
-            format!("{}{}{end}", changes(result), swapped(result))
+        Command::Stat => timing(&Stat::deserialize(result)?),
+        Command::List { .. } => list(&Variables::deserialize(result)?),
+        Command::Get { .. } => values(&Values::deserialize(result)?),
+        Command::Swap { dry_run: true, .. } => {
+            let changes = changes(&Comparison::deserialize(result)?);
+            format!("{changes}nothing was changed (--dry-run)\n")
         }
-        Command::Rollback => format!("{}{}", changes(result), swapped(result)),
+        Command::Swap { .. } | Command::Rollback => swapped(&OnlineChange::deserialize(result)?),
         Command::Set { .. }
         | Command::Force { .. }
         | Command::Unforce { .. }
         | Command::Start
         | Command::Stop => String::new(),
-    }
+    })
+}
+
+/// A part of a reply as JSON, with its keys in alphabetical order as in a reply.
+pub(crate) fn json(part: &impl Serialize) -> Json {
+    // Texts, numbers and lists can always be written.
+    let mut json = serde_json::to_value(part).unwrap_or_default();
+    json.sort_all_objects();
+    json
 }
 
 /// A text without control characters, which could do something to a terminal.
@@ -59,49 +76,39 @@ fn table(result: &Json) -> String {
 }
 
 /// How long ticks take: a row for each thing that is timed.
-fn timing(result: &Json) -> String {
-    const COLUMNS: [(&str, &str); 7] = [
-        ("count", "count"),
-        ("last us", "last_us"),
-        ("mean us", "mean_us"),
-        ("p50 us", "p50_us"),
-        ("p99 us", "p99_us"),
-        ("p99.9 us", "p999_us"),
-        ("max us", "max_us"),
-    ];
-    let mut rows: Vec<(String, &Json)> = [("lateness", "lateness"), ("tick", "ticks")]
-        .into_iter()
-        .filter_map(|(name, key)| Some((name.to_owned(), result.get(key)?)))
-        .collect();
-    for task in result.get("tasks").and_then(Json::as_array).into_iter().flatten() {
-        rows.push((task.get("name").map(plain).unwrap_or_default(), task));
-    }
+fn timing(Stat { timing, forces, .. }: &Stat) -> String {
+    let TimingSummary { start_us, overruns, skipped, lateness, ticks, tasks } = timing;
     let mut text = format!("{:10}", "");
     // Writing to a String does not fail.
-    for (title, _) in COLUMNS {
+    for title in ["count", "last us", "mean us", "p50 us", "p99 us", "p99.9 us", "max us"] {
         let _ = write!(text, " {title:>10}");
     }
     text.push('\n');
-    for (name, row) in rows {
-        let _ = write!(text, "{name:10}");
-        for (_, key) in COLUMNS {
-            let _ = write!(text, " {:>10}", row.get(key).map(plain).unwrap_or_default());
+    let tasks = tasks.iter().map(|task| (harmless(&task.name), &task.times));
+    let rows = [("lateness".to_owned(), lateness), ("tick".to_owned(), ticks)];
+    for (name, times) in rows.into_iter().chain(tasks) {
+        let TimesSummary { count, last_us, mean_us, p50_us, p99_us, p999_us, max_us } = times;
+        let _ = write!(text, "{name:10} {count:>10}");
+        for time in [last_us, mean_us, p50_us, p99_us, p999_us, max_us] {
+            // As in JSON, with a point.
+            let _ = write!(text, " {time:>10?}");
         }
         text.push('\n');
     }
-    for key in ["start_us", "overruns", "skipped", "forces"] {
-        if let Some(value) = result.get(key) {
-            let _ = writeln!(text, "{key:10} {:>10}", plain(value));
-        }
+    let _ = writeln!(text, "{:10} {start_us:>10?}", "start_us");
+    for (name, count) in [("overruns", overruns), ("skipped", skipped)] {
+        let _ = writeln!(text, "{name:10} {count:>10}");
     }
+    let _ = writeln!(text, "{:10} {:>10}", "forces", plain(&json(forces)));
     text
 }
 
-fn list(result: &Json) -> String {
+fn list(Variables { variables, .. }: &Variables) -> String {
     let mut text = String::new();
-    for variable in result.get("variables").and_then(Json::as_array).into_iter().flatten() {
-        let name = variable.get("name").map(plain).unwrap_or_default();
-        let _ = match variable.get("elements").and_then(Json::as_u64) {
+    for Variable { name, elements, .. } in variables {
+        let name = harmless(name);
+        // Writing to a String does not fail.
+        let _ = match elements {
             Some(count) => writeln!(text, "{name}[{count}]"),
             None => writeln!(text, "{name}"),
         };
@@ -109,9 +116,9 @@ fn list(result: &Json) -> String {
     text
 }
 
-fn values(result: &Json) -> String {
+fn values(Values { values, .. }: &Values) -> String {
     let mut text = String::new();
-    for (name, value) in result.get("values").and_then(Json::as_object).into_iter().flatten() {
+    for (name, value) in values {
         let value = match value {
             Json::Array(_) => value.to_string(),
             other => plain(other),
@@ -121,36 +128,24 @@ fn values(result: &Json) -> String {
     text
 }
 
-/// What an online change keeps and what not; nothing for a reply that does not say.
-pub(crate) fn changes(result: &Json) -> String {
+/// What an online change keeps and what not.
+pub(crate) fn changes(Comparison { kept, changes }: &Comparison) -> String {
     let mut text = String::new();
-    let Some(rows) = result.get("changes").and_then(Json::as_array) else { return text };
-    for row in rows {
-        let part = |key: &str| row.get(key).map(plain).unwrap_or_default();
-        let what = match (row.get("old"), row.get("new")) {
-            (Some(old), Some(new)) => format!("{} -> {}", plain(old), plain(new)),
-            (Some(one), None) | (None, Some(one)) => plain(one),
-            (None, None) => String::new(),
-        };
-        let accept = match row.get("needs_accept") {
-            Some(Json::Bool(true)) => format!("  (--accept {})", part("name")),
-            _ => String::new(),
-        };
-        let _ = writeln!(text, "{:8} {:12} {what}{accept}", part("change"), part("name"));
+    for ChangedVariable { name, change, old, new, needs_accept } in changes {
+        let name = harmless(name);
+        let what: Vec<String> =
+            [old, new].into_iter().flatten().map(|text| harmless(text)).collect();
+        let accept = if *needs_accept { format!("  (--accept {name})") } else { String::new() };
+        let change = plain(&json(change));
+        let _ = writeln!(text, "{change:8} {name:12} {}{accept}", what.join(" -> "));
     }
-    if let Some(kept) = result.get("kept").and_then(Json::as_u64) {
-        let _ = writeln!(text, "{kept} variables keep their values");
-    }
+    let _ = writeln!(text, "{kept} variables keep their values");
     text
 }
 
-fn swapped(result: &Json) -> String {
-    match (result.get("ticks"), result.get("took_us").and_then(Json::as_f64)) {
-        (Some(ticks), Some(took)) => {
-            format!("the program runs from tick {ticks} on; the change took {took:.1} us\n")
-        }
-        _ => String::new(),
-    }
+fn swapped(OnlineChange { comparison, ticks, took_us, .. }: &OnlineChange) -> String {
+    let changes = changes(comparison);
+    format!("{changes}the program runs from tick {ticks} on; the change took {took_us:.1} us\n")
 }
 
 #[cfg(test)]
@@ -163,29 +158,29 @@ mod tests {
     fn values_and_forces_are_shown_as_they_are_set() {
         let get = Command::Get { names: vec![] };
         let reply = json!({"ticks": 3, "values": {"A": 1, "B": [1, 2]}});
-        assert_eq!(result(&get, &reply), "A=1\nB=[1,2]\n");
+        assert_eq!(result(&get, &reply).unwrap(), "A=1\nB=[1,2]\n");
         let status = json!({"forces": [{"name": "X", "value": "1"}], "state": "running"});
-        assert_eq!(result(&Command::Status, &status), "forces  X=1\nstate   running\n");
+        assert_eq!(result(&Command::Status, &status).unwrap(), "forces  X=1\nstate   running\n");
     }
 
     #[test]
     fn timing_is_a_table() {
-        let times = json!({"count": 3, "last_us": 1.5, "mean_us": 2, "p50_us": 2, "p99_us": 3,
-                           "p999_us": 3, "max_us": 3.25, "name": "scan"});
+        let times = json!({"count": 3, "last_us": 1.5, "mean_us": 2.0, "p50_us": 2.0,
+                           "p99_us": 3.0, "p999_us": 3.0, "max_us": 3.25, "name": "scan"});
         let reply = json!({"lateness": times, "ticks": times, "tasks": [times], "overruns": 1,
                            "skipped": 0, "forces": []});
-        let text = result(&Command::Stat, &reply);
+        let text = result(&Command::Stat, &reply).unwrap();
         let lines: Vec<Vec<&str>> =
             text.lines().map(|line| line.split_whitespace().collect()).collect();
-        assert_eq!(lines[3], ["scan", "3", "1.5", "2", "2", "3", "3", "3.25"]);
+        assert_eq!(lines[3], ["scan", "3", "1.5", "2.0", "2.0", "3.0", "3.0", "3.25"]);
         assert_eq!((lines[1][0], lines[2][0]), ("lateness", "tick"));
-        assert_eq!(lines[4], ["overruns", "1"]);
+        assert_eq!(lines[4..6], [["start_us", "0.0"], ["overruns", "1"]]);
     }
 
     #[test]
     fn nothing_that_a_terminal_obeys_is_shown() {
         let status = json!({"program": "a\u{1b}[2J"});
-        assert_eq!(result(&Command::Status, &status), "program  a\u{FFFD}[2J\n");
+        assert_eq!(result(&Command::Status, &status).unwrap(), "program  a\u{FFFD}[2J\n");
     }
 
     #[test]
@@ -197,7 +192,7 @@ mod tests {
                 {"name": "B", "change": "changed", "old": "LONG", "new": "LOGICAL", "needs_accept": true},
             ],
         });
-        let text = result(&Command::Rollback, &reply);
+        let text = result(&Command::Rollback, &reply).unwrap();
         assert_eq!(
             text,
             "new      A            LOGICAL\n\

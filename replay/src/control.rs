@@ -3,19 +3,15 @@
 //! The control serves requests by its socket (docs/socket.md) if it was started with `--allow`, and notes each change in
 //! its log and in its record, with the user.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use serde_json::{Value as Json, json};
+use plcc_protocol::{Assignment, Client, ClientError, Done, Request};
 
 use crate::DebugError;
 
 /// How long a reply is waited for.
 const TIMEOUT: Duration = Duration::from_secs(5);
-/// The longest reply that is read, in bytes.
-const MAX_REPLY: u64 = 1 << 20;
 
 /// The socket of a control.
 #[derive(Clone, Debug)]
@@ -35,47 +31,32 @@ impl ControlSocket {
     /// # Errors
     /// Why the control refuses it, or does not answer.
     pub fn change(&self, name: &str, value: Option<&str>, force: bool) -> Result<u64, DebugError> {
-        let mut request = match (value, force) {
-            (Some(value), _) => json!({"values": [{"name": name, "value": value}]}),
-            (None, true) => json!({"names": [name]}),
+        let values = |value| vec![Assignment::new(name, value)];
+        let request = match (value, force) {
+            (Some(value), false) => Request::Set { values: values(value) },
+            (Some(value), true) => Request::Force { values: values(value) },
+            (None, true) => Request::Unforce { names: vec![name.into()], all: false },
             (None, false) => return Err(DebugError::new("a value is missing")),
         };
-        if let Some(request) = request.as_object_mut() {
-            let what = match (value, force) {
-                (Some(_), false) => "set",
-                (Some(_), true) => "force",
-                (None, _) => "unforce",
-            };
-            request.insert("request".into(), what.into());
-            request.insert("version".into(), 1.into());
-        }
-        let reply = self.exchange(&request).map_err(|error| {
-            DebugError(format!("{}: the control does not answer: {error}", self.path.display()))
-        })?;
-        let ticks = reply.pointer("/result/ticks").and_then(Json::as_u64);
-        ticks.ok_or_else(|| {
-            let message = reply.pointer("/error/message").and_then(Json::as_str);
-            let text = message.unwrap_or("the control's reply is of another version");
-            DebugError(text.chars().filter(|c| !c.is_control()).collect())
-        })
-    }
-
-    fn exchange(&self, request: &Json) -> std::io::Result<Json> {
-        let stream = UnixStream::connect(&self.path)?;
-        stream.set_read_timeout(Some(TIMEOUT))?;
-        stream.set_write_timeout(Some(TIMEOUT))?;
-        let mut stream = BufReader::new(stream);
-        stream.get_mut().write_all(format!("{request}\n").as_bytes())?;
-        let mut line = vec![];
-        stream.take(MAX_REPLY).read_until(b'\n', &mut line)?;
-        Ok(serde_json::from_slice(&line)?)
+        let done = Client::connect(&self.path, TIMEOUT)
+            .and_then(|mut client| client.ask::<Done>(&request))
+            .map_err(|error| match error {
+                ClientError::Refused(_) => DebugError(error.to_string()),
+                ClientError::Unreachable(_) => {
+                    DebugError(format!("the control does not answer: {error}"))
+                }
+            })?;
+        Ok(done.ticks)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader, Write};
     use std::os::unix::net::UnixListener;
     use std::thread;
+
+    use serde_json::{Value as Json, json};
 
     use super::*;
 

@@ -11,8 +11,6 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-use serde::Serialize;
-
 /// How the state of one executive becomes that of another one of the same control. Only executives of that control know
 /// what is in it.
 #[derive(Clone)]
@@ -37,8 +35,7 @@ impl fmt::Debug for Plan {
 }
 
 /// What becomes of a variable or a task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The new program has it, the running one has not: it begins as at power-up.
     New,
@@ -49,17 +46,15 @@ pub enum Change {
 }
 
 /// A variable or a task that is not the same in both programs.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
     /// Its name.
     pub name: String,
     /// What becomes of it.
     pub change: Change,
     /// What it is in the running program.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub old: Option<String>,
     /// What it is in the new one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub new: Option<String>,
     /// Whether the change is refused unless its name is accepted.
     pub needs_accept: bool,

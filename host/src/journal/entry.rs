@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use plcc_image::input_area::WriterName;
+use plcc_protocol::{TaskSummary, TimesSummary, TimingSummary};
 use serde::{Serialize, Serializer};
 
-use super::timing_summary::{TaskSummary, TimesSummary, TimingSummary};
 use crate::Peer;
 
 /// Something that happened around a program.

@@ -33,7 +33,6 @@ mod queued;
 mod sink;
 #[cfg(test)]
 mod tests;
-mod timing_summary;
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -45,7 +44,6 @@ use std::time::{Duration, SystemTime};
 pub use entry::{Entry, EntryKind, Severity};
 pub(crate) use progress_line::{FIRST_SHOWN_AFTER, UPDATE_INTERVAL, progress_line};
 use queued::Queued;
-pub use timing_summary::{TaskSummary, TimesSummary, TimingSummary};
 
 /// How many entries of the thread that runs the ticks wait at most to be written.
 const SCAN_QUEUE: usize = 1024;

@@ -31,12 +31,12 @@ use crate::journal::{EntryKind, ScanJournal};
 use plcc_files::why_not_written;
 use plcc_runtime::{Event, EventBody, Executive, Stop};
 
-pub use crate::journal::{TaskSummary, TimesSummary, TimingSummary};
 pub use dump::dump;
 #[cfg(target_os = "linux")]
 pub use dump_image::{dump_image, dump_image_alone};
 pub use hook::{AfterTick, BeforeTick, Hook};
 pub use pace::{Beginning, Clock, OverrunPolicy, Pacer, Punctuality, SystemClock};
+pub use plcc_protocol::{TaskSummary, TimesSummary, TimingSummary};
 pub use plcc_runtime::stimulus::{LineError, Player, Stimulus, StimulusError};
 pub use queues::ReportQueues;
 use timing::Budget;

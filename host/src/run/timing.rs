@@ -7,8 +7,9 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::journal::{EntryKind, ScanJournal, TaskSummary, TimesSummary, TimingSummary};
+use crate::journal::{EntryKind, ScanJournal};
 use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
+use plcc_protocol::{TaskSummary, TimesSummary, TimingSummary};
 
 /// The binary logarithm of how many buckets a histogram has for each doubling of the time: there are
 /// eight, so that a percentile is exact to one eighth.

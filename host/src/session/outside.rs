@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use plcc_abi::machine::Machine;
 use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
-use serde_json::json;
 
 use crate::args::RunArgs;
 use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
@@ -185,7 +184,7 @@ impl Outside {
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),
-                timing: Box::new(move || json!(timing.summary())),
+                timing: Box::new(move || timing.summary()),
                 recorder_program: Box::new(move |number, executive| {
                     if let Some(size) = &buffer_size {
                         size.make_room(executive);

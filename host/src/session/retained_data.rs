@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plcc_abi::Dialect;
-use serde_json::{Value as Json, json};
+use plcc_protocol::Retained;
 
 use crate::args::RunArgs;
 use crate::journal::{EntryKind, Journal};
@@ -58,18 +58,14 @@ impl RetainedData {
         Ok(Self::Continually(writer))
     }
 
-    /// A function that tells about the retained file whenever it is called: JSON null if the run has none,
-    /// else an object with its path (`file`) and why it can't be written at present (`error`, null if it can).
+    /// A function that tells about the retained file whenever it is called: nothing if the run has none.
     pub(super) fn status(&self, args: &RunArgs) -> RetainedStatus {
         let file = args.retain.as_ref().map(|path| path.display().to_string());
         let trouble = match self {
             Self::Continually(writer) => writer.trouble(),
             Self::None | Self::AtEnd(_) => RetainedTrouble::default(),
         };
-        Box::new(move || match &file {
-            Some(file) => json!({"file": file, "error": trouble.get()}),
-            None => Json::Null,
-        })
+        Box::new(move || Some(Retained { file: file.clone()?, error: trouble.get() }))
     }
 
     /// How large the buffers are that go to the thread that writes, if there is one.

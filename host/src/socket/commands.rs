@@ -36,7 +36,7 @@ impl Item {
 }
 
 /// Some variables that are read, set or forced. All are done in one tick where they are at most
-/// `ITEMS_PER_TICK`, else in as many as it takes. Forces are never more than that.
+/// [`VALUES_PER_TICK`](plcc_protocol::VALUES_PER_TICK), else in as many as it takes. Forces are never more than that.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) items: Vec<Item>,

@@ -4,9 +4,9 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
-use super::protocol::MAX_REQUEST;
 use super::token_bucket::TokenBucket;
 use crate::Peer;
+use plcc_protocol::MAX_REQUEST;
 
 /// Requests a second that a client may make in the long run: the rate of a [`TokenBucket`], of which each
 /// request takes a token.

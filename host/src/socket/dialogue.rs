@@ -7,11 +7,13 @@ use serde_json::Value as Json;
 
 use super::commands::{Reached, queues};
 use super::hook::OutsideHook;
-use super::protocol::{Envelope, Failure, MAX_REQUEST, Permission, reply};
 use super::requests::{self, Requests, Surroundings};
 use crate::Peer;
 use crate::journal::{Journal, ScanJournal};
 use crate::run::{BeforeTick, Hook, Player, Stimulus, Watch};
+use plcc_protocol::{
+    ErrorCode, Failure, MAX_REQUEST, Permission, RequestLine, TimingSummary, reply,
+};
 use plcc_record::RecorderProgram;
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::Executive;
@@ -59,11 +61,11 @@ impl Dialogue {
             watched: vec![],
             load: Box::new(|path| Err(format!("{}: there are no artifacts", path.display()))),
             make_executive,
-            timing: Box::new(|| Json::Object(serde_json::Map::new())),
+            timing: Box::new(TimingSummary::default),
             recorder_program: Box::new(|number, executive| {
                 RecorderProgram::new(number, executive, None)
             }),
-            retained: Box::new(|| Json::Null),
+            retained: Box::new(|| None),
             journal: Journal::discarding(),
         };
         let requests =
@@ -80,9 +82,12 @@ impl Dialogue {
     /// The reply to a request, each a line.
     pub fn reply(&mut self, line: &[u8]) -> Vec<u8> {
         if line.len() > MAX_REQUEST {
-            return reply(&Json::Null, Err(Failure::new("too_large", "the request is too long")));
+            return reply(
+                &Json::Null,
+                Err::<(), _>(Failure::new(ErrorCode::TooLarge, "the request is too long")),
+            );
         }
-        let Envelope { id, request } = Envelope::parse(line);
+        let RequestLine { id, request } = RequestLine::parse(line);
         let outcome = match request {
             Ok(request) => self.requests.handle(request, &self.by),
             Err(failure) => requests::Handled::Done(Err(failure)),

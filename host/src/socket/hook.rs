@@ -9,14 +9,13 @@ use plcc_image::monotonic_ns;
 use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
+use plcc_protocol::VALUES_PER_TICK;
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::Executive;
 use plcc_runtime::variable::MAX_FORCES;
 
 /// How many commands are carried out before a tick at most.
 const COMMANDS_PER_TICK: usize = 16;
-/// How many variables are read, set and forced before a tick at most.
-pub(crate) const ITEMS_PER_TICK: usize = 256;
 
 /// Why an input is not set that is forced; the end of a sentence that begins with its name.
 const HELD_BY_FORCE: &str = "is forced, so that setting it would do nothing; end its force first (unforce), or force it to \
@@ -159,7 +158,7 @@ fn do_items(
 }
 
 // So that all forces of a batch can be done before one tick.
-const _: () = assert!(MAX_FORCES <= ITEMS_PER_TICK);
+const _: () = assert!(MAX_FORCES <= VALUES_PER_TICK);
 
 /// Forces all variables of a batch, or, if one of them can't be forced, none: only the executive that runs
 /// knows that, since a program of a PMAC may move its variables. Gives whether the batch is done; if
@@ -209,7 +208,7 @@ impl OutsideHook {
     /// Carries out what has come by the socket, and stops the program or has it go on.
     fn carry_out_commands(&mut self, now: &mut BeforeTick<'_>) {
         let Some(mut socket) = self.socket.take() else { return };
-        let mut left = ITEMS_PER_TICK;
+        let mut left = VALUES_PER_TICK;
         for _ in 0..COMMANDS_PER_TICK {
             // Without room for an answer a command stays where it is.
             if left == 0 || socket.answers.is_full() {

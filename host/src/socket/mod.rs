@@ -5,12 +5,11 @@
 //! A thread of its own serves the socket. What needs the program it hands to the thread that runs the
 //! ticks, by a queue of fixed length, and that thread carries out a bounded number of commands before
 //! each tick (`hook.rs`): it allocates and frees no memory for them, takes no lock and makes no
-//! system call. So nothing that a client does delays a tick. `docs/socket.md` explains the protocol;
-//! `plcctl` is a client.
+//! system call. So nothing that a client does delays a tick. `docs/socket.md` explains the protocol,
+//! whose types are in `plcc-protocol`; `plcctl` is a client.
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `protocol.rs` | requests and replies as text |
 //! | `server.rs`, `connection.rs`, `peer.rs` | the socket, its clients, who they are |
 //! | `token_bucket.rs` | how often a client may ask, and connections are accepted |
 //! | `requests/` | what each request does; `online_change.rs`: what `swap` and `rollback` do |
@@ -25,7 +24,6 @@ mod dialogue;
 mod hook;
 mod peer;
 mod program;
-mod protocol;
 mod requests;
 mod server;
 #[cfg(test)]
@@ -37,7 +35,6 @@ pub use dialogue::Dialogue;
 pub(crate) use hook::OutsideHook;
 pub(crate) use peer::Admitted;
 pub use peer::{AllowedGroup, AllowedUser};
-pub use protocol::{MAX_REQUEST, Permission, VERSION};
 pub(crate) use requests::Requests;
 pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, Surroundings, Timing};
 pub use server::SocketError;

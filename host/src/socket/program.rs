@@ -4,10 +4,9 @@
 use std::sync::Arc;
 
 use plcc_abi::Program;
-use serde_json::{Value as Json, json};
 
 use super::commands::Item;
-use super::protocol::{Assignment, Failure, MAX_NAMES};
+use plcc_protocol::{Assignment, ErrorCode, Failure, MAX_NAMES, Variable, Variables};
 use plcc_runtime::online_change::{Change, Comparison};
 use plcc_runtime::variable::MAX_FORCES;
 use plcc_runtime::{Class, Executive, NameError, Names, Properties, Purpose, Setting, VariableKey};
@@ -52,11 +51,11 @@ pub(super) struct Served {
 
 /// The failure of a request with a name that can't be used.
 fn unknown(error: &NameError) -> Failure {
-    Failure::new("not_found", error.to_string())
+    Failure::new(ErrorCode::NotFound, error.to_string())
 }
 
 fn too_many() -> Failure {
-    Failure::new("too_large", format!("one request can name {MAX_NAMES} variables at most"))
+    Failure::new(ErrorCode::TooLarge, format!("one request can name {MAX_NAMES} variables at most"))
 }
 
 impl Served {
@@ -81,7 +80,7 @@ impl Served {
                 found.extend(declared.filter(|(name, _)| pattern.matches(name)));
                 if found.len() == before {
                     let text = format!("no variable has a name that matches `{name}`");
-                    return Err(Failure::new("not_found", text));
+                    return Err(Failure::new(ErrorCode::NotFound, text));
                 }
             } else {
                 let variable = self.names.find(name, Purpose::Watch);
@@ -114,7 +113,9 @@ impl Served {
 
     fn setting(&self, variable: VariableKey, assignment: &Assignment) -> Result<Setting, Failure> {
         let parsed = self.names.parse(variable, &assignment.text());
-        parsed.map_err(|error| Failure::new("bad_value", format!("{}: {error}", assignment.name)))
+        parsed.map_err(|error| {
+            Failure::new(ErrorCode::BadValue, format!("{}: {error}", assignment.name))
+        })
     }
 
     /// What is to be written for some assignments.
@@ -135,7 +136,7 @@ impl Served {
     /// A name is unknown or an array's, or a value is none, or two forces would hold the same bits. Other
     /// reasons are found by the executive that runs.
     pub(super) fn force(&self, assignments: &[Assignment]) -> Result<ForceChange, Failure> {
-        let refused = |text| Failure::new("refused", text);
+        let refused = |text| Failure::new(ErrorCode::Refused, text);
         let (mut items, mut texts) = (vec![], vec![]);
         let mut forced: Vec<VariableKey> = self.forces.iter().map(|force| force.key).collect();
         for assignment in assignments {
@@ -197,7 +198,7 @@ impl Served {
             let variable = variable.map_err(|error| unknown(&error))?;
             let found = self.names.elements(variable);
             if !self.forces.iter().any(|force| found.contains(&force.key)) {
-                return Err(Failure::new("not_found", format!("`{name}` is not forced")));
+                return Err(Failure::new(ErrorCode::NotFound, format!("`{name}` is not forced")));
             }
             keys.extend(found);
         }
@@ -264,19 +265,21 @@ impl Served {
     }
 
     /// The forces as a part of a reply.
-    pub(super) fn forces_json(&self) -> Json {
-        let entries = self.forces.iter().map(|f| json!({"name": f.name, "value": f.text}));
-        Json::Array(entries.collect())
+    pub(super) fn shown_forces(&self) -> Vec<plcc_protocol::Force> {
+        let shown = |force: &Force| plcc_protocol::Force {
+            name: force.name.clone(),
+            value: force.text.clone(),
+        };
+        self.forces.iter().map(shown).collect()
     }
 
-    /// The variables whose names match a pattern, those behind the name `after`, at most `count`. The second
-    /// value says whether there are more.
+    /// The variables whose names match a pattern, those behind the name `after`, at most `count`.
     pub(super) fn list(
         &self,
         pattern: Option<&str>,
         after: Option<&str>,
         count: usize,
-    ) -> (Vec<Json>, bool) {
+    ) -> Variables {
         let pattern = wildmatch::WildMatch::new_case_insensitive(pattern.unwrap_or("*"));
         let mut declared = self.names.declared();
         declared.retain(|(name, _)| pattern.matches(name));
@@ -287,8 +290,8 @@ impl Served {
         let shown = declared.into_iter().skip(start).take(count);
         let entry = |(name, variable): (String, VariableKey)| {
             let Properties { class, elements, .. } = self.names.properties(variable);
-            json!({"name": name, "logical": class == Class::Logical, "elements": elements})
+            Variable { name, logical: class == Class::Logical, elements }
         };
-        (shown.map(entry).collect(), more)
+        Variables { variables: shown.map(entry).collect(), more }
     }
 }

@@ -20,12 +20,12 @@ use thiserror::Error;
 
 use super::connection::{Connected, Connection};
 use super::peer::Admitted;
-use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
 use super::requests::{Handled, Requests};
 use super::token_bucket::TokenBucket;
 use crate::Peer;
 use crate::journal::EntryKind;
 use plcc_files::why_not_written;
+use plcc_protocol::{ErrorCode, Failure, MAX_REQUEST, RequestLine, reply};
 
 /// How many clients are connected at most.
 const MAX_CLIENTS: usize = 16;
@@ -271,7 +271,7 @@ impl SocketThread {
             let by = connection.peer.clone();
             self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
             connection.ends = true;
-            let failure = Err(Failure::new("denied", text));
+            let failure = Err::<(), _>(Failure::new(ErrorCode::Denied, text));
             if connection.send(reply(&serde_json::Value::Null, failure), now) == Connected::Closed {
                 return;
             }
@@ -322,11 +322,11 @@ impl SocketThread {
                 let Ok(line) = line else {
                     connection.ends = true;
                     let text = format!("a request has at most {MAX_REQUEST} bytes");
-                    let failure = Err(Failure::new("too_large", text));
+                    let failure = Err::<(), _>(Failure::new(ErrorCode::TooLarge, text));
                     return connection.send(reply(&serde_json::Value::Null, failure), now)
                         == Connected::Open;
                 };
-                let Envelope { id, request } = Envelope::parse(&line);
+                let RequestLine { id, request } = RequestLine::parse(&line);
                 let outcome = match request {
                     Ok(request) => requests.handle(request, &connection.peer),
                     Err(failure) => Handled::Done(Err(failure)),

@@ -7,10 +7,10 @@ use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
 use super::commands::{Answer, Command, ScanEnd, queues};
-use super::protocol::{Assignment, Permission, Request};
 use super::requests::{Handled, Requests, Surroundings};
 use crate::Peer;
 use crate::journal::Journal;
+use plcc_protocol::{Assignment, ErrorCode, Permission, Request, TimingSummary};
 use plcc_record::RecorderProgram;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 
@@ -57,11 +57,11 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
         watched: vec![],
         load: Box::new(|_| Err(String::new())),
         make_executive: Box::new(|_| Err(String::new())),
-        timing: Box::new(|| Json::Null),
+        timing: Box::new(TimingSummary::default),
         recorder_program: Box::new(|number, executive| {
             RecorderProgram::new(number, executive, None)
         }),
-        retained: Box::new(|| Json::Null),
+        retained: Box::new(|| None),
         journal: Journal::discarding(),
     };
     let reached = std::sync::Arc::default();
@@ -86,7 +86,7 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     while matches!(requests.handle(Request::Stop {}, &by), Handled::Waits) {}
     for request in [Request::Unforce { names: vec![], all: true }, force()] {
         let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
-        assert_eq!(failure.code, "busy");
+        assert_eq!(failure.code, ErrorCode::Busy);
         assert_eq!(status(&mut requests)["forces"], json!([{"name": "LAMP", "value": "1"}]));
     }
 }

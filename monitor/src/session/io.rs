@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use plcc_abi::place::Direction;
 use plcc_frontend::presentation::IoPoint;
+use plcc_protocol::Force;
 use plcc_runtime::Purpose;
 use plcc_runtime::value::number;
 
@@ -36,7 +37,12 @@ impl Session<'_> {
     /// The forces in effect.
     pub(super) fn forces(&self) -> Vec<NamedValue> {
         if let Some(status) = self.link.as_ref().and_then(|link| link.status()) {
-            return status.forces.clone();
+            let named = |force: &Force| NamedValue {
+                name: force.name.clone(),
+                value: force.value.clone(),
+                written: true,
+            };
+            return status.forces.iter().map(named).collect();
         }
         // Those in a program that is run here.
         let own = self.debugger.as_ref().map(|debugger| debugger.history().forces());

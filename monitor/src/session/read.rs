@@ -40,7 +40,7 @@ impl Session<'_> {
                 Ok(found) => found,
                 Err(_) => {
                     // One of them is none of the control's variables: find out which.
-                    let mut found = crate::link::Values::default();
+                    let mut found = plcc_protocol::Values::default();
                     for name in &wanted {
                         match link.get(std::slice::from_ref(name)) {
                             Ok(one) => {

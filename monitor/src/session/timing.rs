@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use serde_json::Value as Json;
+use plcc_protocol::{TimesSummary, TimingSummary};
 
 use super::Session;
 use crate::Refusal;
@@ -29,16 +29,13 @@ pub(super) struct Skipped {
 impl Session<'_> {
     pub(super) fn timing_view(&mut self) -> Result<TimingView, Refusal> {
         let timing = self.link.as_mut().map(|link| link.timing());
-        let timing = timing.and_then(Result::ok).unwrap_or(Json::Null);
-        let mut times: Vec<TimesRow> = [("lateness", "lateness"), ("tick", "ticks")]
-            .into_iter()
-            .filter_map(|(name, key)| Some(times_row(name, timing.get(key)?)))
-            .collect();
-        let tasks = timing.get("tasks").and_then(Json::as_array).cloned().unwrap_or_default();
-        times.extend(tasks.iter().map(|task| {
-            times_row(task.get("name").and_then(Json::as_str).unwrap_or_default(), task)
-        }));
-        let count = |key: &str| timing.get(key).and_then(Json::as_u64);
+        let timing = timing.and_then(Result::ok).map(|stat| stat.timing);
+        let rows = |timing: &TimingSummary| {
+            let whole = [("lateness", &timing.lateness), ("tick", &timing.ticks)];
+            let tasks = timing.tasks.iter().map(|task| (task.name.as_str(), &task.times));
+            whole.into_iter().chain(tasks).map(|(name, times)| times_row(name, times)).collect()
+        };
+        let times = timing.as_ref().map(rows).unwrap_or_default();
         let (ticks, lines) = match self.debugger {
             Some(_) => self.line_costs()?,
             None => (0, vec![]),
@@ -50,8 +47,8 @@ impl Session<'_> {
         let recorded_overruns = self.overruns(usual);
         Ok(TimingView {
             times,
-            overruns: count("overruns"),
-            skipped: count("skipped"),
+            overruns: timing.as_ref().map(|timing| timing.overruns),
+            skipped: timing.as_ref().map(|timing| timing.skipped),
             ticks,
             lines: lines.into_iter().take(MAX_LINES).collect(),
             recorded_overruns,
@@ -152,16 +149,7 @@ impl Session<'_> {
     }
 }
 
-fn times_row(name: &str, times: &Json) -> TimesRow {
-    let number = |key: &str| times.get(key).and_then(Json::as_f64).unwrap_or(0.0);
-    TimesRow {
-        name: name.into(),
-        count: times.get("count").and_then(Json::as_u64).unwrap_or(0),
-        last_us: number("last_us"),
-        mean_us: number("mean_us"),
-        p50_us: number("p50_us"),
-        p99_us: number("p99_us"),
-        p999_us: number("p999_us"),
-        max_us: number("max_us"),
-    }
+fn times_row(name: &str, times: &TimesSummary) -> TimesRow {
+    let &TimesSummary { count, last_us, mean_us, p50_us, p99_us, p999_us, max_us } = times;
+    TimesRow { name: name.into(), count, last_us, mean_us, p50_us, p99_us, p999_us, max_us }
 }

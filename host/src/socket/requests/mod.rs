@@ -3,20 +3,24 @@
 
 mod online_change;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use plcc_abi::{Engine, Program};
 use plcc_image::latch::Rule;
-use serde_json::{Value as Json, json};
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use self::online_change::{Exchange, Previous};
 use super::commands::{Answer, Batch, Command, Reached, SocketEnd};
 use super::program::{ForceChange, Named, Served};
-use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::Peer;
 use crate::journal::{EntryKind, Journal};
+use plcc_protocol::{
+    Done, ErrorCode, Failure, MAX_NAMES, Permission, Request, Retained, Stat, Status,
+    TimingSummary, Values,
+};
 use plcc_record::RecorderProgram;
 use plcc_runtime::variable::MAX_FORCES;
 use plcc_runtime::{Executive, Value, VariableKey};
@@ -36,11 +40,11 @@ pub type Load = Box<dyn Fn(&Path) -> Result<Loaded, String> + Send>;
 /// Makes the executive of a program as the options of the run say.
 pub type MakeExecutive = Box<dyn Fn(&Program) -> Result<Box<dyn Executive + Send>, String> + Send>;
 /// Gives the timing of the ticks so far.
-pub type Timing = Box<dyn Fn() -> Json + Send>;
+pub type Timing = Box<dyn Fn() -> TimingSummary + Send>;
 
-/// Says which file holds the retained data, and why it can't be written, if it can't: JSON null where
-/// there is no such file, else an object.
-pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
+/// Says which file holds the retained data, and why it can't be written, if it can't: nothing where
+/// there is no such file.
+pub type RetainedStatus = Box<dyn Fn() -> Option<Retained> + Send>;
 
 /// Prepares what follows the control for a program, whose number in the record this is, and its executive: gives
 /// what a recorder must know of it.
@@ -113,12 +117,23 @@ pub(crate) struct Requests {
     pub(super) journal: Journal,
 }
 
+/// The result of a reply.
+fn json(answer: &impl Serialize) -> Result<Json, Failure> {
+    serde_json::to_value(answer)
+        .map_err(|error| Failure::new(ErrorCode::Internal, error.to_string()))
+}
+
+/// A request that is carried out, with its answer.
+fn done(answer: &impl Serialize) -> Result<Handled, Failure> {
+    Ok(Handled::Done(json(answer)))
+}
+
 fn busy() -> Failure {
-    Failure::new("busy", "too many requests wait for the next tick")
+    Failure::new(ErrorCode::Busy, "too many requests wait for the next tick")
 }
 
 fn refused(message: impl Into<String>) -> Failure {
-    Failure::new("refused", message)
+    Failure::new(ErrorCode::Refused, message)
 }
 
 impl Requests {
@@ -160,19 +175,18 @@ impl Requests {
                 EntryKind::Refused { what: format!("a request that needs {what}"), by: by.clone() };
             self.journal.write(kind);
             let text = format!("the control was started without --allow {what}");
-            return Handled::Done(Err(Failure::new("denied", text)));
+            return Handled::Done(Err(Failure::new(ErrorCode::Denied, text)));
         }
         self.carry_out(request, by).unwrap_or_else(|failure| Handled::Done(Err(failure)))
     }
 
     fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Handled, Failure> {
         match request {
-            Request::Status {} => Ok(Handled::Done(Ok(self.status()))),
-            Request::Stat {} => Ok(Handled::Done(Ok(self.stat()))),
+            Request::Status {} => done(&self.status()),
+            Request::Stat {} => done(&self.stat()),
             Request::List { pattern, after } => {
                 let (pattern, after) = (pattern.as_deref(), after.as_deref());
-                let (variables, more) = self.served.list(pattern, after, MAX_NAMES);
-                Ok(Handled::Done(Ok(json!({"variables": variables, "more": more}))))
+                done(&self.served.list(pattern, after, MAX_NAMES))
             }
             Request::Get { names } => {
                 let (named, items) = self.served.items_to_read(&names)?;
@@ -240,30 +254,28 @@ impl Requests {
         if self.queues.commands.slots() == 0 { Err(busy()) } else { Ok(()) }
     }
 
-    fn status(&self) -> Json {
-        let allow: Vec<&str> = self.surroundings.allow.iter().map(|one| one.name()).collect();
-        json!({
-            "state": self.reached.state().name(),
-            "ticks": self.reached.ticks(),
-            "dialect": self.served.program.dialect().name(),
-            "program": self.served.title,
-            "fingerprint": format!("{:016x}", self.served.fingerprint),
-            "generation": self.generation,
-            "rollback_to": self.previous.as_ref().map(|previous| &previous.served.title),
-            "process": std::process::id(),
-            "forces": self.served.forces_json(),
-            "allow": allow,
-            "retained": (self.surroundings.retained)(),
-        })
+    fn status(&self) -> Status {
+        Status {
+            state: self.reached.state().name().to_owned(),
+            ticks: self.reached.ticks(),
+            dialect: self.served.program.dialect().name().to_owned(),
+            program: self.served.title.clone(),
+            fingerprint: format!("{:016x}", self.served.fingerprint),
+            generation: self.generation,
+            rollback_to: self.previous.as_ref().map(|previous| previous.served.title.clone()),
+            process: std::process::id(),
+            forces: self.served.shown_forces(),
+            allow: self.surroundings.allow.iter().map(|one| one.name().to_owned()).collect(),
+            retained: (self.surroundings.retained)(),
+        }
     }
 
-    fn stat(&self) -> Json {
-        let mut timing = (self.surroundings.timing)();
-        if let Some(map) = timing.as_object_mut() {
-            map.insert("ticks_done".into(), self.reached.ticks().into());
-            map.insert("forces".into(), self.served.forces_json());
+    fn stat(&self) -> Stat {
+        Stat {
+            timing: (self.surroundings.timing)(),
+            ticks_done: self.reached.ticks(),
+            forces: self.served.shown_forces(),
         }
-        timing
     }
 
     /// The reply to the request that has waited longest; `None` as long as its answer has not come.
@@ -271,7 +283,7 @@ impl Requests {
         let Answer { command, tick, took } = self.queues.answers.pop().ok()?;
         let on_answer = self.on_answers.pop_front()?;
         Some(match (command, on_answer) {
-            (Command::Read(batch), OnAnswer::Show(named)) => Ok(values(&named, &batch, tick)),
+            (Command::Read(batch), OnAnswer::Show(named)) => json(&values(&named, &batch, tick)),
             (Command::Replace(replacement), OnAnswer::Exchange(exchange)) => {
                 self.is_exclusive = false;
                 self.exchange(*replacement, *exchange, tick, took)
@@ -285,10 +297,10 @@ impl Requests {
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
                 self.served.set_forces(batch.forces, &texts);
-                Ok(self.tell(entries, tick))
+                json(&self.tell(entries, tick))
             }
             (Command::Write(batch), OnAnswer::Set(mut entries)) => match batch.refused {
-                None => Ok(self.tell(entries, tick)),
+                None => json(&self.tell(entries, tick)),
                 Some((number, why)) => {
                     let name = match entries.get(number) {
                         Some(EntryKind::Write { name, .. }) => name.clone(),
@@ -300,25 +312,25 @@ impl Requests {
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
             },
-            (_, OnAnswer::Tell(entries)) => Ok(self.tell(entries, tick)),
+            (_, OnAnswer::Tell(entries)) => json(&self.tell(entries, tick)),
             // Answers come in the order of the commands.
-            _ => Err(Failure::new("internal", "the answer belongs to another request")),
+            _ => Err(Failure::new(ErrorCode::Internal, "the answer belongs to another request")),
         })
     }
 
     /// Writes entries into the journal, and gives the reply that a command was carried out before a tick.
-    fn tell(&self, entries: Vec<EntryKind>, tick: u64) -> Json {
+    fn tell(&self, entries: Vec<EntryKind>, tick: u64) -> Done {
         let count = entries.len();
         entries.into_iter().for_each(|entry| self.journal.write(entry));
-        json!({"ticks": tick, "count": count, "forces": self.served.forces_json()})
+        Done { ticks: tick, count, forces: self.served.shown_forces() }
     }
 }
 
 /// The values of a batch as a reply.
-fn values(named: &[Named], batch: &Batch, tick: u64) -> Json {
+fn values(named: &[Named], batch: &Batch, tick: u64) -> Values {
     let json = |value: &Value| serde_json::from_str(&value.to_string()).unwrap_or(Json::Null);
     let mut items = batch.items.iter().map(|item| json(&item.value));
-    let mut values = serde_json::Map::new();
+    let mut values = BTreeMap::new();
     for Named { name, elements } in named {
         let value = match elements {
             None => items.next().unwrap_or(Json::Null),
@@ -326,11 +338,6 @@ fn values(named: &[Named], batch: &Batch, tick: u64) -> Json {
         };
         values.insert(name.clone(), value);
     }
-    let mut reply = json!({"ticks": tick, "values": values});
-    if batch.first_tick != tick
-        && let Some(map) = reply.as_object_mut()
-    {
-        map.insert("first_ticks".into(), batch.first_tick.into());
-    }
-    reply
+    let first_ticks = Some(batch.first_tick).filter(|&first| first != tick);
+    Values { ticks: tick, first_ticks, values }
 }

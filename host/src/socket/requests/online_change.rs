@@ -6,18 +6,18 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use plcc_abi::Engine;
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
 
-use super::{Handled, Loaded, OnAnswer, Requests, refused};
+use super::{Handled, Loaded, OnAnswer, Requests, done, json, refused};
 use crate::Peer;
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::EntryKind;
 use crate::replacement::Replacement;
 use crate::socket::commands::Command;
 use crate::socket::program::Served;
-use crate::socket::protocol::Failure;
+use plcc_protocol::{ChangedVariable, Failure, OnlineChange};
 use plcc_runtime::compare;
-use plcc_runtime::online_change::Comparison;
+use plcc_runtime::online_change::{Change, Comparison, Row};
 use plcc_runtime::{Executive, Purpose, VariableKey};
 
 /// An online change that is under way, as the socket's thread remembers it. The other thread has the
@@ -60,7 +60,7 @@ impl Requests {
             (self.surroundings.load)(path).map_err(refused)?;
         let comparison = compare(&self.served.program, &program).map_err(refused)?;
         if dry_run {
-            return Ok(Handled::Done(Ok(comparison_json(&comparison))));
+            return done(&shown(&comparison));
         }
         let names: Vec<&str> = comparison.refused(accept).map(|row| row.name.as_str()).collect();
         if !names.is_empty() {
@@ -69,7 +69,7 @@ impl Requests {
                 names.join(", ")
             );
             let mut failure = refused(text);
-            if let Json::Object(details) = comparison_json(&comparison) {
+            if let Json::Object(details) = json(&shown(&comparison))? {
                 failure.details = details;
             }
             return Err(failure);
@@ -221,17 +221,30 @@ impl Requests {
         self.generation += 1;
         let artifact = self.served.title.clone();
         self.journal.write(EntryKind::Swap { artifact, rollback, took, by });
-        let mut json = comparison_json(&comparison);
-        if let Some(map) = json.as_object_mut() {
-            map.insert("ticks".into(), tick.into());
-            map.insert("took_us".into(), (took.as_nanos() as f64 / 1000.0).into());
-            map.insert("generation".into(), self.generation.into());
-        }
-        Ok(json)
+        json(&OnlineChange {
+            comparison: shown(&comparison),
+            ticks: tick,
+            took_us: took.as_nanos() as f64 / 1000.0,
+            generation: self.generation,
+        })
     }
 }
 
 /// A comparison as a part of a reply.
-fn comparison_json(comparison: &Comparison) -> Json {
-    json!({"kept": comparison.kept, "changes": comparison.rows})
+fn shown(comparison: &Comparison) -> plcc_protocol::Comparison {
+    let row = |row: &Row| ChangedVariable {
+        name: row.name.clone(),
+        change: match row.change {
+            Change::New => plcc_protocol::Change::New,
+            Change::Gone => plcc_protocol::Change::Gone,
+            Change::Changed => plcc_protocol::Change::Changed,
+        },
+        old: row.old.clone(),
+        new: row.new.clone(),
+        needs_accept: row.needs_accept,
+    };
+    plcc_protocol::Comparison {
+        kept: comparison.kept,
+        changes: comparison.rows.iter().map(row).collect(),
+    }
 }

@@ -1,10 +1,11 @@
-//! How long ticks and scans took and how late ticks began, as it is told.
+//! How long ticks and scans took and how late ticks began, as the answer to `stat` and the log tell it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What was recorded of one thing so far. Times are in microseconds. A percentile is the time within which
 /// that share of all lies; it is up to one eighth too large, as histograms are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct TimesSummary {
     /// How many times were recorded.
     pub count: u64,
@@ -23,7 +24,8 @@ pub struct TimesSummary {
 }
 
 /// What was recorded of a run so far.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct TimingSummary {
     /// How long after the beginning of the process the first tick began, in microseconds; 0 before it has,
     /// and where the beginning is not known.
@@ -41,7 +43,8 @@ pub struct TimingSummary {
 }
 
 /// What was recorded of a task's scans.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct TaskSummary {
     /// The task, as users know it: `scan`, `:001`, `PLC3`.
     pub name: String,
