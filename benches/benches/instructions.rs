@@ -6,7 +6,12 @@
 //! ```text
 //! cargo bench -p plcc-benches --bench instructions [-- --only TEXT]
 //! BLESS=1 cargo bench -p plcc-benches --bench instructions
+//! cargo bench -p plcc-benches --bench instructions -- --leave-one-out [--only TEXT]
 //! ```
+//!
+//! With `--leave-one-out` it counts the kernels once more without each pass and each technique of code generation, and
+//! prints for each how many instructions and bytes there are then, as a ratio to those with everything (geometric
+//! mean), and the kernels that it changes most. So it is seen what each is worth on these programs.
 //!
 //! Code is compiled ahead of time for x86-64-v2, whatever this machine has. valgrind counts the
 //! instructions of a process that loads the artifact and runs it; two runs of different length differ by
@@ -37,6 +42,10 @@ const SEED: u64 = 1;
 const SCANS: [u64; 2] = [2_000, 12_000];
 /// The argument by which the program runs itself to be counted.
 const RUN: &str = "--run";
+/// The argument that asks for the table of what each pass is worth.
+const LEAVE_ONE_OUT: &str = "--leave-one-out";
+/// Scans of the shorter and of the longer run for that table, which has many.
+const FEWER_SCANS: [u64; 2] = [200, 1_200];
 
 /// What is counted.
 struct Counted {
@@ -49,25 +58,68 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Cargo passes `--bench`.
     let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
     let words: Vec<&str> = args.iter().map(String::as_str).collect();
-    let only = match *words.as_slice() {
+    let (leave_one_out, only) = match *words.as_slice() {
         [RUN, folder, task, scans] => return run(Path::new(folder), task, scans.parse()?),
-        [] => "",
-        ["--only", text] => text,
-        _ => return Err("the arguments are `--only TEXT`".into()),
+        [] => (false, ""),
+        ["--only", text] => (false, text),
+        [LEAVE_ONE_OUT] => (true, ""),
+        [LEAVE_ONE_OUT, "--only", text] => (true, text),
+        _ => return Err("the arguments are `--only TEXT` and `--leave-one-out`".into()),
     };
     if cfg!(not(target_arch = "x86_64")) {
         return Err("the counts are those of x86-64".into());
     }
     let folder = std::env::temp_dir().join(format!("plcc-instructions-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
-    let counted = count_all(only, &folder);
+    if leave_one_out {
+        let done = leave_out_each(only, &folder);
+        std::fs::remove_dir_all(&folder)?;
+        return done;
+    }
+    let counted = count_all(only, Optimization::ALL, SCANS, &folder);
     std::fs::remove_dir_all(&folder)?;
     let text = table(&counted?);
     print!("{text}");
     if only.is_empty() { compare(&text) } else { Ok(()) }
 }
 
-fn count_all(only: &str, folder: &Path) -> Result<Vec<Counted>, Box<dyn Error>> {
+/// Prints what each pass and technique is worth.
+fn leave_out_each(only: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let all = count_all(only, Optimization::ALL, FEWER_SCANS, folder)?;
+    println!("{:<20} {:>12} {:>6}  kernels that change most", "without", "instructions", "bytes");
+    for name in Optimization::names() {
+        let optimization = Optimization::ALL.with_changes(&format!("-{name}"))?;
+        let without = count_all(only, optimization, FEWER_SCANS, folder)?;
+        let mut kernels: Vec<(f64, &str)> = vec![];
+        let (mut instructions, mut bytes) = (0.0, 0.0);
+        for (with, without) in all.iter().zip(&without) {
+            let ratio = without.instructions as f64 / with.instructions as f64;
+            instructions += ratio.ln();
+            bytes += (without.bytes.max(1) as f64 / with.bytes.max(1) as f64).ln();
+            if (ratio.ln()).abs() > 0.005 {
+                kernels.push((ratio, &with.name));
+            }
+        }
+        kernels.sort_by(|a, b| b.0.ln().abs().total_cmp(&a.0.ln().abs()));
+        let kernels: Vec<_> =
+            kernels.iter().take(4).map(|(ratio, name)| format!("{name} {ratio:.2}")).collect();
+        let mean = |sum: f64| (sum / all.len() as f64).exp();
+        println!(
+            "{name:<20} {:>12.3} {:>6.3}  {}",
+            mean(instructions),
+            mean(bytes),
+            kernels.join(", ")
+        );
+    }
+    Ok(())
+}
+
+fn count_all(
+    only: &str,
+    optimization: Optimization,
+    scans: [u64; 2],
+    folder: &Path,
+) -> Result<Vec<Counted>, Box<dyn Error>> {
     let mut all = vec![];
     for (name, source) in [
         ("pmi", "$END\n"),
@@ -78,19 +130,19 @@ fn count_all(only: &str, folder: &Path) -> Result<Vec<Counted>, Box<dyn Error>> 
         let full_name = format!("tick of empty {name}");
         if full_name.contains(only) {
             let made = match name {
-                "pmi" => compiled::pmi(source, Optimization::ALL),
-                "nct" => compiled::nct(source, Optimization::ALL),
-                _ => compiled::pmac(source, Optimization::ALL),
+                "pmi" => compiled::pmi(source, optimization),
+                "nct" => compiled::nct(source, optimization),
+                _ => compiled::pmac(source, optimization),
             }?;
-            all.push(count(full_name, &made, None, folder)?);
+            all.push(count(full_name, &made, None, scans, folder)?);
         }
     }
     for kernel in families::all(SEED, 100) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
         if name.contains(only) {
-            let subject = Subject::new(&kernel, SEED, Optimization::ALL)?;
+            let subject = Subject::new(&kernel, SEED, optimization)?;
             let start = subject.start_with_inputs();
-            all.push(count(name, &subject.compiled, Some(start), folder)?);
+            all.push(count(name, &subject.compiled, Some(start), scans, folder)?);
         }
     }
     Ok(all)
@@ -101,6 +153,7 @@ fn count(
     name: String,
     made: &compiled::Compiled,
     scan: Option<(usize, Vec<u8>)>,
+    [short, long]: [u64; 2],
     folder: &Path,
 ) -> Result<Counted, Box<dyn Error>> {
     let code = plcc_codegen::compile(&made.module, &Target::host_baseline()?, made.codegen)?;
@@ -108,7 +161,6 @@ fn count(
     let (task, image) =
         scan.map_or(("tick".into(), vec![]), |(task, image)| (task.to_string(), image));
     std::fs::write(image_in(folder), image)?;
-    let [short, long] = SCANS;
     let more = executed(folder, &task, long)?.saturating_sub(executed(folder, &task, short)?);
     let instructions = (more + (long - short) / 2) / (long - short);
     Ok(Counted { name, bytes: code.bytes.len(), instructions })

@@ -105,8 +105,7 @@ impl Optimization {
                 Some((Part::from_name(name)?, is_in))
             });
             let Some((part, is_in)) = change else {
-                let passes = Pass::ALL.iter().map(|pass| pass.name());
-                let names: Vec<_> = passes.chain(SWITCHES.map(|(name, _)| name)).collect();
+                let names: Vec<_> = Self::names().collect();
                 return Err(format!(
                     "`{part}` is not `-` or `+` and a pass; the passes are {}",
                     names.join(", ")
@@ -119,6 +118,12 @@ impl Optimization {
             }
         }
         Ok(self)
+    }
+
+    /// The names of all passes and techniques, in their order.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let passes = Pass::ALL.iter().map(|pass| pass.name());
+        passes.chain(SWITCHES.map(|(name, _)| name))
     }
 
     /// A selection that depends on `chance` alone: it says of each pass and technique whether it is in.

@@ -149,6 +149,25 @@ impl Terminator {
         }
     }
 
+    /// Calls `f` for each block that control may go to and that may have parameters, with its arguments.
+    pub(crate) fn for_each_call_mut(&mut self, mut f: impl FnMut(&mut BlockCall)) {
+        match self {
+            Self::Jump(call) => f(call),
+            Self::Brif { cond: _, then, otherwise } => {
+                f(then);
+                f(otherwise);
+            }
+            // The blocks of a switch have no parameters.
+            Self::Switch { .. }
+            | Self::Goto(_)
+            | Self::GotoIndirect(_)
+            | Self::Suspend(_)
+            | Self::Return
+            | Self::Trap(_)
+            | Self::TrapAt { .. } => {}
+        }
+    }
+
     /// Calls `f` for each block that control may go to; `f` may replace it.
     pub fn for_each_block_mut(&mut self, mut f: impl FnMut(&mut Block)) {
         match self {

@@ -290,6 +290,9 @@ impl Args {
 }
 
 /// An instruction.
+///
+/// A match over operations or instructions names them all where it says what they do. One with a default says only
+/// that nothing is known of the others, or that a rule does not apply to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum InstData {
     /// An integer constant.
@@ -468,7 +471,20 @@ impl InstData {
             Self::Bit { .. } => 3,
             Self::Extract { .. } => 4,
             Self::Insert { .. } => 7,
-            _ => 1,
+            Self::Iconst { .. }
+            | Self::Fconst { .. }
+            | Self::Unary { .. }
+            | Self::Binary { .. }
+            | Self::Icmp { .. }
+            | Self::Fcmp { .. }
+            | Self::Select { .. }
+            | Self::Convert { .. }
+            | Self::Load { .. }
+            | Self::Store { .. }
+            | Self::Unpack { .. }
+            | Self::Pack { .. }
+            | Self::IsLate
+            | Self::HostCall { .. } => 1,
         }
     }
 
@@ -480,7 +496,18 @@ impl InstData {
             Self::Store { .. } | Self::Unpack { .. } | Self::IsLate => true,
             Self::Load { ty: _, at } => at.volatile,
             Self::HostCall { function, args: _ } => !function.is_pure(),
-            _ => false,
+            Self::Iconst { .. }
+            | Self::Fconst { .. }
+            | Self::Unary { .. }
+            | Self::Binary { .. }
+            | Self::Icmp { .. }
+            | Self::Fcmp { .. }
+            | Self::Select { .. }
+            | Self::Convert { .. }
+            | Self::Bit { .. }
+            | Self::Extract { .. }
+            | Self::Insert { .. }
+            | Self::Pack { .. } => false,
         }
     }
 

@@ -101,10 +101,14 @@ impl Lowering<'_> {
             BinaryOp::Fsub => self.builder.ins().fsub(a, b),
             BinaryOp::Fmul => self.builder.ins().fmul(a, b),
             BinaryOp::Fdiv => self.builder.ins().fdiv(a, b),
-            BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr => self.shift(op, ty, a, b, args[1]),
-            BinaryOp::Sdiv | BinaryOp::Srem => self.signed_division(op, ty, a, b, args[1]),
-            BinaryOp::Smod => self.modulo(ty, a, b, args[1]),
-            BinaryOp::Udiv | BinaryOp::Urem => self.unsigned_division(op, ty, a, b, args[1]),
+            BinaryOp::Shl => self.shift_in_zeros(true, ty, [a, b], args[1]),
+            BinaryOp::Lshr => self.shift_in_zeros(false, ty, [a, b], args[1]),
+            BinaryOp::Ashr => self.shift_in_signs(ty, [a, b], args[1]),
+            BinaryOp::Sdiv => self.signed_quotient(ty, [a, b], args[1]),
+            BinaryOp::Srem => self.signed_remainder(ty, [a, b], args[1]),
+            BinaryOp::Smod => self.modulo(ty, [a, b], args[1]),
+            BinaryOp::Udiv => self.unsigned_quotient(ty, [a, b], args[1]),
+            BinaryOp::Urem => self.unsigned_remainder(ty, [a, b], args[1]),
         })
     }
 
@@ -140,75 +144,82 @@ impl Lowering<'_> {
         }
     }
 
-    /// A shift. By the width or more, bits are all shifted out, where machines take the distance
-    /// modulo the width.
-    fn shift(
+    /// A shift that brings zeros in, to the left (`Shl`) or else to the right (`Lshr`). By the width or more, bits are all
+    /// shifted out, where machines take the distance modulo the width.
+    fn shift_in_zeros(
         &mut self,
-        op: BinaryOp,
+        is_left: bool,
         ty: Type,
-        a: ClifValue,
-        b: ClifValue,
+        [a, b]: [ClifValue; 2],
         by: Value,
     ) -> ClifValue {
+        let ins = self.builder.ins();
+        let shifted = if is_left { ins.ishl(a, b) } else { ins.ushr(a, b) };
         let width = i64::from(ty.bits());
-        let plain = |this: &mut Self, distance| match op {
-            BinaryOp::Shl => this.builder.ins().ishl(a, distance),
-            BinaryOp::Lshr => this.builder.ins().ushr(a, distance),
-            _ => this.builder.ins().sshr(a, distance),
-        };
         if self.constant(by).is_some_and(|n| (0..width).contains(&n)) {
-            return plain(self, b);
+            return shifted;
         }
-        if op == BinaryOp::Ashr {
-            let most = self.iconst(ty, width - 1);
-            let distance = self.builder.ins().umin(b, most);
-            return plain(self, distance);
-        }
-        let shifted = plain(self, b);
         let limit = self.iconst(ty, width);
         let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, b, limit);
         let zero = self.iconst(ty, 0);
         self.builder.ins().select(fits, shifted, zero)
     }
 
-    /// A signed quotient (`Sdiv`) or remainder (`Srem`). The machine would trap at a divisor of 0,
-    /// and at -1 for the lowest dividend. So for 0 and -1 it divides by 1, and the right result is
-    /// chosen afterwards.
-    fn signed_division(
-        &mut self,
-        op: BinaryOp,
-        ty: Type,
-        a: ClifValue,
-        b: ClifValue,
-        by: Value,
-    ) -> ClifValue {
-        let divide = |this: &mut Self, divisor| match op {
-            BinaryOp::Sdiv => this.builder.ins().sdiv(a, divisor),
-            _ => this.builder.ins().srem(a, divisor),
+    /// A shift to the right that brings copies of the sign in (`Ashr`). By the width or more, nothing else is left.
+    fn shift_in_signs(&mut self, ty: Type, [a, mut b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let width = i64::from(ty.bits());
+        if !self.constant(by).is_some_and(|n| (0..width).contains(&n)) {
+            let most = self.iconst(ty, width - 1);
+            b = self.builder.ins().umin(b, most);
+        }
+        self.builder.ins().sshr(a, b)
+    }
+
+    /// A signed quotient (`Sdiv`). The machine would trap at a divisor of 0, and at -1 for the lowest dividend. So for
+    /// 0 and -1 it divides by 1, and the right result is chosen afterwards.
+    fn signed_quotient(&mut self, ty: Type, [a, b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let Some([is_zero, is_minus_one]) = self.unsafe_divisors(ty, b, by) else {
+            return self.builder.ins().sdiv(a, b);
         };
-        if self.constant(by).is_some_and(|n| n != 0 && n != -1) {
-            return divide(self, b);
-        }
-        let (zero, one) = (self.iconst(ty, 0), self.iconst(ty, 1));
-        let minus_one = self.iconst(ty, -1);
-        let is_zero = self.builder.ins().icmp(IntCC::Equal, b, zero);
-        let is_minus_one = self.builder.ins().icmp(IntCC::Equal, b, minus_one);
-        let is_unsafe = self.builder.ins().bor(is_zero, is_minus_one);
-        let safe = self.builder.ins().select(is_unsafe, one, b);
-        let plain = divide(self, safe);
-        if op == BinaryOp::Srem {
-            // The remainder by 1 is 0, as it is to be by 0 and -1.
-            return plain;
-        }
+        let safe = self.safe_divisor(ty, b, [is_zero, is_minus_one]);
+        let plain = self.builder.ins().sdiv(a, safe);
         let negated = self.builder.ins().ineg(a);
         let by_minus_one = self.builder.ins().select(is_minus_one, negated, plain);
+        let zero = self.iconst(ty, 0);
         self.builder.ins().select(is_zero, zero, by_minus_one)
+    }
+
+    /// A signed remainder (`Srem`), of a division by 1 in the same cases: that is 0, as it is to be by 0 and -1.
+    fn signed_remainder(&mut self, ty: Type, [a, b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let divisor = match self.unsafe_divisors(ty, b, by) {
+            Some(cases) => self.safe_divisor(ty, b, cases),
+            None => b,
+        };
+        self.builder.ins().srem(a, divisor)
+    }
+
+    /// Whether a divisor is 0, and whether it is -1; `None` if it is a constant that is neither.
+    fn unsafe_divisors(&mut self, ty: Type, b: ClifValue, by: Value) -> Option<[ClifValue; 2]> {
+        if self.constant(by).is_some_and(|n| n != 0 && n != -1) {
+            return None;
+        }
+        Some([0, -1].map(|number| {
+            let number = self.iconst(ty, number);
+            self.builder.ins().icmp(IntCC::Equal, b, number)
+        }))
+    }
+
+    /// A divisor, or 1 if one of two things is true.
+    fn safe_divisor(&mut self, ty: Type, b: ClifValue, [x, y]: [ClifValue; 2]) -> ClifValue {
+        let one = self.iconst(ty, 1);
+        let is_unsafe = self.builder.ins().bor(x, y);
+        self.builder.ins().select(is_unsafe, one, b)
     }
 
     /// A remainder with the divisor's sign. The machine's has the dividend's; where the two differ
     /// the divisor is added.
-    fn modulo(&mut self, ty: Type, a: ClifValue, b: ClifValue, by: Value) -> ClifValue {
-        let rest = self.signed_division(BinaryOp::Srem, ty, a, b, by);
+    fn modulo(&mut self, ty: Type, [a, b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let rest = self.signed_remainder(ty, [a, b], by);
         let zero = self.iconst(ty, 0);
         let less = IntCC::SignedLessThan;
         let other_sign = if self.constant(by).is_some_and(|n| n > 0) {
@@ -223,31 +234,36 @@ impl Lowering<'_> {
         self.builder.ins().select(other_sign, moved, rest)
     }
 
-    /// An unsigned quotient (`Udiv`) or remainder (`Urem`). The machine would trap at a divisor of
-    /// 0, so it divides by 1 then, and the quotient 0 is chosen afterwards.
-    fn unsigned_division(
+    /// An unsigned quotient (`Udiv`). The machine would trap at a divisor of 0, so it divides by 1 then, and the
+    /// quotient 0 is chosen afterwards.
+    fn unsigned_quotient(&mut self, ty: Type, [a, b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let Some((is_zero, safe)) = self.nonzero_divisor(ty, b, by) else {
+            return self.builder.ins().udiv(a, b);
+        };
+        let plain = self.builder.ins().udiv(a, safe);
+        let zero = self.iconst(ty, 0);
+        self.builder.ins().select(is_zero, zero, plain)
+    }
+
+    /// An unsigned remainder (`Urem`); by 1 instead of 0 it is 0.
+    fn unsigned_remainder(&mut self, ty: Type, [a, b]: [ClifValue; 2], by: Value) -> ClifValue {
+        let divisor = self.nonzero_divisor(ty, b, by).map_or(b, |(_, safe)| safe);
+        self.builder.ins().urem(a, divisor)
+    }
+
+    /// Whether a divisor is 0, and the divisor or 1 if it is; `None` if it is a constant other than 0.
+    fn nonzero_divisor(
         &mut self,
-        op: BinaryOp,
         ty: Type,
-        a: ClifValue,
         b: ClifValue,
         by: Value,
-    ) -> ClifValue {
-        let divide = |this: &mut Self, divisor| match op {
-            BinaryOp::Udiv => this.builder.ins().udiv(a, divisor),
-            _ => this.builder.ins().urem(a, divisor),
-        };
+    ) -> Option<(ClifValue, ClifValue)> {
         if self.constant(by).is_some_and(|n| n != 0) {
-            return divide(self, b);
+            return None;
         }
         let (zero, one) = (self.iconst(ty, 0), self.iconst(ty, 1));
         let is_zero = self.builder.ins().icmp(IntCC::Equal, b, zero);
-        let safe = self.builder.ins().select(is_zero, one, b);
-        let plain = divide(self, safe);
-        if op == BinaryOp::Urem {
-            return plain;
-        }
-        self.builder.ins().select(is_zero, zero, plain)
+        Some((is_zero, self.builder.ins().select(is_zero, one, b)))
     }
 
     pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> LowerResult<ClifValue> {

@@ -14,7 +14,7 @@
 //! that are not pure.
 
 use super::graph::Graph;
-use crate::{BlockCall, FuncData, PrimaryMap, Terminator, Value, ValueDef};
+use crate::{FuncData, PrimaryMap, Value, ValueDef};
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
@@ -61,21 +61,12 @@ fn drop_params(func: &mut FuncData, graph: &Graph, used: &PrimaryMap<Value, bool
     let is_used = |value: &Value| used[*value];
     for block in func.blocks.keys() {
         let Some(mut terminator) = func.blocks[block].terminator.take() else { continue };
-        let keep = |call: &mut BlockCall| {
+        terminator.for_each_call_mut(|call| {
             if graph.is_reachable(call.block) {
                 let mut params = func.blocks[call.block].params.iter();
                 call.args.retain(|_| params.next().is_none_or(is_used));
             }
-        };
-        match &mut terminator {
-            Terminator::Jump(call) => keep(call),
-            Terminator::Brif { cond: _, then, otherwise } => {
-                keep(then);
-                keep(otherwise);
-            }
-            // The blocks of other terminators have no parameters.
-            _ => {}
-        }
+        });
         func.blocks[block].terminator = Some(terminator);
     }
     for &block in &graph.order {

@@ -121,15 +121,14 @@ fn demanded_by_binary(
         BinaryOp::Or => bits & !other.unwrap_or(0),
         BinaryOp::Xor => bits,
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => up_to_highest_bit(bits),
-        BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr if number == 0 => {
-            let Some(by) = distance(func, b, ty) else { return u64::MAX };
-            let right = bits << by & mask(ty);
-            match op {
-                BinaryOp::Shl => bits >> by,
-                BinaryOp::Ashr if right >> by != bits => right | sign_bit(ty),
-                _ => right,
-            }
+        BinaryOp::Shl if number == 0 => distance(func, b, ty).map_or(u64::MAX, |by| bits >> by),
+        BinaryOp::Lshr if number == 0 => {
+            distance(func, b, ty).map_or(u64::MAX, |by| bits << by & mask(ty))
         }
+        BinaryOp::Ashr if number == 0 => distance(func, b, ty).map_or(u64::MAX, |by| {
+            let right = bits << by & mask(ty);
+            if right >> by == bits { right } else { right | sign_bit(ty) }
+        }),
         _ => u64::MAX,
     }
 }

@@ -183,23 +183,9 @@ impl FloatRange {
                 let high = low.abs().max(high.abs());
                 Self::Real { low: 0.0, high, nan, minus_zero: false }
             }
-            (UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, Self::Int { .. }) => x,
-            (UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, _) => {
-                let (low, high) = match op {
-                    UnaryOp::Ffloor => (low.floor(), high.floor()),
-                    UnaryOp::Fceil => (low.ceil(), high.ceil()),
-                    _ => (low.trunc(), high.trunc()),
-                };
-                let minus_zero = match op {
-                    UnaryOp::Ffloor => x.may_be_minus_zero(),
-                    _ => x.may_be_negative(),
-                };
-                let nan = x.may_be_nan();
-                if !nan && low >= -(EXACT as f64) && high <= EXACT as f64 {
-                    return Self::Int { low: low as i64, high: high as i64, minus_zero };
-                }
-                Self::Real { low, high, nan, minus_zero }
-            }
+            (UnaryOp::Ffloor, _) => x.rounded(f64::floor, x.may_be_minus_zero()),
+            (UnaryOp::Fceil, _) => x.rounded(f64::ceil, x.may_be_negative()),
+            (UnaryOp::Ftrunc, _) => x.rounded(f64::trunc, x.may_be_negative()),
             (UnaryOp::Fsqrt, _) => Self::Real {
                 low: low.max(0.0).sqrt(),
                 high: high.max(0.0).sqrt(),
@@ -219,6 +205,20 @@ impl FloatRange {
         }
     }
 
+    /// The range of a double that `round` makes an integer of.
+    fn rounded(self, round: fn(f64) -> f64, minus_zero: bool) -> Self {
+        if let Self::Int { .. } = self {
+            return self;
+        }
+        let ends = self.ends();
+        let (low, high) = (round(ends.0), round(ends.1));
+        let nan = self.may_be_nan();
+        if !nan && low >= -(EXACT as f64) && high <= EXACT as f64 {
+            return Self::Int { low: low as i64, high: high as i64, minus_zero };
+        }
+        Self::Real { low, high, nan, minus_zero }
+    }
+
     /// The range of an operation's result on two operands.
     fn binary(op: BinaryOp, a: Self, b: Self) -> Self {
         let minus_zero = match op {
@@ -227,7 +227,9 @@ impl FloatRange {
             // A difference is -0 only if 0 is taken from -0.
             BinaryOp::Fsub => a.may_be_minus_zero() && b.may_be_zero(),
             // Products and quotients other than zero may come out as a zero with their sign.
-            _ => a.may_be_negative() || b.may_be_negative(),
+            BinaryOp::Fmul | BinaryOp::Fdiv => a.may_be_negative() || b.may_be_negative(),
+            // The others are on integers.
+            _ => return Self::ANY,
         };
         if let (Some(a), Some(b)) = (a.integers(), b.integers())
             && let Some((low, high)) = integer_binary(op, a, b)

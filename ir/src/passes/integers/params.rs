@@ -11,7 +11,7 @@ use super::{Integers, to_double, type_for};
 use crate::InstBuilder;
 use crate::func::ValueData;
 use crate::passes::substitution::Substitution;
-use crate::{Block, FuncData, Inst, StatementId, Terminator, Type, Value, ValueDef};
+use crate::{Block, BlockCall, FuncData, Inst, StatementId, Type, Value, ValueDef};
 
 impl Integers<'_> {
     /// Makes integers of those parameters of a block for which all branches to it pass integers. `before` are
@@ -66,18 +66,17 @@ impl Integers<'_> {
         self.out = std::mem::take(&mut data.insts);
         let mut terminator = data.terminator.take();
         self.loc = loc_of(self.func, self.out.last());
-        let calls = match &mut terminator {
-            Some(Terminator::Jump(call)) => vec![call],
-            Some(Terminator::Brif { cond: _, then, otherwise }) => vec![then, otherwise],
-            _ => vec![],
-        };
-        for call in calls.into_iter().filter(|call| call.block == to) {
-            if let Some(arg) = call.args.get_mut(number)
+        let pass = |call: &mut BlockCall| {
+            if call.block == to
+                && let Some(arg) = call.args.get_mut(number)
                 && self.func.ty(*arg) == Type::F64
             {
                 // That all are integers was seen before.
                 *arg = self.operand(*arg, ty).unwrap_or(Value::NONE);
             }
+        };
+        if let Some(terminator) = &mut terminator {
+            terminator.for_each_call_mut(pass);
         }
         let data = &mut self.func.blocks[from];
         (data.insts, data.terminator) = (std::mem::take(&mut self.out), terminator);

@@ -161,13 +161,8 @@ impl Copy<'_> {
                 call.args.push(value);
             }
         };
-        match &mut self.func.blocks[from].terminator {
-            Some(Terminator::Jump(call)) => add(call),
-            Some(Terminator::Brif { cond: _, then, otherwise }) => {
-                add(then);
-                add(otherwise);
-            }
-            _ => {}
+        if let Some(terminator) = &mut self.func.blocks[from].terminator {
+            terminator.for_each_call_mut(add);
         }
     }
 
