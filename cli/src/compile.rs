@@ -58,8 +58,12 @@ impl Checked {
 
     /// What each statement is computed in, integers or floating point; for languages where the
     /// compiler chooses.
-    pub fn explain_arithmetic(&self) -> Option<String> {
-        self.0.explain_arithmetic()
+    ///
+    /// # Errors
+    /// As those of [`lower`](Self::lower).
+    pub fn explain_arithmetic(&self) -> Option<Result<String, CompileError>> {
+        let explained = self.0.explain_arithmetic()?;
+        Some(explained.map_err(|error| CompileError::of_lowering(self.0.dialect(), error)))
     }
 
     /// Where each variable is read, written and tested.

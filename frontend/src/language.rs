@@ -211,9 +211,9 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
         None
     }
 
-    /// A line for each statement that says whether it is computed in integers or in floating point.
-    /// `None` for languages in which the types decide this.
-    fn explain_arithmetic(&self) -> Option<String> {
+    /// A line for each statement that says whether it is computed in integers or in floating point, or why the program
+    /// can't be compiled. `None` for languages in which the types decide this.
+    fn explain_arithmetic(&self) -> Option<Result<String, LowerError>> {
         None
     }
 }

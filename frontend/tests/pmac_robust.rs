@@ -20,7 +20,7 @@ fn errors(text: &[u8], controller: Controller) -> usize {
     if let Some(program) = program {
         program.lower().unwrap();
         program.interpreter();
-        program.explain_arithmetic();
+        let _ = program.explain_arithmetic();
     }
     for diagnostic in &all {
         let labels = diagnostic.labels().iter().map(|label| label.span);

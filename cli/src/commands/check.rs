@@ -106,7 +106,7 @@ fn refuse_options(args: &CheckArgs, results: &Results) -> Result<(), Failure> {
 /// output, or, where diagnostics are lines of JSON there, on standard error.
 fn explain_arithmetic(results: &Results, args: &CheckArgs, report: &Report) -> Result<(), Failure> {
     let checked = results.programs.iter().filter_map(|program| program.checked.as_ref());
-    let texts: Vec<String> = checked.filter_map(Checked::explain_arithmetic).collect();
+    let texts = checked.filter_map(Checked::explain_arithmetic).collect::<Result<Vec<_>, _>>()?;
     if texts.is_empty() {
         report.warn("--explain-arithmetic prints nothing: there is no PMAC program without errors");
     }

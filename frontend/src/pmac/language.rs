@@ -183,7 +183,7 @@ impl CheckedProgram for Program {
         self.interpreter()
     }
 
-    fn explain_arithmetic(&self) -> Option<String> {
+    fn explain_arithmetic(&self) -> Option<Result<String, LowerError>> {
         Some(self.explain_arithmetic())
     }
 }

@@ -136,11 +136,15 @@ impl Program {
         Box::new(Interpreter::new(&self.download, &self.loaded, &self.sources))
     }
 
-    /// How each statement is computed, for `plcc check --explain-arithmetic`: under the name of
-    /// each PLC a line for each statement, with `integer`, or with `floating point` and the
-    /// variable or operation that makes it necessary.
-    pub fn explain_arithmetic(&self) -> String {
-        explain_arithmetic::explain(&self.download, &self.loaded, &self.sources)
+    /// How each statement is computed, for `plcc check --explain-arithmetic`: under the name of each PLC a line for
+    /// each statement, with `integer`, or with `floating point` and the operation that makes it necessary. It compiles the
+    /// program as far as that is decided.
+    ///
+    /// # Errors
+    /// If the program can't be compiled.
+    pub fn explain_arithmetic(&self) -> Result<String, LowerError> {
+        let module = self.lower()?.module;
+        Ok(explain_arithmetic::explain(&self.download, &self.loaded, &self.sources, module))
     }
 
     /// Where each variable is read, written and tested.

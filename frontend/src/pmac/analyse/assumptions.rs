@@ -143,10 +143,3 @@ pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<Dire
     }
     places
 }
-
-/// The same for the definitions after load of all M-variables, also of those that no PLC names.
-pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<DirectAccess>> {
-    let layout = loaded.layout;
-    let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };
-    (0..layout.count).map(|number| DirectAccess::of(&layout, view.definition(number))).collect()
-}

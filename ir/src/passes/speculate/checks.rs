@@ -1,8 +1,36 @@
 //! What a statement has to check, and what is known without a check.
 
+use plcc_abi::IntegerForm;
+
 use super::super::float_range::FloatRange;
-use super::plan::Check;
-use crate::{Address, Inst, Value};
+use super::Speculate;
+use crate::{Address, BinaryOp, Inst, InstData, UnaryOp, Value};
+
+/// To see how a double is computed, its definition is followed back this far.
+const MAX_STEPS: u32 = 4;
+
+/// How it is checked whether a double is an integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Check {
+    /// Whether it is an integer of 32 bits. This takes the shortest code.
+    Narrow,
+    /// Whether it is an integer from -2^50 to 2^50 - 1.
+    Wide,
+    /// Whether it is less than 0.5 away from such an integer, which then takes its place as the operand of
+    /// operations that round it to the nearest integer ([`IntegerForm::Bits`]), and nowhere else.
+    Rounded,
+}
+
+/// How a double is computed, as far as it shows what numbers to expect.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum ValueClass {
+    /// By operations that make integers of 32 bits of integers as small as variables usually hold.
+    Plain,
+    /// By a product of two variables, among others, which may be a larger integer.
+    Product,
+    /// By a quotient, a function or a factor with a fraction, among others.
+    Fraction,
+}
 
 /// A variable that holds an integer of 32 bits.
 #[derive(Clone, Copy)]
@@ -43,5 +71,69 @@ impl Checks<'_> {
     pub(super) fn check(&self, value: Value) -> Option<Check> {
         let value = self.first_load(value);
         self.values.iter().find(|(checked, _)| *checked == value).map(|&(_, check)| check)
+    }
+}
+
+impl Speculate<'_> {
+    /// Whether an operation is faster on integers, and single operands of it may be checked.
+    pub(super) fn is_faster_on_integers(&self, data: &InstData) -> bool {
+        let InstData::HostCall { function: _, args } = data else { return false };
+        match data.integer_form() {
+            Some(IntegerForm::And | IntegerForm::Or | IntegerForm::Xor | IntegerForm::Bits) => true,
+            Some(IntegerForm::Modulo) => {
+                let by = args.as_slice().get(1).and_then(|&by| self.floats.get(by).integers());
+                by.is_some_and(|(low, high)| low == high && low != 0)
+            }
+            _ => false,
+        }
+    }
+
+    /// The check that most values of an operation's operands pass; `None` for a remainder whose
+    /// dividend probably has a fraction.
+    pub(super) fn check_for(&self, form: Option<IntegerForm>, operands: &[Value]) -> Option<Check> {
+        let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
+        match (form, nature.unwrap_or(ValueClass::Plain)) {
+            (_, ValueClass::Plain) => Some(Check::Narrow),
+            (Some(IntegerForm::Bits), _) => Some(Check::Rounded),
+            (Some(IntegerForm::Modulo), ValueClass::Fraction) => None,
+            (Some(IntegerForm::Modulo), ValueClass::Product) => Some(Check::Wide),
+            // Bit operators are seldom used on fractions and on more than 32 bits.
+            _ => Some(Check::Narrow),
+        }
+    }
+
+    /// How a double is computed. Its definition is followed back through at most `steps`
+    /// instructions.
+    fn nature(&self, value: Value, steps: u32) -> ValueClass {
+        let Some(data) = self.func.def_inst(value) else { return ValueClass::Plain };
+        let of = |value| match steps {
+            0 => ValueClass::Plain,
+            _ => self.nature(value, steps - 1),
+        };
+        match *data {
+            InstData::Fconst { .. } if self.floats.get(value).integers().is_none() => {
+                ValueClass::Fraction
+            }
+            InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => ValueClass::Fraction,
+            InstData::Unary { op: UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, arg: _ } => {
+                ValueClass::Plain
+            }
+            InstData::Unary { op: _, arg } => of(arg),
+            InstData::Binary { op: BinaryOp::Fdiv, args: _ } => ValueClass::Fraction,
+            InstData::Binary { op, args: [a, b] } => {
+                let nature = of(a).max(of(b));
+                let is_constant = |value| self.func.constant(value).is_some();
+                if op == BinaryOp::Fmul && !is_constant(a) && !is_constant(b) {
+                    nature.max(ValueClass::Product)
+                } else {
+                    nature
+                }
+            }
+            InstData::HostCall { function, args: _ } if function.is_pure() => {
+                let integer = function.integer_form().is_some();
+                if integer { ValueClass::Plain } else { ValueClass::Fraction }
+            }
+            _ => ValueClass::Plain,
+        }
     }
 }

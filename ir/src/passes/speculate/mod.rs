@@ -35,9 +35,8 @@
 //! size stay as they are.
 
 mod checks;
-mod plan;
+mod region;
 mod row;
-mod statement;
 mod uses;
 
 use plcc_abi::IntegerForm;
@@ -50,17 +49,17 @@ use crate::InstBuilder;
 
 use super::value_range::ValueRanges;
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst,
-    InstData, RegionId, SecondaryMap, StatementId, Terminator, Type, UnaryOp, Value, ValueDef,
+    BinaryOp, Block, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst, InstData,
+    RegionId, StatementId, Terminator, Type, UnaryOp, Value,
 };
-use plan::{Check, Mark, Plan};
+use checks::Check;
 use row::Row;
 use uses::Uses;
 
 /// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
 /// that size are integers, so the sum is rounded to one (ties to even), and its lowest bits are those of
 /// the double rounded to the nearest integer.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
+pub const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
 /// The bits of such a sum that are the rounded integer: all but the sign, the exponent, and the highest bit of the
 /// fraction.
@@ -80,8 +79,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let graph = Graph::new(func);
     let (integers, floats) = analyse(func, &graph, finite_regions);
     let uses = Uses::new(func);
-    let marks = vec![Mark::default(); func.value_count()].into();
-    let mut this = Speculate { func, integers, floats, uses, marks, changed: false, row: None };
+    let mut this = Speculate { func, integers, floats, uses, changed: false, row: None };
     for &block in &graph.order {
         let data = this.func.block(block);
         if !data.cold && !data.optimize_for_size {
@@ -125,7 +123,6 @@ struct Speculate<'a> {
     integers: ValueRanges,
     floats: FloatRanges<'a>,
     uses: Uses,
-    marks: SecondaryMap<Value, Mark>,
     changed: bool,
     /// The row of statements that ends at the current place, if there is one.
     row: Option<Row>,
@@ -151,110 +148,18 @@ impl Speculate<'_> {
         data.terminator = rest.terminator;
     }
 
-    /// Examines a statement. `end` is the place after it among the instructions of its block, and `after` are those
-    /// that are there.
+    /// Examines a statement: each of its regions that gains is written twice. `end` is the place after the statement among
+    /// the instructions of its block, and `after` are those that are there.
     fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut OutputTail) {
-        let is_last = after.is_empty();
-        let taken = self.whole_statement(insts, after, end, rest).unwrap_or(0);
-        insts = insts.get(taken..).unwrap_or_default();
-        let mut plan = self.plan_statement(insts);
-        loop {
-            if plan.is_none() {
-                let call =
-                    insts.iter().position(|&inst| self.is_faster_on_integers(self.func.inst(inst)));
-                plan = call.map(|at| self.plan_call(insts, at));
-            }
-            let Some(now) = plan.take() else { break };
-            let (done, following) = insts.split_at(now.end.min(insts.len()));
-            let ends_block = is_last && following.is_empty();
-            self.carry_out(&now, done, end - following.len(), ends_block, rest);
-            insts = following;
+        while !insts.is_empty() {
+            let done = self.region(insts, after, end, rest).unwrap_or_else(|| {
+                let effect = insts.iter().position(|&inst| self.func.inst(inst).has_effect());
+                let done = effect.map_or(insts.len(), |at| at + 1);
+                rest.out.extend(insts.iter().take(done));
+                done
+            });
+            insts = insts.get(done..).unwrap_or_default();
         }
-        rest.out.extend(insts);
-    }
-
-    /// Does what a plan says with the instructions `done`, the first of a statement. `next` is the
-    /// place of the next instruction among those of the block; `ends_block` says that there is none.
-    fn carry_out(
-        &mut self,
-        plan: &Plan,
-        done: &[Inst],
-        next: usize,
-        ends_block: bool,
-        rest: &mut OutputTail,
-    ) {
-        let Some((&first, others)) = plan.checked.split_first() else {
-            rest.out.extend(done);
-            return;
-        };
-        self.changed = true;
-        rest.out.extend(&plan.before);
-        let loc = plan.twice.first().map_or(StatementId::NONE, |&inst| self.func.loc(inst));
-        let may_be_nan = |&(value, _): &(Value, Check)| self.floats.get(value).may_be_nan();
-        let never_nan = !plan.checked.iter().any(may_be_nan);
-        let mut out = self.cursor(&mut rest.out, loc);
-        let (integer, mut cond) = first.1.insert(&mut out, first.0, never_nan);
-        let mut integers = vec![(first.0, integer)];
-        for &(value, check) in others {
-            let (integer, truth) = check.insert(&mut out, value, never_nan);
-            integers.push((value, integer));
-            cond = out.binary(BinaryOp::And, cond, truth);
-        }
-        for &(again, first) in &plan.same {
-            let known = integers.iter().find(|(value, _)| *value == first);
-            let known = known.map(|&(_, integer)| (again, integer));
-            integers.extend(known);
-        }
-        let ends_block = ends_block
-            && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
-        // The copies can end the block only if nothing after it uses what they compute.
-        let mut passed = self.used_later(&plan.twice, next);
-        let ends_block = ends_block && passed.is_empty();
-        if !ends_block {
-            passed = self.with_terminator(&plan.twice, passed);
-        }
-        let [hot, cold] = [false, true].map(|cold| self.new_block(cold));
-        let join = (!ends_block).then(|| self.new_block(false));
-        for (block, mut copies) in [(hot, integers), (cold, vec![])] {
-            let mut insts = vec![];
-            for &inst in &plan.twice {
-                self.copy_inst(inst, &mut copies, &mut insts);
-            }
-            // The nearest integer of a double takes its place in the call alone.
-            let is_rounded = |value: Value| plan.checked.contains(&(value, Check::Rounded));
-            copies.retain(|&(value, _)| !is_rounded(value));
-            let terminator = match join {
-                Some(join) => {
-                    let mut args = passed.clone();
-                    replace_all(&copies, |f| args.iter_mut().for_each(f));
-                    Some(Terminator::Jump(BlockCall { block: join, args }))
-                }
-                None => {
-                    let mut terminator = rest.terminator.clone();
-                    if let Some(terminator) = &mut terminator {
-                        replace_all(&copies, |f| terminator.for_each_arg_mut(f));
-                    }
-                    terminator
-                }
-            };
-            let data = &mut self.func.blocks[block];
-            (data.insts, data.terminator) = (insts, terminator);
-        }
-        let (then, otherwise) = (BlockCall::plain(hot), BlockCall::plain(cold));
-        let guard = Terminator::Brif { cond, then, otherwise };
-        let Some(join) = join else {
-            // The copies have ended the block.
-            rest.terminator = Some(guard);
-            return;
-        };
-        let data = &mut self.func.blocks[rest.block];
-        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), Some(guard));
-        // What is used after the copies becomes a parameter of the block after them.
-        for (at, &value) in passed.iter().enumerate() {
-            self.func.values[value].def = ValueDef::Param(join, at as u32);
-        }
-        self.func.blocks[join].params = passed;
-        rest.block = join;
     }
 
     /// The results of copied instructions that later instructions use, also in other blocks.

@@ -23,8 +23,8 @@
 
 use super::super::float_range::FloatRange;
 use super::super::index_bounds::index_bounds;
-use super::checks::{Checks, KnownInteger};
-use super::plan::{Check, MAX_STATEMENT};
+use super::checks::{Check, Checks, KnownInteger};
+use super::region::MAX_REGION;
 use super::{OutputTail, Speculate};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
@@ -56,33 +56,13 @@ impl Speculate<'_> {
         rest: &OutputTail,
     ) -> Option<Row> {
         let row = self.row.take()?;
-        if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_STATEMENT {
+        if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_REGION {
             return None;
         }
         // The general code of a row can use no value of its specialised code: a statement of a row uses only
         // values that it computes itself.
         let end = rest.terminator.as_ref().filter(|_| is_last);
         self.is_closed(insts, end).then_some(row)
-    }
-
-    /// Whether the statement after a statement could go on a row that begins with it, and gains by what its check finds: it
-    /// loads a variable that is checked there, or that gets an integer. `after` are the instructions after the statement.
-    pub(super) fn serves_next(&self, insts: &[Inst], after: &[Inst], checks: &Checks<'_>) -> bool {
-        let Some(&first) = after.first() else { return false };
-        let loc = self.func.loc(first);
-        let same = after.iter().take(MAX_STATEMENT).take_while(|&&inst| self.func.loc(inst) == loc);
-        let next: Vec<Inst> = same.copied().collect();
-        let known = self.known_behind(vec![], checks, insts, &[]);
-        let has_effect = |&&inst: &&Inst| self.func.inst(inst).has_effect();
-        let is_faster_on_integers = |&inst: &Inst| self.is_faster_on_integers(self.func.inst(inst));
-        let loads_known = |&inst: &Inst| match *self.func.inst(inst) {
-            InstData::Load { ty: Type::F64, at } => known.iter().any(|known| known.at == at),
-            _ => false,
-        };
-        let before: Vec<Inst> = next.iter().take_while(|inst| !has_effect(inst)).copied().collect();
-        before.iter().any(is_faster_on_integers)
-            && before.iter().any(loads_known)
-            && self.is_closed(&next, None)
     }
 
     /// Whether a statement, and the end of its block if that belongs to it, use only values that the statement computes.

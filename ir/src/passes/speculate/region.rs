@@ -26,8 +26,7 @@ use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
 use super::super::thresholds::speculate::{MAX_CHECKS, MAX_COPIED_FROM_EFFECT};
-use super::checks::{Checks, KnownInteger};
-use super::plan::{Check, MAX_STATEMENT};
+use super::checks::{Check, Checks, KnownInteger};
 use super::row::Row;
 use super::{OutputTail, Speculate, replace_all};
 use crate::InstBuilder;
@@ -35,6 +34,9 @@ use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
 };
+
+/// A region has at most this many instructions, so that the pass takes time in proportion to the length of a function.
+pub(super) const MAX_REGION: usize = 200;
 
 /// The operands of an operation are followed back through this many instructions to the loads that
 /// they are computed from.
@@ -62,11 +64,10 @@ struct Copies {
 }
 
 impl Speculate<'_> {
-    /// Speculates on a statement that needs at least two checks, whose check serves several operations or the next
-    /// statement, or that continues a row of such statements.
-    /// `insts` are the instructions of the statement, `end` is the place after them among those of the block, and
-    /// `after` are those that are there. Returns how many of the instructions were copied; `None` if nothing was done.
-    pub(super) fn whole_statement(
+    /// Writes the region that begins with the first of some instructions twice, if it gains by that. `insts` are what is left
+    /// of a statement, `end` is the place after them among the instructions of the block, and `after` are those that are
+    /// there. Returns how many instructions were copied; `None` if nothing was done.
+    pub(super) fn region(
         &mut self,
         insts: &[Inst],
         after: &[Inst],
@@ -76,11 +77,7 @@ impl Speculate<'_> {
         let is_last = after.is_empty();
         let row = self.row_before(insts, is_last, rest);
         let checks = self.find_checks(insts, row.as_ref())?;
-        let count = checks.values.len();
-        let serves_more =
-            || self.serves_several(checks.insts) || self.serves_next(insts, after, &checks);
-        let is_worthwhile = row.is_some() || count > 1 || count == 1 && serves_more();
-        if !is_worthwhile {
+        if row.is_none() && checks.values.is_empty() {
             return None;
         }
         let (copied, following) = insts.split_at_checked(checks.end)?;
@@ -89,7 +86,13 @@ impl Speculate<'_> {
             && following.is_empty()
             && passed.is_empty()
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
-        let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
+        let mut passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
+        // A constant that is used after the copies is written once more there, so that it stays known.
+        let is_constant = |value: &Value| self.func.constant(*value).is_some();
+        let constants: Vec<Value> = passed.extract_if(.., |value| is_constant(value)).collect();
+        let is_kept =
+            |inst: &&Inst| self.func.result(**inst).is_some_and(|it| constants.contains(&it));
+        let kept: Vec<Inst> = copied.iter().filter(is_kept).copied().collect();
         let cold = self.new_block(true);
         let specialised = self.copy_with_checks(copied, &checks, cold, rest);
         if let Some(row) = &row {
@@ -132,17 +135,16 @@ impl Speculate<'_> {
         }
         self.func.blocks[join].params = passed;
         rest.block = join;
+        rest.out.extend(kept);
         Some(checks.end)
     }
 
-    /// The checks that a statement needs. `None` if it needs more than [`MAX_CHECKS`] or is too long, or has no operation
-    /// that is faster on integers.
+    /// The region that begins with the first of some instructions, and the checks that it needs. `None` if it has no
+    /// operation that is faster on integers.
     fn find_checks<'a>(&self, insts: &'a [Inst], row: Option<&Row>) -> Option<Checks<'a>> {
-        if insts.len() > MAX_STATEMENT {
-            return None;
-        }
+        let short = insts.get(..MAX_REGION).unwrap_or(insts);
         let has_effect = |&inst: &Inst| self.func.inst(inst).has_effect();
-        let effect = insts.iter().position(has_effect).unwrap_or(insts.len());
+        let effect = short.iter().position(has_effect).unwrap_or(short.len());
         let (before, rest) = insts.split_at_checked(effect)?;
         if !before.iter().any(|&inst| self.is_faster_on_integers(self.func.inst(inst))) {
             return None;
@@ -151,13 +153,17 @@ impl Speculate<'_> {
         let same = self.repeated_loads(before);
         let known = row.map_or(vec![], |row| self.known_loads(before, &row.known));
         let mut checks = Checks { insts: before, same, known, values: vec![], end };
-        for &inst in before {
+        for (at, &inst) in before.iter().enumerate() {
             let data = self.func.inst(inst);
+            let count = checks.values.len();
             if self.is_faster_on_integers(data) {
                 self.add_checks(data, &mut checks);
             }
-            if checks.values.len() > MAX_CHECKS {
-                return None;
+            if checks.values.len() > MAX_CHECKS && count > 0 {
+                // The region ends before this operation.
+                checks.values.truncate(count);
+                (checks.insts, checks.end) = (before.get(..at)?, at);
+                break;
             }
         }
         Some(checks)
@@ -204,9 +210,6 @@ impl Speculate<'_> {
             }
         });
         let Some(check) = self.check_for(data.integer_form(), &operands) else { return };
-        let is_own = |value: Value, checks: &Checks<'_>| {
-            checks.insts.iter().any(|&inst| self.func.result(inst) == Some(value))
-        };
         for operand in operands {
             let mut loads = vec![];
             self.unchecked_loads(operand, checks, MAX_STEPS, &mut loads);
@@ -218,7 +221,6 @@ impl Speculate<'_> {
             // it depends on; then all that follows from the variable is known, too.
             if let [load] = loads.as_slice()
                 && check != Check::Rounded
-                && is_own(*load, checks)
             {
                 checks.values.push((*load, Check::Narrow));
                 let range = self.range_after_checks(operand, checks, MAX_STEPS);
@@ -227,9 +229,7 @@ impl Speculate<'_> {
                 }
                 checks.values.pop();
             }
-            if is_own(operand, checks) {
-                checks.values.push((operand, check));
-            }
+            checks.values.push((operand, check));
         }
     }
 
@@ -308,7 +308,14 @@ impl Speculate<'_> {
         // The checks whose results no branch has tested yet.
         let mut waiting: Vec<WaitingCheck> = vec![];
         let mut repeated = vec![];
-        let mut loc = StatementId::NONE;
+        let mut loc = insts.first().map_or(StatementId::NONE, |&inst| self.func.loc(inst));
+        let is_own =
+            |this: &Self, value| insts.iter().any(|&inst| this.func.result(inst) == Some(value));
+        for &(value, check) in &checks.values {
+            if !is_own(self, value) {
+                waiting.push(self.check(value, value, check, rest, loc));
+            }
+        }
         for &inst in insts {
             if let Some(again) = self.func.result(inst).filter(|&v| checks.first_load(v) != v) {
                 repeated.push(again);
@@ -338,11 +345,7 @@ impl Speculate<'_> {
             let Some(old) = self.func.result(inst) else { continue };
             copies.all.push((old, new));
             if let Some(check) = checks.check(old) {
-                let never_nan = !self.floats.get(old).may_be_nan();
-                let mut out = self.cursor(&mut rest.out, loc);
-                let (double, holds) = check.insert(&mut out, new, never_nan);
-                let is_rounded = check == Check::Rounded;
-                waiting.push(WaitingCheck { checked: old, double, is_rounded, holds });
+                waiting.push(self.check(old, new, check, rest, loc));
             }
         }
         self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
@@ -354,6 +357,21 @@ impl Speculate<'_> {
         }
         self.changed = true;
         copies
+    }
+
+    /// Writes the check of a value, of which `new` is the copy.
+    fn check(
+        &mut self,
+        checked: Value,
+        new: Value,
+        check: Check,
+        rest: &mut OutputTail,
+        loc: StatementId,
+    ) -> WaitingCheck {
+        let never_nan = !self.floats.get(checked).may_be_nan();
+        let mut out = self.cursor(&mut rest.out, loc);
+        let (double, holds) = check.insert(&mut out, new, never_nan);
+        WaitingCheck { checked, double, is_rounded: check == Check::Rounded, holds }
     }
 
     /// Ends the block that is being filled by a branch that goes to the cold block if one of the waiting checks fails,
