@@ -22,6 +22,11 @@
 //! ```
 
 mod args;
+#[allow(
+    clippy::indexing_slicing,
+    reason = "nodes index tables made for them, blocks those of verified functions"
+)]
+pub mod bound;
 mod changed_number;
 mod commands;
 pub mod compile;

@@ -49,7 +49,7 @@ impl Interpreter {
     }
 
     /// How many operations have been executed since the engine was made: instructions and ends of
-    /// blocks, as [`bounds`](crate::bound::bounds) counts them.
+    /// blocks, as `plcc check --bound` counts them.
     pub fn operations(&self) -> u64 {
         self.operations
     }

@@ -54,11 +54,6 @@
 //! ```
 
 pub mod address;
-#[allow(
-    clippy::indexing_slicing,
-    reason = "nodes index tables made for them, blocks those of verified functions"
-)]
-pub mod bound;
 #[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod builder;
 #[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]

@@ -1,12 +1,12 @@
 //! `plcc check --bound`: prints for each task how many operations one scan can execute at most, and the
-//! lines on the way, an object of JSON a line. [`plcc_ir::bound`] finds both.
+//! lines on the way, an object of JSON a line. [`crate::bound`] finds both.
 
-use plcc_ir::bound::bounds;
 use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::{Module, StatementId};
 use serde_json::{Value, json};
 
 use crate::args::CheckArgs;
+use crate::bound::bounds;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;

@@ -28,7 +28,7 @@ pub use include_budget::{IncludeBudget, Inclusion, MAX_INCLUDED};
 pub use lints::LintLevels;
 pub use loader::{FileLoader, MemoryLoader};
 pub use lower_error::LowerError;
-pub use lowered::Lowered;
+pub use lowered::{Lowered, ReturnStack};
 pub use number_format::NumberFormat;
 pub use observer::{NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};

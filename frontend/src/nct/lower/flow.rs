@@ -11,12 +11,11 @@
 //! shared. An indirect jump or call stores it in any case before it goes to a stub.
 
 use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
-use plcc_ir::bound::ReturnStack;
 use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, Place, Type, Value};
 
 use super::memory::Bcd;
 use super::{Lowerer, Result};
-use crate::common::OrMissing;
+use crate::common::{OrMissing, ReturnStack};
 use crate::nct::{
     ast::{Op, Space, Word},
     control_flow::INDIRECT_LABELS,

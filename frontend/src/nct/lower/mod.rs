@@ -13,14 +13,13 @@ mod liveness;
 mod memory;
 
 use plcc_abi::nct::{context, layout::region};
-use plcc_ir::bound::ReturnStack;
 use plcc_ir::chunk::DEFAULT_LIMIT;
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, InstBuilder, IntCond, Module, Place, RegionId, Statement,
     Type, UnaryOp, Value,
 };
 
-use crate::common::{BrokenInvariant, LowerError, OrMissing};
+use crate::common::{BrokenInvariant, LowerError, OrMissing, ReturnStack};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
     layout::{Layout, SCRATCH, WAITING},

@@ -1,10 +1,11 @@
 //! How calls of subroutines are recognised in IR: by stores of labels to the stack of return labels, or
-//! to the place of a pending label ([`ReturnStack`](super::ReturnStack)).
+//! to the place of a pending label ([`ReturnStack`](plcc_frontend::common::ReturnStack)).
 
 use std::collections::HashMap;
 
+use plcc_ir::{Address, Block, Func, InstData, Label, PrimaryMap};
+
 use super::{Analysis, Edges, Node};
-use crate::{Address, Block, Func, InstData, Label, PrimaryMap};
 
 impl Analysis<'_> {
     /// The nodes to which calls return, of all calls.

@@ -1,7 +1,7 @@
 //! How much work a scan can be at most: the largest number of operations that one scan of a task can
 //! execute, and the way on which it does.
 //!
-//! An operation is an instruction or the end of a block, as the [interpreter](crate::interp) counts
+//! An operation is an instruction or the end of a block, as the [interpreter](plcc_ir::interp) counts
 //! them. The functions' blocks and the gotos between them make one graph, and the answer is its longest
 //! path. Which way a branch takes is not considered, so the real scans of a program may all be shorter.
 //!
@@ -31,22 +31,8 @@ mod calls;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::{Block, Func, Label, Module, PrimaryMap, RegionId, StatementId, Terminator};
-
-/// Where return labels are kept in the process image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReturnStack {
-    /// The region.
-    pub region: RegionId,
-    /// The offset in it of the array of labels, 32 bits each.
-    pub offset: u32,
-    /// How many calls can be open.
-    pub depth: u32,
-    /// Where an indirect call stores the label to return to, if it is not the call itself that pushes
-    /// the label but code that several calls share: the region and the offset. Such a label is pending
-    /// until that code pushes it.
-    pub pending: Option<(RegionId, u32)>,
-}
+use plcc_frontend::common::ReturnStack;
+use plcc_ir::{Block, Func, Label, Module, PrimaryMap, StatementId, Terminator};
 
 /// The bound of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -415,139 +401,5 @@ impl<'a> Analysis<'a> {
             }
         }
         path
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::text;
-
-    fn bounds_of(text: &str, returns: Option<ReturnStack>) -> Vec<Bound> {
-        let module = text::parse(text).unwrap_or_else(|error| panic!("{error}"));
-        bounds(&module, returns)
-    }
-
-    #[test]
-    fn the_longest_way_counts() {
-        let text = "image 8
-region vars at 0 size 8
-task \"scan\" L0
-fn \"a\" {
-block0 (L0):
-    @0
-    v0: i8 = load vars:0
-    v1: i1 = bit v0, 0
-    brif v1, block1, block2
-block1:
-    @1
-    v2: i8 = iconst 1
-    store vars:0, v2
-    goto L1
-block2:
-    @2
-    return
-}
-fn \"b\" {
-block0 (L1):
-    @3
-    v0: i8 = iconst 1
-    store vars:1, v0
-    return
-}
-";
-        let path = [0, 1, 3].map(StatementId).to_vec();
-        assert_eq!(bounds_of(text, None), [Bound { operations: Some(9), path }]);
-    }
-
-    #[test]
-    fn a_loop_has_no_bound() {
-        let text = "image 8
-region vars at 0 size 8
-task \"scan\" L0
-task \"other\" L2
-fn \"a\" {
-block0 (L0):
-    @0
-    v0: i8 = load vars:0
-    v1: i1 = bit v0, 0
-    brif v1, block1, block2
-block1:
-    @1
-    v2: i8 = iconst 1
-    store vars:0, v2
-    goto L1
-block2:
-    return
-}
-fn \"b\" {
-block0 (L1):
-    @3
-    v0: i8 = iconst 1
-    store vars:1, v0
-    goto L0
-block1 (L2):
-    return
-}
-";
-        let (endless, short) = (vec![StatementId(3)], vec![]);
-        let expected =
-            [Bound { operations: None, path: endless }, Bound { operations: Some(1), path: short }];
-        assert_eq!(bounds_of(text, None), expected);
-    }
-
-    /// A subroutine of four operations, called twice from a task of seventeen.
-    const CALLS: &str = "image 64
-region stack at 0 size 64
-task \"scan\" L2 resume [L3]
-fn \"a\" {
-block0 (L2):
-    @0
-    v0: i32 = load stack:60
-    v1: i32 = iconst 0
-    store stack:0[v0 * 4, 8], v1
-    jump block2
-block1 (L0):
-    @1
-    v2: i32 = load stack:60
-    v3: i32 = iconst 1
-    store stack:0[v2 * 4, 8], v3
-    goto L3
-block2 (L3):
-    @2
-    v4: i32 = load stack:60
-    v5: i32 = load stack:0[v4 * 4, 8]
-    goto_indirect v5
-block3 (L1):
-    @3
-    v6: i32 = load stack:56
-    return
-}
-";
-
-    #[test]
-    fn a_subroutine_that_is_called_twice_is_no_loop() {
-        let stack = ReturnStack { region: RegionId(0), offset: 0, depth: 8, pending: None };
-        let found = bounds_of(CALLS, Some(stack));
-        // The scan is 4 + 3 + 4 + 3 + 2. One that goes on in the subroutine may return to the first
-        // call (4 + 3 + 2 more), though to no more than one, which the analysis does not know.
-        assert_eq!(found.len(), 1);
-        assert!(found[0].operations.is_some_and(|most| most >= 16), "{found:?}");
-        let straight = CALLS.replace(" resume [L3]", "");
-        let found = bounds_of(&straight, Some(stack));
-        let path = [0, 2, 1, 3].map(StatementId).to_vec();
-        assert_eq!(found, [Bound { operations: Some(16), path }]);
-        // Without the stack a jump to a label by number may lead anywhere.
-        assert_eq!(bounds_of(&straight, None)[0].operations, None);
-    }
-
-    #[test]
-    fn a_subroutine_that_calls_itself_has_no_bound() {
-        let stack = ReturnStack { region: RegionId(0), offset: 0, depth: 8, pending: None };
-        let recursive = CALLS.replace(
-            "    v5: i32 = load stack:0[v4 * 4, 8]\n    goto_indirect v5",
-            "    v5: i32 = iconst 1\n    store stack:0[v4 * 4, 8], v5\n    jump block2",
-        );
-        assert_eq!(bounds_of(&recursive, Some(stack))[0].operations, None);
     }
 }
