@@ -103,12 +103,10 @@ pub mod split_tests {
 
 /// How much is checked and copied (`speculate`).
 pub mod speculate {
-    /// A statement speculates on no more loads than this: each costs an integrality check.
-    pub const MAX_CHECKED: usize = 6;
-    /// A statement may have at most this many checks.
+    /// A region may have at most this many checks.
     pub const MAX_CHECKS: usize = 8;
-    /// If there are no more instructions than this from the first effect of a statement on, both copies contain
-    /// them. Otherwise they are once, after the copies.
+    /// If a statement has no more instructions than this from its first effect on, they belong to the region, and both
+    /// copies contain them. Otherwise the region ends before them.
     pub const MAX_COPIED_FROM_EFFECT: usize = 2;
 }
 

@@ -10,29 +10,23 @@
 //!                                ==>        brif v5, block1, block2
 //!                                       block1:
 //!                                           v6: f64 = hostcall pmac_and(v4, v1)
-//!                                           jump block3(v6)
+//!                                           store p:8, v6
+//!                                           jump block3
 //!                                       block2 cold:
-//!                                           v7: f64 = hostcall pmac_and(v0, v1)
-//!                                           jump block3(v7)
-//!                                       block3(v2: f64):
-//!                                           store p:8, v2
+//!                                           v7: f64 = load p:0
+//!                                           v8: f64 = fconst 7.0
+//!                                           v9: f64 = hostcall pmac_and(v7, v8)
+//!                                           store p:8, v9
+//!                                           jump block3
 //! ```
 //!
 //! Variables of some controls are doubles that nearly always hold integers, and their bit operators
 //! and remainders are host functions that are simple for integers only
-//! ([`HostFn::integer_form`](plcc_abi::HostFn::integer_form)). The pass writes the instructions that
-//! depend on the checked doubles twice. In the first copy the checked doubles are conversions of
-//! integers, from which the pass [`integers`](super::integers) makes integer arithmetic of the
-//! whole copy. The second is as it was, in a cold block.
-//!
-//! If a statement needs several checks, one cold block serves all of them
-//! ([`statement`]), from which control goes on in the cold block of
-//! the next such statement ([`row`]). Otherwise
-//! either the doubles that a statement loads are checked, at most
-//! [`MAX_CHECKED`](plan::MAX_CHECKED) of them, or the operands of a single host
-//! function, whichever takes fewer checks. Of loads it must be known that
-//! nothing writes to them between the check and the load. Blocks that are cold or optimised for
-//! size stay as they are.
+//! ([`HostFn::integer_form`](plcc_abi::HostFn::integer_form)). The pass writes [regions](region) of statements that have such
+//! operations twice. In the first copy the checked doubles are conversions of integers, from which the pass
+//! [`integers`](super::integers) makes integer arithmetic of the whole copy. The second is as it was, in a cold block that
+//! all checks of the region share, and from which control may go on in the cold block of the next region ([`row`]).
+//! Blocks that are cold or optimised for size stay as they are.
 
 mod checks;
 mod region;

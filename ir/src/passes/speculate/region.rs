@@ -1,10 +1,11 @@
-//! Speculates on a statement as a whole, for the pass [`speculate`](super::speculate).
+//! Regions, for the pass [`speculate`](super::speculate): the instructions of a statement from its beginning, or from
+//! after an effect, to the next effect. If no more than two instructions are left from there on, they belong to the region too.
 //!
-//! A statement may need several integrality checks one after the other, for example one of a variable
+//! A region may need several integrality checks one after the other, for example one of a variable
 //! that gives an index, and one of a sum with the element at that index. If each had a cold block of its own,
 //! control would come back from it after the instructions that depend on the check, and nothing would be known
-//! there of the integers. Instead all checks of the statement share one cold block, which executes the statement again from
-//! its beginning as it was. So the checks come before anything that the statement stores.
+//! there of the integers. Instead all checks of the region share one cold block, which executes the region again from
+//! its beginning as it was. So the checks come before its first effect.
 //!
 //! ```text
 //! P(800+(P1%64))=(P2+P3)%10

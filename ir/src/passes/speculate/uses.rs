@@ -4,8 +4,6 @@ use crate::{FuncData, PrimaryMap, SecondaryMap, StatementId, Value};
 
 /// Where values are used.
 pub(super) struct Uses {
-    /// For each value how often.
-    pub(super) counts: SecondaryMap<Value, u32>,
     /// For each value the place of the last instruction that uses it among the instructions of its
     /// block. It means nothing for a value that is used elsewhere.
     pub(super) last: SecondaryMap<Value, usize>,
@@ -20,7 +18,6 @@ impl Uses {
     pub(super) fn new(func: &FuncData) -> Self {
         let count = func.value_count();
         let mut uses = Self {
-            counts: vec![0; count].into(),
             last: vec![0; count].into(),
             elsewhere: vec![false; count].into(),
             by_terminator: vec![false; count].into(),
@@ -36,14 +33,12 @@ impl Uses {
         for (block, data) in func.blocks() {
             for (at, &inst) in data.insts.iter().enumerate() {
                 func.inst(inst).for_each_arg(|value| {
-                    uses.counts[value] += 1;
                     uses.last[value] = at;
                     uses.elsewhere[value] |= home[value] != (block.0, func.loc(inst));
                 });
             }
             if let Some(terminator) = &data.terminator {
                 terminator.for_each_arg(|value| {
-                    uses.counts[value] += 1;
                     let own = home[value].0 == block.0;
                     uses.by_terminator[value] |= own;
                     uses.elsewhere[value] |= !own;
