@@ -9,6 +9,11 @@ use crate::{
     UnaryOp, Value,
 };
 
+/// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
+/// that size are integers, so the sum is rounded to one (ties to even), and its lowest bits are those of
+/// the double rounded to the nearest integer.
+pub const ROUNDING: f64 = 6_755_399_441_055_744.0;
+
 /// A place in a function at which new instructions are written, one after the other.
 pub trait InstBuilder {
     /// The function.

@@ -67,6 +67,7 @@ pub mod inst;
 mod inst_builder;
 pub mod interp;
 pub mod module;
+pub mod operation;
 mod parts;
 #[allow(
     clippy::indexing_slicing,
@@ -88,8 +89,9 @@ pub use entities::{
 };
 pub use field::{ExtractOp, Field};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
-pub use inst::{Args, BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Operands, UnaryOp};
-pub use inst_builder::InstBuilder;
+pub use inst::{Args, InstData};
+pub use inst_builder::{InstBuilder, ROUNDING};
 pub use interp::Interpreter;
 pub use module::{Module, SourceFile, Statement};
+pub use operation::{BinaryOp, ConvertOp, FloatCond, IntCond, Operands, UnaryOp};
 pub use types::Type;

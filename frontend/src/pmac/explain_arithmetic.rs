@@ -10,9 +10,10 @@ use std::fmt::Write as _;
 use plcc_abi::pmac::layout::region;
 use plcc_abi::{HostFn, HostType};
 use plcc_diag::SourceMap;
-use plcc_ir::passes::{self, Pass, PassOptions, PassSet, ROUNDING};
+use plcc_ir::passes::{self, Pass, PassOptions, PassSet};
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, FuncData, InstData, Module, Statement, Type, UnaryOp, Value,
+    Address, BinaryOp, ConvertOp, FuncData, InstData, Module, ROUNDING, Statement, Type, UnaryOp,
+    Value,
 };
 
 use crate::pmac::analyse::load::Loaded;

@@ -93,7 +93,6 @@ mod value_range;
 pub(crate) use graph::Graph;
 pub use pass::Pass;
 pub use pass_options::{OptLevel, PassOptions, PassSet};
-pub use speculate::ROUNDING;
 pub use stage::PassTimes;
 use stage::each;
 

@@ -6,6 +6,9 @@ use super::super::float_range::FloatRange;
 use super::Speculate;
 use crate::{Address, BinaryOp, Inst, InstData, UnaryOp, Value};
 
+/// A region has at most this many instructions, so that the pass takes time in proportion to the length of a function.
+pub(super) const MAX_REGION: usize = 200;
+
 /// To see how a double is computed, its definition is followed back this far.
 const MAX_STEPS: u32 = 4;
 

@@ -39,7 +39,7 @@ use super::cursor::Cursor;
 use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::integers::PassedRanges;
-use crate::InstBuilder;
+use crate::{InstBuilder, ROUNDING};
 
 use super::value_range::ValueRanges;
 use crate::{
@@ -50,12 +50,7 @@ use checks::Check;
 use row::Row;
 use uses::Uses;
 
-/// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
-/// that size are integers, so the sum is rounded to one (ties to even), and its lowest bits are those of
-/// the double rounded to the nearest integer.
-pub const ROUNDING: f64 = 6_755_399_441_055_744.0;
-
-/// The bits of such a sum that are the rounded integer: all but the sign, the exponent, and the highest bit of the
+/// The bits of a sum with [`ROUNDING`] that are the rounded integer: all but the sign, the exponent, and the highest bit of the
 /// fraction.
 const ROUNDED: Field = Field { first: 0, width: 51 };
 

@@ -27,7 +27,7 @@ use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
 use super::super::thresholds::speculate::{MAX_CHECKS, MAX_COPIED_FROM_EFFECT};
-use super::checks::{Check, Checks, KnownInteger};
+use super::checks::{Check, Checks, KnownInteger, MAX_REGION};
 use super::row::Row;
 use super::{OutputTail, Speculate, replace_all};
 use crate::InstBuilder;
@@ -35,9 +35,6 @@ use crate::tables::FastMap;
 use crate::{
     BinaryOp, Block, BlockCall, Inst, InstData, StatementId, Terminator, Type, Value, ValueDef,
 };
-
-/// A region has at most this many instructions, so that the pass takes time in proportion to the length of a function.
-pub(super) const MAX_REGION: usize = 200;
 
 /// The operands of an operation are followed back through this many instructions to the loads that
 /// they are computed from.

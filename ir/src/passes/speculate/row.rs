@@ -19,12 +19,11 @@
 //! until something else is stored in it, and is not checked again ([`KnownInteger`]).
 //!
 //! A row is made of statements that stand one after the other in a block, of which
-//! [`statement`](super::statement) has written each as a whole twice.
+//! [`region`](super::region) has written each as a whole twice.
 
 use super::super::float_range::FloatRange;
 use super::super::index_bounds::index_bounds;
-use super::checks::{Check, Checks, KnownInteger};
-use super::region::MAX_REGION;
+use super::checks::{Check, Checks, KnownInteger, MAX_REGION};
 use super::{OutputTail, Speculate};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
