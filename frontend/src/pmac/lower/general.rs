@@ -16,21 +16,12 @@
 //! Four bytes are loaded of which one counts, since machines combine words with memory and not bytes.
 //! So the code is little longer than that of specialised code, and fast. Where code for the assumed places would
 //! call the host, too, for an operator or a conversion, the host executes the statement in any case, without a
-//! check: that takes one call, and less code. Where it would not if the P- and Q-variables of the statement held integers,
-//! that is also checked:
-//!
-//! ```text
-//!   v5: f64 = load p:8                         (P1)         P1 holds an integer:
-//!   v6: i32 = ftoi v5                                         P2=P1%10, with v8 for P1
-//!   v7: i1 = is_integer_or_nan v5
-//!   v8: f64 = itof v6                                       it does not:
-//!   brif v7, block2, block3                                   hostcall pmac_statement(18)
-//! ```
+//! check: that takes one call, and less code.
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::{DirectAccess, Kind};
 use plcc_ir::chunk::MAX_INSTRUCTIONS;
-use plcc_ir::{Address, BinaryOp, ConvertOp, InstBuilder, IntCond, Place, Type, Value};
+use plcc_ir::{Address, BinaryOp, InstBuilder, IntCond, Place, Type, Value};
 
 use super::emit;
 use super::{Lowerer, StatementPlaces};
@@ -40,9 +31,6 @@ use crate::pmac::ast::{Bin, Download, Expr, Func, Op, Stmt, StmtKind, Target};
 
 /// A statement that names more M-variables than this is not lowered as specialised code.
 const MAX_CHECKED: usize = 12;
-
-/// A statement with more P- and Q-variables than this is left to the host rather than to check them all.
-const MAX_INTEGERS: usize = 4;
 
 /// In programs that have more instructions than this, statements are left to the host alone, which is slower,
 /// so that general code does not use up what a program may have.
@@ -63,24 +51,16 @@ impl Lowerer<'_> {
         }
         let number = self.host_statements.get(index).copied().flatten();
         let is_long = self.builder.instruction_count() > LONG_PROGRAM;
-        let mut integers = vec![];
-        if let Some(number) = number
-            && (is_long
-                || self.needs_host(stmt, None)
-                    && (self.needs_host(stmt, Some(&mut integers))
-                        || integers.len() > MAX_INTEGERS))
-        {
+        if let Some(number) = number.filter(|_| is_long || self.needs_host(stmt)) {
             return self.host_statement(stmt, number, version);
         }
         let [as_assumed, differing, next] = [(); 3].map(|()| self.builder.place());
         let differs = self.definitions_differ(&checked);
         self.builder.brif(differs, differing, as_assumed);
         self.builder.bind(as_assumed);
-        self.check_integers(&integers, differing);
         self.specialised = true;
         let lowered = self.statement(stmt, version, resumes);
         self.specialised = false;
-        self.known_integers.clear();
         lowered?;
         self.builder.jump(next);
         self.builder.bind(differing);
@@ -96,34 +76,12 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// Goes on if variables hold integers, which are known then, and to a place if one does not.
-    fn check_integers(&mut self, variables: &[(Kind, u32)], otherwise: Place) {
-        let mut all = None;
-        for &(kind, number) in variables {
-            let at = self.integer_address(kind, number);
-            let b = self.builder.func();
-            let double = b.load(Type::F64, at);
-            let integer = b.convert(ConvertOp::FloatToInt, Type::I32, double);
-            let is_integer = b.convert(ConvertOp::IsIntegerOrNan, Type::I1, double);
-            let converted = b.convert(ConvertOp::IntToFloat, Type::F64, integer);
-            all = Some(all.map_or(is_integer, |all| b.binary(BinaryOp::And, all, is_integer)));
-            self.known_integers.push((at, converted));
-        }
-        let Some(all) = all else { return };
-        let holds = self.builder.place();
-        self.builder.brif(all, holds, otherwise);
-        // The integers are used in this function, so that no other one may begin here.
-        self.builder.set_limit(usize::MAX);
-        self.builder.bind(holds);
-    }
-
     /// Whether code for the assumed places of M-variables would call the host in an assignment or a
     /// condition: for a bit operator or `%` of a number that may not be an integer, for a function, or to make
-    /// an integer of a number. With `integers` it is assumed that P- and Q-variables hold integers, and those that the
-    /// value names are entered there.
-    fn needs_host(&self, stmt: &Stmt, integers: Option<&mut Vec<(Kind, u32)>>) -> bool {
+    /// an integer of a number.
+    fn needs_host(&self, stmt: &Stmt) -> bool {
         let Some(value) = Download::computed(&stmt.kind) else { return false };
-        let Some(is_integer) = self.is_integer_without_host(value, integers) else { return true };
+        let Some(is_integer) = self.is_integer_without_host(value) else { return true };
         let StmtKind::Assign(Target::Var(kind, number), _) = stmt.kind else { return false };
         match kind {
             Kind::P | Kind::Q => false,
@@ -135,27 +93,12 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Whether an expression is an integer whatever its variables hold; `None` if code for it calls the host. `assumed`
-    /// is as in [`needs_host`](Self::needs_host).
-    fn is_integer_without_host(
-        &self,
-        value: Expr,
-        mut assumed: Option<&mut Vec<(Kind, u32)>>,
-    ) -> Option<bool> {
+    /// Whether an expression is an integer whatever its variables hold; `None` if code for it calls the host.
+    fn is_integer_without_host(&self, value: Expr) -> Option<bool> {
         let mut integers = vec![];
         for op in self.download.ops(value) {
             let integer = match *op {
                 Op::Const(value) => value.fract() == 0.0,
-                Op::Var(kind @ (Kind::P | Kind::Q), number)
-                    if kind == Kind::P || !self.has_address_statements =>
-                {
-                    let variable = (kind, u32::from(number) & (self.layout.count - 1));
-                    if let Some(assumed) = assumed.as_deref_mut().filter(|a| !a.contains(&variable))
-                    {
-                        assumed.push(variable);
-                    }
-                    assumed.is_some()
-                }
                 Op::Var(Kind::M, number) => {
                     let number = u32::from(number) & (self.layout.count - 1);
                     self.places_of_m.get(number as usize).copied().flatten()?;

@@ -127,7 +127,6 @@ pub(crate) fn lower(
         single_bits: SingleBits::default(),
         host_statements: Vec::new(),
         next_host_statement: 0,
-        known_integers: Vec::new(),
         stack: Vec::new(),
     };
     for id in (0..sources.len() as u32).map(FileId) {
@@ -174,9 +173,6 @@ pub(crate) struct Lowerer<'a> {
     host_statements: Vec<Option<u32>>,
     /// The number of the first such statement of the next task.
     next_host_statement: u32,
-    /// The variables that the current statement has found to hold integers, each with the double that it holds, a
-    /// conversion of an integer.
-    pub(crate) known_integers: Vec<(Address, Value)>,
     /// The operands of the current expression; kept here so that its memory is used again.
     pub(crate) stack: Vec<Operand>,
 }

@@ -96,14 +96,7 @@ impl Lowerer<'_> {
                 return Ok(Operand::integer(self.builder.func(), value));
             }
         };
-        let known = self.known_integers.iter().find(|(known, _)| *known == at);
-        Ok(known.map_or(Operand::Stored(at), |&(_, value)| Operand::Double(value)))
-    }
-
-    /// The address of a P- or Q-variable; of Q in a task that addresses the first coordinate system alone.
-    pub(super) fn integer_address(&self, kind: Kind, number: u32) -> Address {
-        let region = if kind == Kind::P { self.regions.p } else { self.regions.q };
-        self.variable_address(region, number)
+        Ok(Operand::Stored(at))
     }
 
     fn read_m(&mut self, number: u32) -> Result<Operand, BrokenInvariant> {
