@@ -77,7 +77,7 @@ impl Link {
         let mut status: Status = self.ask(&Request::Status {}, self.timeout)?;
         let Status { state, dialect, program, fingerprint, .. } = &mut status;
         for text in [state, dialect, program, fingerprint] {
-            text.retain(|c| !c.is_control());
+            *text = plcc_abi::printable(text).into_owned();
         }
         self.status = Some((Instant::now(), status.clone()));
         Ok(status)

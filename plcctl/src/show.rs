@@ -43,9 +43,9 @@ pub(crate) fn json(part: &impl Serialize) -> Json {
     json
 }
 
-/// A text without control characters, which could do something to a terminal.
+/// A text on one line, without characters that could do something to a terminal.
 pub(crate) fn harmless(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{FFFD}' } else { c }).collect()
+    plcc_protocol::printable(text).replace(['\n', '\t'], " ")
 }
 
 /// A value in one line.
@@ -200,5 +200,15 @@ mod tests {
              2 variables keep their values\n\
              the program runs from tick 7 on; the change took 12.3 us\n"
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::harmless;
+
+    #[test]
+    fn nothing_that_a_terminal_obeys_is_shown() {
+        assert_eq!(harmless("A\u{1b}[2J\u{202e}B\nC"), "A?[2J\u{fffd}B C");
     }
 }

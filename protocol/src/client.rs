@@ -28,7 +28,7 @@ pub enum ClientError {
 impl Display for ClientError {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (Self::Refused(Failure { message: text, .. }) | Self::Unreachable(text)) = self;
-        text.chars().filter(|c| !c.is_control()).try_for_each(|c| write!(f, "{c}"))
+        f.write_str(&plcc_abi::printable(text))
     }
 }
 

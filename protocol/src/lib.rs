@@ -37,6 +37,8 @@ mod line;
 mod request;
 mod timing;
 
+pub use plcc_abi::printable;
+
 pub use answer::{
     Change, ChangedVariable, Comparison, Done, Force, OnlineChange, Retained, Stat, Status, Values,
     Variable, Variables,

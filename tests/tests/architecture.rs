@@ -15,7 +15,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
     ("plcc-image", &["plcc-abi"]),
     ("plcc-files", &[]),
-    ("plcc-protocol", &[]),
+    ("plcc-protocol", &["plcc-abi"]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
     ("plcc-runtime", &["plcc-abi"]),
     ("plcc-load", &["plcc-abi", "plcc-files", "plcc-runtime"]),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use plcc_abi::printable;
 use plcc_ir::{FuncData, Module};
 
 /// The longest text of a statement in a comment, in characters; a longer one is cut.
@@ -16,7 +17,7 @@ pub(super) fn comment(module: &Module, loc: u32) -> Option<String> {
     let mut out = format!("; {name}:{}", statement.line);
     if !text.is_empty() {
         out.push_str("  ");
-        out.extend(text.chars().take(WIDTH).map(|c| if c.is_control() { ' ' } else { c }));
+        out.extend(printable(text).chars().take(WIDTH).map(|c| if c == '\t' { ' ' } else { c }));
         out.push_str(if text.chars().nth(WIDTH).is_some() { "…" } else { "" });
     }
     Some(out)

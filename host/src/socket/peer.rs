@@ -17,7 +17,7 @@ impl Peer {
         let pid = credentials.pid.as_raw_nonzero().get() as u32;
         let command = fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
         // A process chooses its name itself.
-        let command: String = command.trim().chars().filter(|c| !c.is_control()).collect();
+        let command = plcc_abi::printable(command.trim()).into_owned();
         let command = if command.is_empty() { "an unknown command".into() } else { command };
         Ok(Self { user: user(uid), uid, pid, command })
     }

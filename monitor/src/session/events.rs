@@ -123,7 +123,7 @@ fn line(event: &Event) -> EventLine {
             (EventKind::Stop, None, format!("stopped: {code}{place}"))
         }
     };
-    let text = text.chars().map(|c| if c.is_control() { '\u{FFFD}' } else { c }).collect();
+    let text = plcc_abi::printable(&text).replace(['\n', '\t'], " ");
     EventLine { tick: event.tick, kind, on, text }
 }
 
