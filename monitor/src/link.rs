@@ -237,7 +237,7 @@ mod tests {
         let status = link.status().unwrap();
         assert_eq!((status.state.as_str(), status.ticks), ("running", 7));
         assert_eq!(status.forces[0].name, "A");
-        assert_eq!(link.set("A", "1").unwrap_err().message, "no write");
+        assert_eq!(link.set("A", "1").unwrap_err().message, "no ?write");
         assert_eq!(link.get(&["A".into()]).unwrap().values["A"], 1);
     }
 

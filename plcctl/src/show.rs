@@ -155,6 +155,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn nothing_that_a_terminal_obeys_is_shown() {
+        assert_eq!(harmless("A\u{1b}[2J\u{202e}B\nC"), "A?[2J\u{fffd}B C");
+    }
+
+    #[test]
     fn values_and_forces_are_shown_as_they_are_set() {
         let get = Command::Get { names: vec![] };
         let reply = json!({"ticks": 3, "values": {"A": 1, "B": [1, 2]}});
@@ -200,15 +205,5 @@ mod tests {
              2 variables keep their values\n\
              the program runs from tick 7 on; the change took 12.3 us\n"
         );
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::harmless;
-
-    #[test]
-    fn nothing_that_a_terminal_obeys_is_shown() {
-        assert_eq!(harmless("A\u{1b}[2J\u{202e}B\nC"), "A?[2J\u{fffd}B C");
     }
 }
