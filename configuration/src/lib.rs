@@ -1,4 +1,4 @@
-//! The configuration file of a controller, `plcrt --config FILE.toml`, which the programs `plcrt` and `plcio` both read: its entries
+//! The configuration file of a controller, `plcrt run --config FILE.toml`, which the programs `plcrt` and `plcio` both read: its entries
 //! `[[io]]`, which say which variable of the program belongs to which point outside, and the table `[plcio]` with the settings of
 //! the drivers. `docs/controller.md` and `docs/wiring.md` explain it for users.
 //!

@@ -1,4 +1,4 @@
-//! The image file of a running control (`plcrt --image FILE`), for both of its sides: the control,
+//! The image file of a running control (`plcrt run --image FILE`), for both of its sides: the control,
 //! which writes its process image and takes inputs, and other processes, which read whole ticks and
 //! give inputs. `docs/image.md` explains the file byte by byte, for programs in other languages;
 //! `image/include/plcc_image.h` has the same for C.

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
+use plcc_pages::Shell;
 use plcc_protocol::{Assignment, Request};
 
 /// Looks at a running control and acts on it.
 ///
-/// The control is a `plcrt --realtime --socket SOCKET`. Looking is always allowed; for the rest the
+/// The control is a `plcrt run --realtime --socket SOCKET`. Looking is always allowed; for the rest the
 /// control must be started with --allow.
 #[derive(Parser)]
 #[command(
@@ -22,7 +23,8 @@ use plcc_protocol::{Assignment, Request};
                   plcctl /run/lathe.sock set @FRO=80\n  \
                   plcctl /run/lathe.sock force MCRDY=1\n  \
                   plcctl /run/lathe.sock swap lathe-2.plcx --dry-run\n  \
-                  plcctl /run/lathe.sock rollback"
+                  plcctl /run/lathe.sock rollback\n  \
+                  plcctl completions bash > ~/.local/share/bash-completion/completions/plcctl"
 )]
 pub(crate) struct Cli {
     /// The socket of the control
@@ -30,7 +32,7 @@ pub(crate) struct Cli {
 
     /// What to do
     #[command(subcommand)]
-    pub(crate) command: Option<Command>,
+    pub(crate) action: Option<Action>,
 
     /// Prints the reply as JSON
     #[arg(long, global = true)]
@@ -40,16 +42,35 @@ pub(crate) struct Cli {
     #[arg(long, global = true, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) timeout: Duration,
 
-    /// Prints completions for a shell
-    #[arg(long, value_name = "SHELL", exclusive = true)]
-    pub(crate) completions: Option<clap_complete::Shell>,
+    /// The command `completions`.
+    #[arg(long, value_name = "SHELL", exclusive = true, hide = true)]
+    pub(crate) completions: Option<Shell>,
 
-    /// Prints the manual page
-    #[arg(long, exclusive = true)]
+    /// The command `man`.
+    #[arg(long, exclusive = true, hide = true)]
     pub(crate) man: bool,
 }
 
 /// What to do.
+#[derive(Subcommand)]
+pub(crate) enum Action {
+    /// Asks the control.
+    #[command(flatten)]
+    Ask(Command),
+    /// Prints the manual page, or writes the pages of all commands; needs no socket
+    Man {
+        /// The folder that gets a page for each command, plcctl.1, plcctl-set.1…
+        #[arg(long, value_name = "DIR")]
+        dir: Option<PathBuf>,
+    },
+    /// Prints completions for a shell; needs no socket
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// What the control is asked.
 #[derive(Subcommand)]
 pub(crate) enum Command {
     /// Shows what the control is doing: its program, its state, the forces in effect
@@ -170,9 +191,20 @@ mod tests {
     #[test]
     fn several_changes_are_accepted_at_once() {
         let words = ["plcctl", "s", "swap", "x.plcx", "--accept", "LAMP,N", "--accept", "HORN"];
-        let swap = Cli::try_parse_from(words).unwrap().command.unwrap();
+        let action = Cli::try_parse_from(words).unwrap().action.unwrap();
+        let Action::Ask(swap) = action else { panic!("a request") };
         let Request::Swap { accept, .. } = swap.request().unwrap() else { panic!("a swap") };
         assert_eq!(accept, ["LAMP", "N", "HORN"]);
+    }
+
+    #[test]
+    fn pages_need_no_socket() {
+        let action =
+            |words: &[&str]| Cli::try_parse_from(words).map(|cli| (cli.socket, cli.action));
+        assert!(matches!(action(&["plcctl", "man"]), Ok((None, Some(Action::Man { dir: None })))));
+        let bash = action(&["plcctl", "completions", "bash"]);
+        assert!(matches!(bash, Ok((None, Some(Action::Completions { shell: Shell::Bash })))));
+        assert!(action(&["plcctl", "completions", "none"]).is_err());
     }
 
     #[test]

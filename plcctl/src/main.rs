@@ -1,19 +1,21 @@
-//! Looks at a running control and acts on it, by the socket that `plcrt --socket` opens. It knows the
+//! Looks at a running control and acts on it, by the socket that `plcrt run --socket` opens. It knows the
 //! protocol (`docs/socket.md`, `plcc-protocol`) and nothing else of plcc.
 
 mod args;
 mod show;
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser};
+use plcc_pages::Shell;
 use plcc_protocol::{Client, ClientError, Comparison, Request, Variables};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
-use args::{Cli, Command};
+use args::{Action, Cli, Command};
 
 /// Exit status: the control refused the request.
 const REFUSED: u8 = 1;
@@ -42,24 +44,20 @@ fn unknown_command(error: &clap::Error) -> Option<String> {
 }
 
 fn run(cli: &Cli) -> u8 {
-    if let Some(shell) = cli.completions {
-        let mut script = Vec::new();
-        clap_complete::generate(shell, &mut Cli::command(), "plcctl", &mut script);
-        return print(&script);
-    }
     if cli.man {
-        let mut page = Vec::new();
-        // The synopsis is that of --help: clap_mangen's own names options without their values.
-        let mut command = Cli::command();
-        let usage = command.render_usage().to_string();
-        let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
-        return match clap_mangen::Man::new(command).render(&mut page) {
-            Ok(()) => print(&page),
-            Err(error) => fail(USAGE, &error.to_string()),
-        };
+        return manual(None);
     }
-    let (Some(socket), Some(command)) = (&cli.socket, &cli.command) else {
-        return fail(USAGE, "a socket and a command are expected: plcctl SOCKET status");
+    if let Some(shell) = cli.completions {
+        return completions(shell);
+    }
+    let (socket, command) = match (&cli.socket, &cli.action) {
+        (None, Some(Action::Man { dir })) => return manual(dir.as_deref()),
+        (None, Some(Action::Completions { shell })) => return completions(*shell),
+        (Some(socket), Some(Action::Ask(command))) => (socket, command),
+        (Some(_), Some(_)) => {
+            return fail(USAGE, "`man` and `completions` need no socket: plcctl man");
+        }
+        _ => return fail(USAGE, "a socket and a command are expected: plcctl SOCKET status"),
     };
     let asked =
         Client::connect(socket, cli.timeout).and_then(|mut client| ask(&mut client, command));
@@ -83,6 +81,28 @@ fn run(cli: &Cli) -> u8 {
         }
         Err(ClientError::Unreachable(why)) => fail(USAGE, &why),
     }
+}
+
+/// Prints the manual page, or writes the pages of all commands into a folder.
+fn manual(folder: Option<&Path>) -> u8 {
+    let pages = match plcc_pages::manuals(Cli::command()) {
+        Ok(pages) => pages,
+        Err(error) => return fail(USAGE, &error.to_string()),
+    };
+    let Some(folder) = folder else {
+        return print(pages.first().map_or(&[][..], |(_, page)| page));
+    };
+    match plcc_pages::write(folder, &pages) {
+        Ok(()) => 0,
+        Err(error) => {
+            fail(USAGE, &format!("{}: the pages can't be written: {error}", folder.display()))
+        }
+    }
+}
+
+/// Prints the completions for a shell.
+fn completions(shell: Shell) -> u8 {
+    print(&plcc_pages::completions(Cli::command(), shell))
 }
 
 /// Sends the request of a command; a list that comes in parts is put together.

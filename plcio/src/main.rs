@@ -1,4 +1,4 @@
-//! Drivers for the inputs and outputs of controls: connects the image file of a control (`plcrt --image`)
+//! Drivers for the inputs and outputs of controls: connects the image file of a control (`plcrt run --image`)
 //! with remote I/O, panels and supervisory systems, as the entries `[[io]]` of its configuration say.
 //! `docs/wiring.md` is the guide for users.
 //!
@@ -42,6 +42,7 @@ mod reconnection;
 mod session;
 mod settings;
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use clap::{CommandFactory, Parser};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use plcc_pages::Shell;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Notify;
 
@@ -66,35 +68,97 @@ use settings::Settings;
 #[command(
     name = "plcio",
     version,
-    after_help = "Exit status: 0 ended by a signal; 2 the configuration can't be used.\n\n\
-                  Example:\n  plcio /etc/plcrt/lathe.toml"
+    after_help = "Exit status: 0 ended by a signal, or the configuration has no mistakes; 2 the configuration can't be used.\n\n\
+                  Examples:\n  plcio run /etc/plcrt/lathe.toml\n  plcio check-config /etc/plcrt/lathe.toml\n\n\
+                  `plcio FILE.toml` is short for `plcio run FILE.toml`."
 )]
 struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Connects the points, until a signal ends it
+    Run(RunCommand),
+
+    /// Finds the mistakes of a configuration, and connects nothing; those that only the program shows are found by
+    /// plcrt check-config
+    CheckConfig {
+        /// The configuration of the control
+        #[arg(value_name = "FILE.toml")]
+        config: PathBuf,
+    },
+
+    /// Prints the names of the drivers that this plcio was built with
+    Drivers,
+
+    /// Prints the manual page, or writes the pages of all commands
+    Man {
+        /// The folder that gets a page for each command, plcio.1, plcio-run.1…
+        #[arg(long, value_name = "DIR")]
+        dir: Option<PathBuf>,
+    },
+
+    /// Prints completions for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// What `run` takes: the configuration, and the earlier spellings of the other commands.
+#[derive(Args)]
+struct RunCommand {
     /// The configuration of the control
     #[arg(value_name = "FILE.toml", required_unless_present_any = ["check_config", "drivers", "completions", "man"])]
     config: Option<PathBuf>,
 
-    /// Finds the mistakes of a configuration, and connects nothing; those that only the program shows are found by
-    /// plcrt --check-config
-    #[arg(long, value_name = "FILE.toml", exclusive = true)]
+    #[arg(long, value_name = "FILE.toml", exclusive = true, hide = true)]
     check_config: Option<PathBuf>,
 
-    /// Prints the names of the drivers that this plcio was built with, and connects nothing
-    #[arg(long, exclusive = true)]
+    #[arg(long, exclusive = true, hide = true)]
     drivers: bool,
 
-    /// Prints completions for a shell, and connects nothing
-    #[arg(long, value_name = "SHELL", exclusive = true)]
-    completions: Option<clap_complete::Shell>,
+    #[arg(long, value_name = "SHELL", exclusive = true, hide = true)]
+    completions: Option<Shell>,
 
-    /// Prints the manual page, and connects nothing
-    #[arg(long, exclusive = true)]
+    #[arg(long, exclusive = true, hide = true)]
     man: bool,
+}
+
+impl Command {
+    /// The command that an earlier spelling means.
+    fn of_today(self) -> Self {
+        match self {
+            Self::Run(RunCommand { check_config: Some(config), .. }) => {
+                Self::CheckConfig { config }
+            }
+            Self::Run(RunCommand { drivers: true, .. }) => Self::Drivers,
+            Self::Run(RunCommand { completions: Some(shell), .. }) => Self::Completions { shell },
+            Self::Run(RunCommand { man: true, .. }) => Self::Man { dir: None },
+            command => command,
+        }
+    }
+}
+
+/// The words of the command line; `run` is put before those that begin with no command.
+fn words() -> Vec<OsString> {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let of_plcio = |word: &OsString| {
+        let cli = Cli::command();
+        let is_command = cli.get_subcommands().any(|command| word == command.get_name());
+        is_command || ["help", "--help", "-h", "--version", "-V"].iter().any(|known| word == known)
+    };
+    if words.get(1).is_some_and(|word| !of_plcio(word)) {
+        words.insert(1, "run".into());
+    }
+    words
 }
 
 /// What the manual page says besides the options.
 const MANUAL: &str = "\
-The configuration is the one that plcrt reads with --config. plcio uses its key image, its entries [[io]], and \
+The configuration is that of plcrt, too. plcio uses its key image, its entries [[io]], and \
 the table [plcio], whose keys are these.\n\n\
 poll_ms: from one poll of a device to the next (20).\n\n\
 answer_ms: how long a device has for its answer (500).\n\n\
@@ -108,29 +172,33 @@ hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 ethercat-terminals: the names of all EtherCAT terminals in their order, a list; others are refused.\n\n\
 device: tables [[plcio.device]] with address, unit, poll_ms, answer_ms and write, for Modbus devices that are asked in another manner.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
-OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio --drivers names \
+OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio drivers names \
 all that are there. \
-plcrt --check-config FILE.toml finds all mistakes, plcio --check-config FILE.toml those for which the program is not needed. docs/wiring.md has the guide for each driver.\n\n\
+plcrt check-config FILE.toml finds all mistakes, plcio check-config FILE.toml those for which the program is not needed. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";
 
-/// Prints the names of the drivers, completions or the manual page.
-fn page(cli: &Cli) -> Result<(), String> {
-    let mut page = Vec::new();
-    match cli.completions {
-        None if cli.drivers => page = drivers::names().into_bytes(),
-        Some(shell) => clap_complete::generate(shell, &mut Cli::command(), "plcio", &mut page),
-        None => {
-            // The synopsis is that of --help: clap_mangen's own names options without their values.
-            let mut command = Cli::command();
-            let usage = command.render_usage().to_string();
-            let usage = usage.trim_start_matches("Usage: ").to_owned();
-            let more = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            let command = command.override_usage(usage).after_help(format!("{MANUAL}\n\n{more}"));
-            let rendered = clap_mangen::Man::new(command).render(&mut page);
-            rendered.map_err(|error| error.to_string())?;
-        }
+/// Prints the manual page, or writes the pages of all commands into a folder.
+fn manual(folder: Option<&Path>) -> Result<(), String> {
+    let cli = Cli::command();
+    let more = cli.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let pages = plcc_pages::manuals(cli.after_help(format!("{MANUAL}\n\n{more}")));
+    let pages = pages.map_err(|error| error.to_string())?;
+    match folder {
+        None => print(pages.first().map_or(&[][..], |(_, page)| page)),
+        Some(folder) => plcc_pages::write(folder, &pages)
+            .map_err(|error| format!("{}: the pages can't be written: {error}", folder.display())),
     }
-    std::io::stdout().write_all(&page).map_err(|error| error.to_string())
+}
+
+/// Writes to standard output. That its reader has closed it (`plcio man | head`) is not an error.
+fn print(page: &[u8]) -> Result<(), String> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(page).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(format!("standard output can't be written: {error}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Tells people of an error on standard error. If that fails, nothing is said, since there is nowhere else to say it.
@@ -139,15 +207,27 @@ fn say_error(error: impl Display) {
 }
 
 /// Checks a configuration, and says what is wrong.
-fn check(path: &Path) -> ExitCode {
-    match settings::check(path) {
-        Ok(warnings) => {
-            for warning in warnings {
-                let text = warning.of(path);
-                let _ = writeln!(std::io::stderr(), "warning: {}", plcc_abi::printable(&text));
-            }
-            ExitCode::SUCCESS
-        }
+fn check(path: &Path) -> Result<(), String> {
+    for warning in settings::check(path)? {
+        let text = warning.of(path);
+        let _ = writeln!(std::io::stderr(), "warning: {}", plcc_abi::printable(&text));
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let done = match Cli::parse_from(words()).command.of_today() {
+        Command::Run(args) => match Settings::open(&args.config.unwrap_or_default()) {
+            Ok(settings) => return serve(settings),
+            Err(message) => Err(message),
+        },
+        Command::CheckConfig { config } => check(&config),
+        Command::Drivers => print(drivers::names().as_bytes()),
+        Command::Man { dir } => manual(dir.as_deref()),
+        Command::Completions { shell } => print(&plcc_pages::completions(Cli::command(), shell)),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             say_error(message);
             ExitCode::from(2)
@@ -155,27 +235,8 @@ fn check(path: &Path) -> ExitCode {
     }
 }
 
-fn main() -> ExitCode {
-    let cli = Cli::parse();
-    if let Some(path) = &cli.check_config {
-        return check(path);
-    }
-    let Some(config) = &cli.config else {
-        return match page(&cli) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                say_error(message);
-                ExitCode::from(2)
-            }
-        };
-    };
-    let settings = match Settings::open(config) {
-        Ok(settings) => settings,
-        Err(message) => {
-            say_error(message);
-            return ExitCode::from(2);
-        }
-    };
+/// Connects the points that the settings name, until a signal comes.
+fn serve(settings: Settings) -> ExitCode {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     match runtime {
         Ok(runtime) => {

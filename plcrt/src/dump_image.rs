@@ -1,4 +1,4 @@
-//! `plcrt --dump-image`: the dump of a control that was killed, from its image file.
+//! `plcrt dump-image`: the dump of a control that was killed, from its image file.
 
 use std::path::Path;
 

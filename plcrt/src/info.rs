@@ -1,4 +1,4 @@
-//! `plcrt --info`: what an artifact holds.
+//! `plcrt info`: what an artifact holds.
 
 use plcc_abi::{ABI_VERSION, printable};
 use plcc_load::Inspection;

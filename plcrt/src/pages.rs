@@ -4,11 +4,23 @@
 //! them is larger than they are, and has no place on a controller.
 
 use std::ops::Range;
+use std::path::Path;
+use std::{fs, io};
 
 /// The shells for which there are completions.
 pub(crate) const SHELLS: [&str; 5] = ["bash", "elvish", "fish", "powershell", "zsh"];
 /// The name of the manual page among the pages.
 pub(crate) const MANUAL: &str = "man";
+/// The names of all manual pages, the program's own and those of its commands.
+const MANUALS: [&str; 7] = [
+    MANUAL,
+    "man-run",
+    "man-check-config",
+    "man-info",
+    "man-dump-image",
+    "man-man",
+    "man-completions",
+];
 
 /// For each page a line `NAME LENGTH`, an empty line, and then the pages; all compressed.
 static PAGES: &[u8] = include_bytes!("pages.lz4");
@@ -30,38 +42,51 @@ pub(crate) fn page(name: &str) -> Option<Vec<u8>> {
     None
 }
 
+/// Writes the manual pages of all commands into a folder, which is made if it is not there: `NAME.1` each.
+///
+/// # Errors
+/// When the folder or a file can't be written.
+pub(crate) fn write(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    MANUALS.iter().try_for_each(|name| {
+        let file = name.replacen(MANUAL, "plcrt", 1);
+        fs::write(folder.join(format!("{file}.1")), page(name).unwrap_or_default())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
 
     use clap::CommandFactory;
-    use clap_complete::Shell;
+    use plcc_pages::Shell;
 
     use super::*;
-    use crate::Cli;
+    use crate::args::Cli;
 
-    fn made() -> Vec<(&'static str, Vec<u8>)> {
+    /// The options of `run` stand in the program's own page, since `plcrt ARTIFACT` is short for it.
+    fn made() -> Vec<(String, Vec<u8>)> {
         let mut pages = vec![];
         for shell in SHELLS {
-            let mut script = vec![];
             let kind: Shell = shell.parse().unwrap();
-            clap_complete::generate(kind, &mut Cli::command(), "plcrt", &mut script);
-            pages.push((shell, script));
+            pages.push((shell.to_owned(), plcc_pages::completions(Cli::command(), kind)));
         }
-        let mut manual = vec![];
-        // The synopsis is that of --help: clap_mangen's own names options without their values.
-        let mut command = Cli::command();
-        let usage = command.render_usage().to_string();
-        let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
-        clap_mangen::Man::new(command).render(&mut manual).unwrap();
-        pages.push((MANUAL, manual));
+        let cli = Cli::command();
+        let run = cli.find_subcommand("run").unwrap().clone();
+        let usage = "plcrt [OPTIONS] [ARTIFACT]\n       plcrt COMMAND …";
+        let own = cli.args(run.get_arguments()).override_usage(usage);
+        for (name, page) in plcc_pages::manuals(own).unwrap() {
+            pages.push((name.replacen("plcrt", MANUAL, 1), page));
+        }
         pages
     }
 
-    /// `BLESS=1 cargo test -p plcrt` makes them anew.
+    /// `BLESS=1 cargo test -p plcrt --bin plcrt` makes them anew.
     #[test]
     fn the_pages_are_those_of_the_options() {
         let made = made();
+        let manuals = made.iter().skip(SHELLS.len()).map(|(name, _)| name.as_str());
+        assert!(manuals.eq(MANUALS));
         if std::env::var_os("BLESS").is_some() {
             let list: Vec<_> = made.iter().map(|(name, p)| format!("{name} {}", p.len())).collect();
             let mut all = format!("{}\n\n", list.join("\n")).into_bytes();
@@ -71,8 +96,11 @@ mod tests {
             return;
         }
         for (name, text) in made {
-            let same = page(name).is_some_and(|page| page == text);
-            assert!(same, "{name}: the options have changed; BLESS=1 cargo test -p plcrt");
+            let same = page(&name).is_some_and(|page| page == text);
+            assert!(
+                same,
+                "{name}: the options have changed; BLESS=1 cargo test -p plcrt --bin plcrt"
+            );
         }
         assert_eq!(page("none"), None);
     }

@@ -65,7 +65,9 @@ fn devices_and_pipes_are_no_artifacts() {
 
 #[test]
 fn wrong_usage_gives_exit_status_2() {
-    for args in [&[][..], &["x.plcx", "--ticks"], &["x.plcx", "--ticks", "1", "--for", "1s"]] {
+    for args in
+        [&[][..], &["x.plcx", "--ticks"], &["x.plcx", "--ticks", "1", "--for", "1s"], &["run"]]
+    {
         assert_eq!(plcrt(args).status.code(), Some(2), "{args:?}");
     }
     assert_eq!(plcrt(&["--help"]).status.code(), Some(0));
@@ -79,6 +81,18 @@ fn completions_and_the_manual_page_name_the_options() {
         assert_eq!(output.status.code(), Some(0), "{args:?}");
         assert!(text.contains("plcrt") && text.contains("stimulus"), "{args:?}: {text}");
     }
+    // The earlier spellings, as options, do the same as the commands.
+    for (command, option) in
+        [(&["man"][..], &["--man"][..]), (&["completions", "zsh"], &["--completions", "zsh"])]
+    {
+        assert_eq!(plcrt(command).stdout, plcrt(option).stdout);
+    }
+    let folder = std::env::temp_dir().join(format!("plcrt-man-{}", std::process::id()));
+    assert_eq!(plcrt(&["man", "--dir", folder.to_str().unwrap()]).status.code(), Some(0));
+    let run = std::fs::read_to_string(folder.join("plcrt-run.1")).unwrap();
+    assert!(run.contains("stimulus") && !run.contains("check\\-config"), "{run}");
+    assert!(folder.join("plcrt.1").exists() && folder.join("plcrt-check-config.1").exists());
+    std::fs::remove_dir_all(folder).unwrap();
     let page = String::from_utf8(plcrt(&["--man"]).stdout).unwrap();
     assert!(page.contains("\\fBplcrt\\fR [OPTIONS] [ARTIFACT]"), "{page}");
     assert_eq!(plcrt(&["--completions", "none"]).status.code(), Some(2));
@@ -88,7 +102,10 @@ fn completions_and_the_manual_page_name_the_options() {
 #[test]
 fn info_is_given_for_artifacts_only() {
     let here = env!("CARGO_MANIFEST_DIR");
-    let output = plcrt(&["--info", &format!("{here}/Cargo.toml")]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(output.stdout.is_empty());
+    let artifact = format!("{here}/Cargo.toml");
+    for command in ["info", "--info"] {
+        let output = plcrt(&[command, &artifact]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(output.stdout.is_empty());
+    }
 }

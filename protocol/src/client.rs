@@ -86,7 +86,7 @@ impl Client {
     /// [`ClientError::Unreachable`].
     pub fn connect(path: &Path, timeout: Duration) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path).map_err(|error| match is_no_socket(path) {
-            true => unreachable(path, "it is no socket; plcrt --socket makes one"),
+            true => unreachable(path, "it is no socket; plcrt run --socket makes one"),
             false => failed(path, &error),
         })?;
         let client = Self { path: path.to_owned(), stream: BufReader::new(stream) };

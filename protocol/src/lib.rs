@@ -1,4 +1,4 @@
-//! The protocol of a running control's socket (`plcrt --socket`): a JSON object a line in both directions.
+//! The protocol of a running control's socket (`plcrt run --socket`): a JSON object a line in both directions.
 //! `docs/socket.md` explains it to users.
 //!
 //! | file | holds |

@@ -21,7 +21,7 @@ pub enum RecordError {
     #[error("{} can't be read: {}", .0.display(), why_not_read(.1))]
     Read(PathBuf, io::Error),
     /// It holds no block of a record.
-    #[error("{} is no record; plcrt --record and `plcc run --record` write records", .0.display())]
+    #[error("{} is no record; plcrt run --record and `plcc run --record` write records", .0.display())]
     NoRecord(PathBuf),
     /// It holds blocks of a record, but none that says what run they belong to.
     #[error(

@@ -55,7 +55,7 @@ unit() {
     cyclictest --mlockall --priority=50 --interval=1000 --duration="$seconds" --quiet >"$state/$1.cyclic" 2>&1 &
     cyclic=$!
   fi
-  plcrt --config "$work/controller.toml" --for "${seconds}s" >&2 || return 1
+  plcrt run --config "$work/controller.toml" --for "${seconds}s" >&2 || return 1
   [ -z "${cyclic:-}" ] || wait "$cyclic" || true
   for pid in ${pids[@]+"${pids[@]}"}; do kill "$pid" 2>/dev/null || true; done
   for pid in ${pids[@]+"${pids[@]}"}; do wait "$pid" 2>/dev/null || true; done

@@ -15,6 +15,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
     ("plcc-image", &["plcc-abi"]),
     ("plcc-files", &[]),
+    ("plcc-pages", &[]),
     ("plcc-protocol", &["plcc-abi"]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
     ("plcc-runtime", &["plcc-abi"]),
@@ -47,8 +48,8 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         ],
     ),
     ("libplcrt", &["plcc-host", "plcc-load", "plcc-runtime"]),
-    ("plcctl", &["plcc-protocol"]),
-    ("plcio", &["plcc-abi", "plcc-configuration", "plcc-files", "plcc-image"]),
+    ("plcctl", &["plcc-pages", "plcc-protocol"]),
+    ("plcio", &["plcc-abi", "plcc-configuration", "plcc-files", "plcc-image", "plcc-pages"]),
     (
         "plcc-replay",
         &[
@@ -89,6 +90,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-ir",
             "plcc-load",
             "plcc-monitor",
+            "plcc-pages",
             "plcc-record",
             "plcc-replay",
             "plcc-runtime",
@@ -122,10 +124,11 @@ const EVERYTHING: &[&str] = &[
 ];
 
 /// Which of ours a crate's own tests may use besides. Random numbers are for all; the tests of
-/// code generation run the code. A test that needs more belongs into `tests/`.
+/// code generation run the code, those of plcrt make the pages that it keeps. A test that needs more belongs into `tests/`.
 /// Those of the C library compile the program that they run: cargo builds the library for its own
 /// tests only.
 const TESTS_MAY_USE: &[(&str, &[&str])] = &[
+    ("plcrt", &["plcc-pages"]),
     ("plcc-codegen", &["plcc-runtime"]),
     ("libplcrt", &["plcc", "plcc-abi", "plcc-codegen", "plcc-diag", "plcc-frontend"]),
 ];

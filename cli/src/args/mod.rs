@@ -31,7 +31,7 @@ const HELP: &str = "\
 Examples:
   plcc check lathe.pmi
   plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch MCHON,@FRO
-  plcc build lathe.pmi && plcrt lathe.plcx --realtime
+  plcc build lathe.pmi && plcrt run lathe.plcx --realtime
   plcc explain PMI-31
 
 `plcc help COMMAND` has each command's options and more examples.
@@ -106,7 +106,7 @@ which then take signed artifacts only.
 Examples:
   plcc key new shop              writes shop (the private key, for you alone) and shop.pub
   plcc build lathe.pmi --sign shop
-  plcrt lathe.plcx --key shop.pub --realtime")]
+  plcrt run lathe.plcx --key shop.pub --realtime")]
     Key {
         #[command(subcommand)]
         command: KeyCommand,
@@ -207,7 +207,7 @@ Examples:
     /// Writes a template of the entries [[io]] for all inputs and outputs of a program
     #[command(after_help = "\
 The entries connect variables with points outside; they belong into the configuration of the control \
-(plcrt --config). Each has the comment that the source has beside the name.
+(plcrt run --config). Each has the comment that the source has beside the name.
 
 Example:
   plcc io lathe.pmi >> controller.toml")]
@@ -229,7 +229,7 @@ Examples:
     )]
     Completions {
         /// The shell
-        shell: clap_complete::Shell,
+        shell: plcc_pages::Shell,
     },
 
     /// Prints the manual page, or writes the pages of all commands
@@ -381,7 +381,7 @@ pub(crate) enum Emit {
 #[derive(Subcommand)]
 pub(crate) enum KeyCommand {
     /// Writes a new private key, which only its owner may read, and its public key beside it; prints
-    /// the public key, as `plcrt --info` does of the artifacts that it signs
+    /// the public key, as `plcrt info` does of the artifacts that it signs
     New {
         /// The file of the private key; the public key gets the same name with .pub after it.
         /// Neither may exist
