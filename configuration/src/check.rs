@@ -127,11 +127,13 @@ pub fn points(
         let free: Vec<&str> =
             outputs.iter().filter(|name| !is_taken(name)).map(String::as_str).collect();
         if let Some((last, others)) = free.split_last() {
-            let names = match others {
-                [] => format!("the output {last}"),
-                _ => format!("the outputs {} and {last}", others.join(", ")),
+            let message = match others {
+                [] => format!("output {last} is not wired: no entry [[io]] names it"),
+                _ => {
+                    let others = others.join(", ");
+                    format!("outputs {others} and {last} are not wired: no entry [[io]] names them")
+                }
             };
-            let message = format!("no [[io]] takes {names} to the outside");
             checked.warnings.push(Warning { line: None, message });
         }
     }

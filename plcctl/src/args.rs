@@ -109,7 +109,7 @@ pub(crate) enum Command {
         #[arg(long, conflicts_with = "names")]
         all: bool,
     },
-    /// Replaces the program by another version, between two ticks, and keeps its state
+    /// Online change: replaces the program by another version, between two ticks, and keeps its state
     Swap {
         /// The artifact of the new version
         artifact: PathBuf,
@@ -120,7 +120,7 @@ pub(crate) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Runs the program again that the last swap replaced, with the state of now
+    /// Takes the last online change back: the program before it runs again, with the state of now
     Rollback,
     /// Goes on with the ticks of a program that was stopped
     Start,

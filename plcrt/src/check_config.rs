@@ -48,7 +48,7 @@ pub(crate) fn check_config(path: &Path) -> Result<u8, String> {
             }
         }
     }
-    // An output that no entry takes to the outside may be that of an entry with a mistake.
+    // An output that is not wired may be that of an entry with a mistake.
     refuse(path, mistakes)?;
     warnings.extend(configuration.warnings());
     for warning in &warnings {

@@ -42,7 +42,9 @@ impl<K: PartialEq, F> ForceList<K, F> {
             return Ok(());
         }
         if self.list.len() >= MAX_FORCES {
-            return Err("is one force too many");
+            return Err(
+                "can't be forced: 256 forces are active already; unforce another one first",
+            );
         }
         self.list.push((key, force));
         Ok(())

@@ -141,7 +141,7 @@ fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
     let output = folder.run(&["--check-config", "good.toml"]);
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{text}");
-    assert_eq!(text, "warning: good.toml: no [[io]] takes the output PUMP to the outside\n");
+    assert_eq!(text, "warning: good.toml: output PUMP is not wired: no entry [[io]] names it\n");
     // An INTEGER may be negative, and a register without a format has no sign.
     let number =
         "[[io]]\nname = \"N\"\ndriver = \"modbus-tcp\"\naddress = \"io.local/1/holding/0\"\n";

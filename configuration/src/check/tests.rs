@@ -55,7 +55,7 @@ fn ranges_become_points_that_follow_each_other() {
          [[io]]\nname = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
     );
     assert_eq!(checked.mistakes, []);
-    let message = "no [[io]] takes the output LAMP to the outside".into();
+    let message = "output LAMP is not wired: no entry [[io]] names it".into();
     assert_eq!(checked.warnings, [Warning { line: None, message }]);
     let numbers: Vec<_> = checked
         .points

@@ -335,7 +335,7 @@ impl fmt::Display for EntryKind {
             }
             Self::Refused { what, by } => write!(f, "{what} was refused to {by}"),
             Self::ControlDied { how, restart } => {
-                let what = if *restart { "is started again" } else { "stays off" };
+                let what = if *restart { "is restarted" } else { "is not restarted" };
                 write!(f, "the control's process has died: {how}; it {what}")
             }
             Self::Budget { taken, period, count } => {

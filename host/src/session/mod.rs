@@ -173,7 +173,9 @@ impl Job<'_> {
         let link = if args.supervised {
             let period = Duration::from_nanos(executive.tick_ns());
             let link = Link::start(period, &interrupt, journal);
-            Some(link.map_err(|error| SessionError(format!("there is no supervisor: {error}")))?)
+            Some(
+                link.map_err(|error| SessionError(format!("can't reach the supervisor: {error}")))?,
+            )
         } else {
             None
         };

@@ -53,7 +53,9 @@ impl EndSignals {
         flag: &Arc<AtomicBool>,
         refusals: Option<&Journal>,
     ) -> Result<Self, SessionError> {
-        let failed = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
+        let failed = |error| {
+            SessionError(format!("can't install the handlers of SIGINT and SIGTERM: {error}"))
+        };
         let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT];
         #[cfg(target_os = "linux")]
         wanted.push(rustix::process::Signal::POWER.as_raw());

@@ -164,7 +164,7 @@ fn finish(owner: Option<JournalOwner>) {
 /// one has come. A terminal sends Ctrl-C to both processes; the child takes signals within a second as
 /// one. Ctrl-Z is passed on too, and the child says that it is refused.
 fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
-    let failed = |error: io::Error| format!("signals can't be listened for: {error}");
+    let failed = |error: io::Error| format!("can't install signal handlers: {error}");
     let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT, consts::SIGTSTP];
     // A process that was started to survive its terminal goes on, and so does its child.
     if !ignores_hangup() {

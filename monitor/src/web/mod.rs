@@ -43,9 +43,7 @@ pub const DEFAULT_ADDRESS: &str = "127.0.0.1:7400";
 #[derive(Debug, Error)]
 pub enum WebError {
     /// The address can't be listened at.
-    #[error(
-        "{address} can't be listened at: {source}; another address is given by --web=ADDRESS:PORT"
-    )]
+    #[error("can't listen at {address}: {source}; choose another address by --web=ADDRESS:PORT")]
     Address {
         /// The address.
         address: SocketAddr,
