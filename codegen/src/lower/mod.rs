@@ -2,8 +2,9 @@
 //!
 //! [`function`] makes one CLIF function of one IR function: a block that enters the block of the
 //! label (`control`), and a CLIF block for each block of the IR. Values are mapped one to one. The
-//! other files have the operations (`arithmetic`, `integrality_check`, `memory` and `indices`), and three
-//! techniques that make code shorter (`base_registers`, `truth_values`, `vectors`).
+//! other files have the operations (`arithmetic`, `fields`, `integrality_check`, `memory`, `indices` and `local_bits`), and
+//! techniques that make code shorter (`base_registers`, `truth_values`, `vectors`, `double_constants` and `variable_checks`).
+//! `Lowering::inst` is the match over all instructions; begin there.
 
 mod arithmetic;
 mod base_registers;

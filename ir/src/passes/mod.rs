@@ -44,8 +44,9 @@
 //! - `insert` is written as an AND that clears the field, and an OR with the new bits, since from there on bits are moved from
 //!   word to word, several at a time, and no field is left.
 //!
-//! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` decides in
-//! `plan` what it checks, and treats whole statements in `statement` and rows of them in `row`. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
+//! Most passes are a file each. `fold` has its rules in the files `fold_…`. `speculate` finds in
+//! `stretch` what is written twice and what must be checked, in `checks` which kind of check that takes, and joins statements in
+//! `row`; `uses` says which values are needed afterwards. `thread-tests` begins with `split_tests`. The passes share `graph` (the order of the blocks and their
 //! edges), `substitution` (which value replaces which), `value_range` (bits and bounds of integers), `float_range` (bounds
 //! of doubles), `index_bounds` (bounds of a computed index) and `image_bytes` (accesses as byte addresses). `stage` runs
 //! them over the functions, in several threads.

@@ -103,10 +103,10 @@ pub mod split_tests {
 
 /// How much is checked and copied (`speculate`).
 pub mod speculate {
-    /// A region may have at most this many checks.
+    /// A stretch may have at most this many checks.
     pub const MAX_CHECKS: usize = 8;
-    /// If a statement has no more instructions than this from its first effect on, they belong to the region, and both
-    /// copies contain them. Otherwise the region ends before them.
+    /// If a statement has no more instructions than this from its first effect on, they belong to the stretch, and both
+    /// copies contain them. Otherwise the stretch ends before them.
     pub const MAX_COPIED_FROM_EFFECT: usize = 2;
 }
 

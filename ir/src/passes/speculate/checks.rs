@@ -6,8 +6,8 @@ use super::super::float_range::FloatRange;
 use super::Speculate;
 use crate::{Address, BinaryOp, Inst, InstData, UnaryOp, Value};
 
-/// A region has at most this many instructions, so that the pass takes time in proportion to the length of a function.
-pub(super) const MAX_REGION: usize = 200;
+/// A stretch has at most this many instructions, so that the pass takes time in proportion to the length of a function.
+pub(super) const MAX_STRETCH: usize = 200;
 
 /// To see how a double is computed, its definition is followed back this far.
 const MAX_STEPS: u32 = 4;
@@ -94,7 +94,7 @@ impl Speculate<'_> {
     /// The check that most values of an operation's operands pass; `None` for a remainder whose
     /// dividend probably has a fraction.
     pub(super) fn check_for(&self, form: Option<IntegerForm>, operands: &[Value]) -> Option<Check> {
-        let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
+        let nature = operands.iter().map(|&value| self.class_of(value, MAX_STEPS)).max();
         match (form, nature.unwrap_or(ValueClass::Plain)) {
             (_, ValueClass::Plain) => Some(Check::Narrow),
             (Some(IntegerForm::Bits), _) => Some(Check::Rounded),
@@ -107,11 +107,11 @@ impl Speculate<'_> {
 
     /// How a double is computed. Its definition is followed back through at most `steps`
     /// instructions.
-    fn nature(&self, value: Value, steps: u32) -> ValueClass {
+    fn class_of(&self, value: Value, steps: u32) -> ValueClass {
         let Some(data) = self.func.def_inst(value) else { return ValueClass::Plain };
         let of = |value| match steps {
             0 => ValueClass::Plain,
-            _ => self.nature(value, steps - 1),
+            _ => self.class_of(value, steps - 1),
         };
         match *data {
             InstData::Fconst { .. } if self.floats.get(value).integers().is_none() => {

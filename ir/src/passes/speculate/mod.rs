@@ -22,15 +22,15 @@
 //!
 //! Variables of some controls are doubles that nearly always hold integers, and their bit operators
 //! and remainders are host functions that are simple for integers only
-//! ([`HostFn::integer_form`](plcc_abi::HostFn::integer_form)). The pass writes [regions](region) of statements that have such
+//! ([`HostFn::integer_form`](plcc_abi::HostFn::integer_form)). The pass writes [stretches](stretch) of statements that have such
 //! operations twice. In the first copy the checked doubles are conversions of integers, from which the pass
 //! [`integers`](super::integers) makes integer arithmetic of the whole copy. The second is as it was, in a cold block that
-//! all checks of the region share, and from which control may go on in the cold block of the next region ([`row`]).
+//! all checks of the stretch share, and from which control may go on in the cold block of the next stretch ([`row`]).
 //! Blocks that are cold or optimised for size stay as they are.
 
 mod checks;
-mod region;
 mod row;
+mod stretch;
 mod uses;
 
 use plcc_abi::IntegerForm;
@@ -137,11 +137,11 @@ impl Speculate<'_> {
         data.terminator = rest.terminator;
     }
 
-    /// Examines a statement: each of its regions that gains is written twice. `end` is the place after the statement among
+    /// Examines a statement: each of its stretches that gains is written twice. `end` is the place after the statement among
     /// the instructions of its block, and `after` are those that are there.
     fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut OutputTail) {
         while !insts.is_empty() {
-            let done = self.region(insts, after, end, rest).unwrap_or_else(|| {
+            let done = self.stretch(insts, after, end, rest).unwrap_or_else(|| {
                 let effect = insts.iter().position(|&inst| self.func.inst(inst).has_effect());
                 let done = effect.map_or(insts.len(), |at| at + 1);
                 rest.out.extend(insts.iter().take(done));

@@ -1,29 +1,29 @@
 //! Rows of statements for the pass [`speculate`](super::speculate): where an integrality check fails, control
-//! goes on in the general code of the statement, and from there in the general code of those that follow.
-//! It does not come back to the specialised code before the row ends.
+//! goes on in the slow copy of the statement, and from there in the slow copy of those that follow.
+//! It does not come back to the fast copy before the row ends.
 //!
 //! ```text
-//!     statement 1, specialised ──────┐ a check fails
+//!     statement 1, fast copy ────────┐ a check fails
 //!     │                              ▼
-//!     │                     statement 1, general (cold)
+//!     │                     statement 1, slow copy (cold)
 //!     ▼                              │
-//!     statement 2, specialised ────┐ │
+//!     statement 2, fast copy ──────┐ │
 //!     │                            ▼ ▼
-//!     │                     statement 2, general (cold)
+//!     │                     statement 2, slow copy (cold)
 //!     ▼                              │
 //!     what follows the row ◄─────────┘
 //! ```
 //!
-//! So the specialised code of a statement is reached only if all checks of the row before it have succeeded, and
+//! So the fast copy of a statement is reached only if all checks of the row before it have succeeded, and
 //! what they have found is known there: a variable that was checked or that got an integer holds an integer
 //! until something else is stored in it, and is not checked again ([`KnownInteger`]).
 //!
 //! A row is made of statements that stand one after the other in a block, of which
-//! [`region`](super::region) has written each as a whole twice.
+//! [`stretch`](super::stretch) has written each as a whole twice.
 
 use super::super::float_range::FloatRange;
 use super::super::index_bounds::index_bounds;
-use super::checks::{Check, Checks, KnownInteger, MAX_REGION};
+use super::checks::{Check, Checks, KnownInteger, MAX_STRETCH};
 use super::{OutputTail, Speculate};
 use crate::{Address, Block, BlockCall, Inst, InstData, Terminator, Type, Value};
 
@@ -38,11 +38,11 @@ const SIZE: u64 = 8;
 
 /// A row of statements that goes on.
 pub(super) struct Row {
-    /// The general code of its last statement, which jumps to `join`.
+    /// The slow copy of its last statement, which jumps to `join`.
     cold: Block,
     /// The empty block, without parameters, that gets what follows the row.
     join: Block,
-    /// What is known in the specialised code after the last statement.
+    /// What is known in the fast copy after the last statement.
     pub(super) known: Vec<KnownInteger>,
 }
 
@@ -55,10 +55,10 @@ impl Speculate<'_> {
         rest: &OutputTail,
     ) -> Option<Row> {
         let row = self.row.take()?;
-        if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_REGION {
+        if row.join != rest.block || !rest.out.is_empty() || insts.len() > MAX_STRETCH {
             return None;
         }
-        // The general code of a row can use no value of its specialised code: a statement of a row uses only
+        // The slow copy of a row can use no value of its fast copy: a statement of a row uses only
         // values that it computes itself.
         let end = rest.terminator.as_ref().filter(|_| is_last);
         self.is_closed(insts, end).then_some(row)
@@ -77,9 +77,9 @@ impl Speculate<'_> {
         is_closed
     }
 
-    /// Adds a statement to a row, or begins one with it. `cold` is its general code and `join` the block after
+    /// Adds a statement to a row, or begins one with it. `cold` is its slow copy and `join` the block after
     /// it. `copied` are the statement's instructions as they were; `copies` are their results, each with the value that
-    /// has its place in the specialised code.
+    /// has its place in the fast copy.
     pub(super) fn add_to_row(
         &mut self,
         row: Option<Row>,
@@ -92,12 +92,12 @@ impl Speculate<'_> {
         self.row = Some(Row { cold, join, known });
     }
 
-    /// Lets the general code of a row go on with that of its next statement.
+    /// Lets the slow copy of a row go on with that of its next statement.
     pub(super) fn link(&mut self, row: &Row, cold: Block) {
         self.func.blocks[row.cold].terminator = Some(Terminator::Jump(BlockCall::plain(cold)));
     }
 
-    /// What is known after the specialised code of a statement.
+    /// What is known after the fast copy of a statement.
     fn known_behind(
         &self,
         mut known: Vec<KnownInteger>,

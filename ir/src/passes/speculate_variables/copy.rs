@@ -4,7 +4,7 @@ use super::super::float_range::{FloatRange, FloatRanges};
 use super::super::graph::Graph;
 use super::super::index_bounds::index_bounds;
 use super::super::value_range::ValueRanges;
-use super::guard::Check;
+use super::guard::GuardBlock;
 use super::operations::is_faster_on_integers;
 use crate::InstBuilder;
 use crate::func::ValueData;
@@ -62,16 +62,16 @@ impl InstBuilder for Copy<'_> {
 
 impl Copy<'_> {
     /// Makes the check of a variable.
-    pub(super) fn check(&mut self, at: Address, loc: StatementId) -> Check {
+    pub(super) fn check(&mut self, at: Address, loc: StatementId) -> GuardBlock {
         self.loc = loc;
         let load = self.load(Type::F64, at);
         let (integer, holds) = self.integrality_check(load, true);
         let double = self.convert(ConvertOp::IntToFloat, Type::F64, integer);
-        Check { insts: std::mem::take(&mut self.out), double, holds }
+        GuardBlock { insts: std::mem::take(&mut self.out), double, holds }
     }
 
     /// Copies all blocks.
-    pub(super) fn blocks(&mut self, graph: &Graph, entry: Block, checks: &[Check]) {
+    pub(super) fn blocks(&mut self, graph: &Graph, entry: Block, checks: &[GuardBlock]) {
         let before = graph.predecessors(self.func);
         let mut ends = PrimaryMap::from(vec![Known::new(); self.func.block_count()]);
         for &block in &graph.order {

@@ -3,7 +3,7 @@
 use crate::{Block, BlockCall, BlockData, FuncData, Inst, Terminator, Value};
 
 /// The integrality check of a variable.
-pub(super) struct Check {
+pub(super) struct GuardBlock {
     pub(super) insts: Vec<Inst>,
     /// The double that takes the variable's place.
     pub(super) double: Value,
@@ -16,7 +16,7 @@ pub(super) struct Check {
 /// are checked.
 pub(super) fn add_guard(
     func: &mut FuncData,
-    checks: Vec<Check>,
+    checks: Vec<GuardBlock>,
     slow: Block,
     fast: Block,
 ) -> Block {

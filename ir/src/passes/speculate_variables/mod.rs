@@ -30,7 +30,7 @@ mod guard;
 mod operations;
 
 use copy::Copy;
-use guard::{Check, add_guard};
+use guard::{GuardBlock, add_guard};
 use operations::{is_faster_on_integers, keeps_integers};
 
 use super::float_range::FloatRanges;
@@ -67,7 +67,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
         func,
     };
     let variables = copy.variables.clone();
-    let checks: Vec<Check> = variables.into_iter().map(|at| copy.check(at, loc)).collect();
+    let checks: Vec<GuardBlock> = variables.into_iter().map(|at| copy.check(at, loc)).collect();
     let count = copy.func.block_count();
     copy.blocks(&graph, entry, &checks);
     let (gaining, others) = (copy.gaining, copy.other_operands);

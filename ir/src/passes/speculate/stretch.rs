@@ -1,10 +1,10 @@
-//! Regions, for the pass [`speculate`](super::speculate): the instructions of a statement from its beginning, or from
-//! after an effect, to the next effect. If no more than two instructions are left from there on, they belong to the region too.
+//! Stretches, for the pass [`speculate`](super::speculate): the instructions of a statement from its beginning, or from
+//! after an effect, to the next effect. If no more than two instructions are left from there on, they belong to the stretch too.
 //!
-//! A region may need several integrality checks one after the other, for example one of a variable
+//! A stretch may need several integrality checks one after the other, for example one of a variable
 //! that gives an index, and one of a sum with the element at that index. If each had a cold block of its own,
 //! control would come back from it after the instructions that depend on the check, and nothing would be known
-//! there of the integers. Instead all checks of the region share one cold block, which executes the region again from
+//! there of the integers. Instead all checks of the stretch share one cold block, which executes the stretch again from
 //! its beginning as it was. So the checks come before its first effect.
 //!
 //! ```text
@@ -27,7 +27,7 @@ use plcc_abi::IntegerForm;
 
 use super::super::float_range::FloatRange;
 use super::super::thresholds::speculate::{MAX_CHECKS, MAX_COPIED_FROM_EFFECT};
-use super::checks::{Check, Checks, KnownInteger, MAX_REGION};
+use super::checks::{Check, Checks, KnownInteger, MAX_STRETCH};
 use super::row::Row;
 use super::{OutputTail, Speculate, replace_all};
 use crate::InstBuilder;
@@ -62,10 +62,10 @@ struct Copies {
 }
 
 impl Speculate<'_> {
-    /// Writes the region that begins with the first of some instructions twice, if it gains by that. `insts` are what is left
+    /// Writes the stretch that begins with the first of some instructions twice, if it gains by that. `insts` are what is left
     /// of a statement, `end` is the place after them among the instructions of the block, and `after` are those that are
     /// there. Returns how many instructions were copied; `None` if nothing was done.
-    pub(super) fn region(
+    pub(super) fn stretch(
         &mut self,
         insts: &[Inst],
         after: &[Inst],
@@ -92,13 +92,13 @@ impl Speculate<'_> {
             |inst: &&Inst| self.func.result(**inst).is_some_and(|it| constants.contains(&it));
         let kept: Vec<Inst> = copied.iter().filter(is_kept).copied().collect();
         let cold = self.new_block(true);
-        let specialised = self.copy_with_checks(copied, &checks, cold, rest);
+        let fast = self.copy_with_checks(copied, &checks, cold, rest);
         if let Some(row) = &row {
             self.link(row, cold);
         }
-        let (mut insts, mut general) = (vec![], vec![]);
+        let (mut insts, mut slow) = (vec![], vec![]);
         for &inst in copied {
-            self.copy_inst(inst, &mut general, &mut insts);
+            self.copy_inst(inst, &mut slow, &mut insts);
         }
         let join = (!ends_block).then(|| self.new_block(false));
         let terminator_for = |copies: &[(Value, Value)]| match join {
@@ -116,17 +116,17 @@ impl Speculate<'_> {
             }
         };
         if let Some(join) = join.filter(|_| following.is_empty() && passed.is_empty()) {
-            self.add_to_row(row, &checks, copied, &specialised, [cold, join]);
+            self.add_to_row(row, &checks, copied, &fast, [cold, join]);
         }
-        let (specialised, general) = (terminator_for(&specialised), terminator_for(&general));
+        let (fast, slow) = (terminator_for(&fast), terminator_for(&slow));
         let data = &mut self.func.blocks[cold];
-        (data.insts, data.terminator) = (insts, general);
+        (data.insts, data.terminator) = (insts, slow);
         let Some(join) = join else {
-            rest.terminator = specialised;
+            rest.terminator = fast;
             return Some(checks.end);
         };
         let data = &mut self.func.blocks[rest.block];
-        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), specialised);
+        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), fast);
         // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
             self.func.values[value].def = ValueDef::Param(join, at as u32);
@@ -137,10 +137,10 @@ impl Speculate<'_> {
         Some(checks.end)
     }
 
-    /// The region that begins with the first of some instructions, and the checks that it needs. `None` if it has no
+    /// The stretch that begins with the first of some instructions, and the checks that it needs. `None` if it has no
     /// operation that is faster on integers.
     fn find_checks<'a>(&self, insts: &'a [Inst], row: Option<&Row>) -> Option<Checks<'a>> {
-        let short = insts.get(..MAX_REGION).unwrap_or(insts);
+        let short = insts.get(..MAX_STRETCH).unwrap_or(insts);
         let has_effect = |&inst: &Inst| self.func.inst(inst).has_effect();
         let effect = short.iter().position(has_effect).unwrap_or(short.len());
         let (before, rest) = insts.split_at_checked(effect)?;
@@ -158,7 +158,7 @@ impl Speculate<'_> {
                 self.add_checks(data, &mut checks);
             }
             if checks.values.len() > MAX_CHECKS && count > 0 {
-                // The region ends before this operation.
+                // The stretch ends before this operation.
                 checks.values.truncate(count);
                 (checks.insts, checks.end) = (before.get(..at)?, at);
                 break;
@@ -311,7 +311,7 @@ impl Speculate<'_> {
             |this: &Self, value| insts.iter().any(|&inst| this.func.result(inst) == Some(value));
         for &(value, check) in &checks.values {
             if !is_own(self, value) {
-                waiting.push(self.check(value, value, check, rest, loc));
+                waiting.push(self.write_check(value, value, check, rest, loc));
             }
         }
         for &inst in insts {
@@ -343,7 +343,7 @@ impl Speculate<'_> {
             let Some(old) = self.func.result(inst) else { continue };
             copies.all.push((old, new));
             if let Some(check) = checks.check(old) {
-                waiting.push(self.check(old, new, check, rest, loc));
+                waiting.push(self.write_check(old, new, check, rest, loc));
             }
         }
         self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
@@ -358,7 +358,7 @@ impl Speculate<'_> {
     }
 
     /// Writes the check of a value, of which `new` is the copy.
-    fn check(
+    fn write_check(
         &mut self,
         checked: Value,
         new: Value,
