@@ -326,6 +326,7 @@ impl FuncData {
     ///
     /// # Panics
     /// If the block is not of this function; [`verify`](crate::verify) finds such references.
+    #[inline]
     pub fn block(&self, block: Block) -> &BlockData {
         &self.blocks[block]
     }
@@ -334,16 +335,19 @@ impl FuncData {
     ///
     /// # Panics
     /// If it is not of this function.
+    #[inline]
     pub fn inst(&self, inst: Inst) -> &InstData {
         &self.insts[inst]
     }
 
     /// The statement that an instruction belongs to, or [`StatementId::NONE`].
+    #[inline]
     pub fn loc(&self, inst: Inst) -> StatementId {
         self.locs.get(inst).copied().unwrap_or(StatementId::NONE)
     }
 
     /// The result of an instruction; `None` if it has none, or is not of this function.
+    #[inline]
     pub fn result(&self, inst: Inst) -> Option<Value> {
         self.results.get(inst).copied().flatten()
     }
@@ -352,6 +356,7 @@ impl FuncData {
     ///
     /// # Panics
     /// If the value is not of this function.
+    #[inline]
     pub fn ty(&self, value: Value) -> Type {
         self.values[value].ty
     }
@@ -365,6 +370,7 @@ impl FuncData {
     }
 
     /// The instruction whose result a value is; `None` for a parameter of a block.
+    #[inline]
     pub fn def_inst(&self, value: Value) -> Option<&InstData> {
         match self.values.get(value)?.def {
             ValueDef::Result(inst) => self.insts.get(inst),
@@ -382,6 +388,7 @@ impl FuncData {
 
     /// The constant that a value is: an integer in the form of [`Type::wrap`], or the bits of a
     /// double. `None` if the value is not defined by a constant.
+    #[inline]
     pub fn constant(&self, value: Value) -> Option<i64> {
         match self.def_inst(value)? {
             InstData::Iconst { ty: _, value } => Some(*value),

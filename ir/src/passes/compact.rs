@@ -5,14 +5,20 @@
 //! [function](crate::func). This pass makes new tables that hold only what is left, in the order in
 //! which it stands (in text `block0: v3, v7` becomes `block0: v0, v1`), so that code generation and
 //! later passes do not visit the rest. It changes nothing else; entries keep their labels.
+//!
+//! A function that another pass got wrong stays as it is, where numbering it again could hide the mistake from the
+//! [verifier](crate::verify), which looks at it before code generation.
 
 use super::graph::Graph;
 use crate::func::ValueData;
 use crate::{Block, FuncData, PrimaryMap, Value, ValueDef};
 
-/// Runs the pass.
-pub(super) fn run(func: &mut FuncData) {
+/// Runs the pass; returns whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
+    if !has_plain_numbers(func, &graph) {
+        return false;
+    }
     let mut blocks = PrimaryMap::from(vec![Block(0); func.block_count()]);
     let mut count = 0;
     for (block, slot) in &mut blocks {
@@ -74,4 +80,26 @@ pub(super) fn run(func: &mut FuncData) {
     func.locs = new.locs;
     func.results = new.results;
     func.values = new.values;
+    true
+}
+
+/// Whether each instruction stands once, and each operand is the number of a value.
+fn has_plain_numbers(func: &FuncData, graph: &Graph) -> bool {
+    let mut seen = vec![false; func.insts.len()];
+    let mut plain = true;
+    let mut check = |value: Value| plain &= value.index() < func.value_count();
+    for &block in &graph.order {
+        let data = func.block(block);
+        for &inst in &data.insts {
+            match seen.get_mut(inst.index()) {
+                Some(seen @ false) => *seen = true,
+                _ => return false,
+            }
+            func.inst(inst).for_each_arg(&mut check);
+        }
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(&mut check);
+        }
+    }
+    plain
 }

@@ -124,10 +124,7 @@ impl Pass {
                 gates::run(func);
                 true
             }
-            Self::Compact => {
-                compact::run(func);
-                true
-            }
+            Self::Compact => compact::run(func),
         }
     }
 }

@@ -39,13 +39,9 @@ impl Stage<'_> {
         }
     }
 
-    /// Runs one pass, if it may run; returns what [`Pass::run`] returns, or false. What the verifier refuses is not
-    /// numbered again, so that code generation finds the mistake as it is.
+    /// Runs one pass, if it may run; returns what [`Pass::run`] returns, or false.
     pub(super) fn pass(&mut self, pass: Pass) -> bool {
-        let is_hidden_by_it = pass == Pass::Compact;
-        if !self.passes.contains(pass)
-            || is_hidden_by_it && !verify::function(self.module, &self.func).is_empty()
-        {
+        if !self.passes.contains(pass) {
             return false;
         }
         let start = Instant::now();
