@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use plcc_image::latch::{InputEvent, InputLatch};
 use plcc_image::layout::{self, HEADER_SIZE, State};
-use plcc_image::sequence::{begin_write, end_write, read_word, write_word};
+use plcc_image::sequence::{begin_write, end_write, write_word};
 use plcc_image::{Access, Number, SharedMemory, monotonic_ns};
 
 use super::content::Content;
@@ -39,7 +39,6 @@ pub enum ImageFileError {
 pub struct Publisher {
     memory: SharedMemory,
     pages: Pages,
-    image_size: usize,
     inputs: InputLatch,
     /// For each slot of the area for inputs its variable and its name.
     slots: Vec<(VariableKey, Arc<str>)>,
@@ -154,8 +153,7 @@ impl Publisher {
         file.lock()?;
         Ok(Self {
             memory: SharedMemory::map(&file, Access::Write)?,
-            pages: Pages::new(content.image.len(), content.used),
-            image_size: content.image.len(),
+            pages: Pages::new(content.image, content.used),
             inputs: content.latch(area),
             slots: content.symbols.slots.clone(),
             slot_of: content.symbols.slots.iter().map(|&(key, _)| key).zip(0..).collect(),
@@ -180,7 +178,7 @@ impl Publisher {
         else {
             return;
         };
-        if image.len() != self.image_size {
+        if image.len() != self.pages.image_size() {
             return;
         }
         self.sequence = begin_write(counter, self.sequence);
@@ -195,26 +193,7 @@ impl Publisher {
                 write_word(word, value.to_le());
             }
         }
-        // Each page's words of eight bytes, those that the image has and those of the file, and what follows the
-        // last whole word of an image whose length is no multiple of eight.
-        let page_of = |page: usize| {
-            let bytes = image.get(page * PAGE..).unwrap_or_default();
-            let (whole, rest) = bytes.get(..PAGE).unwrap_or(bytes).as_chunks();
-            let words = shared.get(page * PAGE / 8..).unwrap_or_default();
-            let last = words.get(whole.len()).filter(|_| !rest.is_empty());
-            (whole.iter().zip(words), last.map(|word| (partial_word(rest), word)))
-        };
-        let copy = |page| {
-            let (whole, last) = page_of(page);
-            whole.for_each(|(bytes, word)| write_word(word, u64::from_ne_bytes(*bytes)));
-            last.into_iter().for_each(|(value, word)| write_word(word, value));
-        };
-        let differs = |page| {
-            let (mut whole, last) = page_of(page);
-            whole.any(|(bytes, word)| read_word(word) != u64::from_ne_bytes(*bytes))
-                || last.is_some_and(|(value, word)| read_word(word) != value)
-        };
-        self.pages.visit(copy, differs);
+        self.pages.write_changes(image, shared);
         end_write(counter, self.sequence);
     }
 
@@ -276,11 +255,4 @@ impl Publisher {
             end_write(counter, self.sequence);
         }
     }
-}
-
-/// The word that holds fewer than eight bytes in their order; missing ones are 0.
-fn partial_word(bytes: &[u8]) -> u64 {
-    let mut whole = [0; 8];
-    whole.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-    u64::from_ne_bytes(whole)
 }
