@@ -1,6 +1,6 @@
 //! Reads and writes files so that nothing outside can hang the program: only regular files are read,
 //! and no more of them than a limit; files are replaced as a whole, never half written; a FIFO is
-//! opened without waiting for the other side. Also says in plain words why a file can't be read or
+//! opened without waiting for the other side; background writers keep others from waiting for a file. Also says in plain words why a file can't be read or
 //! written.
 //!
 //! ```
@@ -11,6 +11,7 @@
 //! assert!(why_not_read(&error).starts_with("it is a device"));
 //! ```
 
+mod background_writer;
 mod file_lock;
 
 use std::fs::{self, File, FileType, Metadata, OpenOptions, Permissions};
@@ -19,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
+pub use background_writer::{BackgroundWriter, Next, Retry, UNTIL_WOKEN, Unfinished};
 pub use file_lock::{LockError, has_name, open_locked};
 
 /// The longest table of values over time that is read (`--stimulus`), in bytes.

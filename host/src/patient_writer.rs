@@ -8,10 +8,11 @@
 use std::io::{self, ErrorKind, Write};
 use std::time::{Duration, Instant};
 
-/// Time after an error until the next attempt.
-const FIRST_RETRY: Duration = Duration::from_millis(50);
-/// The longest time between two attempts; it doubles from one to the next up to this.
-const LONGEST_RETRY: Duration = Duration::from_secs(1);
+use plcc_files::{BackgroundWriter, Next, Retry};
+use plcc_runtime::small_thread::small_thread;
+
+/// How long a background writer waits before it looks again whether the file takes bytes.
+const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
 /// What became of an attempt to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,8 +38,8 @@ pub(crate) struct PatientWriter<W> {
     pending: Vec<u8>,
     /// How many of them are written.
     written: usize,
-    /// After an error: when the next attempt is made, and the pause before it.
-    retry: Option<(Instant, Duration)>,
+    /// When the next attempt is made after an error.
+    retry: Retry,
     /// Whether the reader has left.
     closed: bool,
 }
@@ -46,7 +47,7 @@ pub(crate) struct PatientWriter<W> {
 impl<W: Write> PatientWriter<W> {
     /// Nothing is written yet.
     pub(crate) fn new(to: W) -> Self {
-        Self { to, pending: Vec::new(), written: 0, retry: None, closed: false }
+        Self { to, pending: Vec::new(), written: 0, retry: Retry::default(), closed: false }
     }
 
     /// Whether all bytes are written.
@@ -71,7 +72,7 @@ impl<W: Write> PatientWriter<W> {
             self.pending.clear();
             return WriteOutcome::Closed;
         }
-        if self.retry.is_some_and(|(at, _)| now < at) {
+        if !self.retry.is_due(now) {
             return WriteOutcome::Waiting;
         }
         while let Some(rest) = self.pending.get(self.written..).filter(|rest| !rest.is_empty()) {
@@ -88,10 +89,7 @@ impl<W: Write> PatientWriter<W> {
         }
         self.pending.clear();
         self.written = 0;
-        match self.retry.take() {
-            Some(_) => WriteOutcome::Recovered,
-            None => WriteOutcome::Done,
-        }
+        if self.retry.succeeded() { WriteOutcome::Recovered } else { WriteOutcome::Done }
     }
 
     fn failed(&mut self, error: &io::Error, now: Instant) -> WriteOutcome {
@@ -106,10 +104,7 @@ impl<W: Write> PatientWriter<W> {
             std::thread::sleep(Duration::from_millis(1));
             return WriteOutcome::Waiting;
         }
-        let first = self.retry.is_none();
-        let pause = self.retry.map_or(FIRST_RETRY, |(_, former)| (former * 2).min(LONGEST_RETRY));
-        self.retry = Some((now + pause, pause));
-        if first {
+        if self.retry.failed(now) {
             WriteOutcome::Failed(error.kind(), plcc_files::why_not_written(error))
         } else {
             WriteOutcome::Waiting
@@ -117,9 +112,44 @@ impl<W: Write> PatientWriter<W> {
     }
 }
 
+/// Starts a thread of this name that writes, again and again, what `fill` appends to an empty buffer, after
+/// what `writer` holds already. `fill` appends nothing where its queue is empty; it is looked into again after the time
+/// `idle`. `report` is told of every outcome but `Done` and `Waiting`, of `Closed` once.
+///
+/// # Errors
+/// When no thread can be started.
+pub(crate) fn write_in_background(
+    name: &str,
+    mut writer: PatientWriter<impl Write + Send + 'static>,
+    idle: Duration,
+    mut fill: impl FnMut(&mut Vec<u8>) + Send + 'static,
+    mut report: impl FnMut(WriteOutcome) + Send + 'static,
+) -> io::Result<BackgroundWriter> {
+    BackgroundWriter::start(small_thread(name), move |_| {
+        // More is taken only when all before is written: what waits here is then never more than the queue holds.
+        if writer.is_empty() {
+            fill(writer.buffer());
+            if writer.is_empty() {
+                return Next::Idle(idle);
+            }
+        }
+        let was_closed = writer.is_closed();
+        match writer.write(Instant::now()) {
+            WriteOutcome::Done => {}
+            WriteOutcome::Waiting => return Next::Later(LOOK_AGAIN),
+            WriteOutcome::Closed if was_closed => {}
+            outcome => report(outcome),
+        }
+        Next::Continue
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The first pause of [`Retry`].
+    const FIRST_RETRY: Duration = Duration::from_millis(50);
 
     /// Takes five bytes, then is full until `room` is made.
     struct Disk {

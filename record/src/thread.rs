@@ -3,14 +3,12 @@
 //! The thread that runs the ticks puts frames into a queue of bytes. This thread looks at the queue every
 //! 20 ms, and writes what has come to the file at least once a second. When the file can't be written, it
 //! says so once and drops what comes. It asks for a checkpoint every two seconds, and tries to go on
-//! writing with that.
+//! writing with that: this pause is longer than that of other background writers and does not grow, since each attempt
+//! costs a checkpoint, which the thread that runs the ticks makes.
 
 use std::io;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, PoisonError};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, RingBuffer};
@@ -21,7 +19,7 @@ use super::queue::{
 };
 use super::recorder::Recorder;
 use super::run_header::RecordedProgram;
-use plcc_files::why_not_written;
+use plcc_files::{BackgroundWriter, Next, Unfinished, why_not_written};
 use plcc_runtime::Executive;
 use plcc_runtime::small_thread::small_thread;
 
@@ -53,9 +51,7 @@ pub struct RecordThread {
     /// The file's path, for people.
     shown_path: String,
     programs: RecordedPrograms,
-    ending: Arc<AtomicBool>,
-    result: Receiver<Result<(), String>>,
-    thread: JoinHandle<()>,
+    writer: BackgroundWriter,
 }
 
 impl RecordThread {
@@ -76,9 +72,6 @@ impl RecordThread {
         let next_queues = NextQueues::default();
         let wants_checkpoint = file.wants_checkpoint();
         let (programs, shown_path) = (file.programs(), file.path().display().to_string());
-        let ending = Arc::new(AtomicBool::new(false));
-        let (done, result) = sync_channel(1);
-        let flag = Arc::clone(&ending);
         let mut writer = Writer {
             file,
             shown_path: shown_path.clone(),
@@ -89,15 +82,11 @@ impl RecordThread {
             trouble: None,
             written: Instant::now(),
         };
-        let thread = small_thread("record").spawn(move || {
-            // A mistake in plcc must not end more than the record.
-            let end = catch_unwind(AssertUnwindSafe(|| writer.run(&flag)));
-            let failed = Err("an internal error of plcc".to_owned());
-            let _ = done.send(end.unwrap_or(failed));
-        })?;
+        let round = move |ends| writer.round(ends);
+        let writer = BackgroundWriter::start(small_thread("record"), round)?;
         let recorder = Recorder::to_queue(queue, wants_checkpoint, executive);
         let programs = RecordedPrograms { programs, next_queues, length };
-        Ok((recorder, Self { shown_path, programs, ending, result, thread }))
+        Ok((recorder, Self { shown_path, programs, writer }))
     }
 
     /// The list to which the programs of online changes are added.
@@ -110,12 +99,13 @@ impl RecordThread {
     /// # Errors
     /// When it could not be written in that time; the text is for people.
     pub fn finish(self) -> Result<(), String> {
-        self.ending.store(true, Ordering::Release);
-        self.thread.thread().unpark();
-        // A thread that is stuck in writing is left behind.
-        let result = self.result.recv_timeout(END_WAIT);
-        let result = result.unwrap_or_else(|_| Err("it takes too long".into()));
-        result.map_err(|why| format!("the end of the record {} is missing: {why}", self.shown_path))
+        self.writer.finish(Instant::now() + END_WAIT).map_err(|unfinished| {
+            let why = match unfinished {
+                Unfinished::Stuck => "it takes too long".into(),
+                Unfinished::Failed(why) => why,
+            };
+            format!("the end of the record {} is missing: {why}", self.shown_path)
+        })
     }
 }
 
@@ -172,28 +162,24 @@ struct Writer {
 }
 
 impl Writer {
-    /// Writes until the run ends and everything is written.
-    fn run(&mut self, ending: &AtomicBool) -> Result<(), String> {
-        loop {
-            // The flag is read before the queue: so all that was put into the queue before the flag was set is found.
-            let ends = ending.load(Ordering::Acquire);
-            self.take_frames();
-            if ends || self.written.elapsed() >= WRITE_INTERVAL {
-                self.written = Instant::now();
-                let result = if self.trouble.is_none() { self.file.flush() } else { Ok(()) };
-                self.note(result);
-            }
+    /// Writes what has come. At the end there is no further attempt.
+    fn round(&mut self, ends: bool) -> Next {
+        self.take_frames();
+        if ends || self.written.elapsed() >= WRITE_INTERVAL {
+            self.written = Instant::now();
+            let result = if self.trouble.is_none() { self.file.flush() } else { Ok(()) };
+            self.note(result);
+        }
+        if let Some((why, asked)) = &mut self.trouble {
             if ends {
-                return self.trouble.take().map_or(Ok(()), |(why, _)| Err(why));
+                return Next::Failed(std::mem::take(why));
             }
-            if let Some((_, asked)) = &mut self.trouble
-                && asked.elapsed() >= RETRY_INTERVAL
-            {
+            if asked.elapsed() >= RETRY_INTERVAL {
                 *asked = Instant::now();
                 self.file.ask_for_checkpoint();
             }
-            thread::park_timeout(POLL_INTERVAL);
         }
+        Next::Idle(POLL_INTERVAL)
     }
 
     /// Takes the whole frames that are in the queue, and goes on with the next queue if that is in use.

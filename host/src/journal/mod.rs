@@ -44,6 +44,7 @@ use std::time::{Duration, SystemTime};
 pub use entry::{Entry, EntryKind, Severity};
 pub(crate) use progress_line::{FIRST_SHOWN_AFTER, UPDATE_INTERVAL, progress_line};
 use queued::Queued;
+pub(crate) use queued::trouble;
 
 /// How many entries of the thread that runs the ticks wait at most to be written.
 const SCAN_QUEUE: usize = 1024;

@@ -293,7 +293,7 @@ impl Collector {
 }
 
 /// The entry that tells how an attempt to write an output went, where that is worth one.
-fn trouble(output: &'static str, outcome: WriteOutcome) -> Option<EntryKind> {
+pub(crate) fn trouble(output: &'static str, outcome: WriteOutcome) -> Option<EntryKind> {
     match outcome {
         WriteOutcome::Done | WriteOutcome::Waiting => None,
         WriteOutcome::Recovered => Some(EntryKind::OutputRecovered { output }),

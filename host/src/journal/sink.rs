@@ -4,23 +4,22 @@
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
-use crate::patient_writer::{PatientWriter, WriteOutcome};
-use plcc_runtime::small_thread::small_thread;
+use plcc_files::{BackgroundWriter, UNTIL_WOKEN};
+
+use crate::patient_writer::{PatientWriter, WriteOutcome, write_in_background};
 
 /// How many bytes of lines wait at most; what comes then is lost.
 const MAX_WAITING: usize = 1 << 20;
-/// How long the thread sleeps before it tries again to write.
-const RETRY: Duration = Duration::from_millis(20);
 
 /// A queue of lines with the thread that writes them.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Sink {
     name: &'static str,
-    shared: Arc<(Mutex<State>, Condvar)>,
+    state: Arc<Mutex<State>>,
+    writer: BackgroundWriter,
 }
 
 #[derive(Debug, Default)]
@@ -32,10 +31,33 @@ struct State {
     lost: u64,
     /// How attempts to write went since that was last asked for; each outcome once.
     outcomes: Vec<WriteOutcome>,
-    /// Whether the thread is to end when all lines are written.
-    closing: bool,
-    /// Whether it has ended.
-    finished: bool,
+    /// Whether nobody reads the output any more, so that all further lines are lost.
+    closed: bool,
+}
+
+fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl State {
+    /// Takes all lines out of the queue into a buffer.
+    fn take_lines(&mut self, buffer: &mut Vec<u8>) {
+        if self.closed {
+            self.lost += self.lines.len() as u64;
+            self.lines.clear();
+        }
+        for line in self.lines.drain(..) {
+            buffer.extend_from_slice(line.as_bytes());
+        }
+        self.bytes = 0;
+    }
+
+    fn note(&mut self, outcome: WriteOutcome) {
+        self.closed |= outcome == WriteOutcome::Closed;
+        if !self.outcomes.contains(&outcome) {
+            self.outcomes.push(outcome);
+        }
+    }
 }
 
 impl Sink {
@@ -44,11 +66,16 @@ impl Sink {
     /// # Errors
     /// When no thread can be started.
     pub(super) fn start(name: &'static str, to: File) -> io::Result<Self> {
-        let shared: Arc<(Mutex<State>, Condvar)> = Arc::default();
-        let sink = Self { name, shared };
-        let writing = sink.clone();
-        small_thread(name).spawn(move || writing.run(to))?;
-        Ok(sink)
+        let state: Arc<Mutex<State>> = Arc::default();
+        let (filling, reporting) = (Arc::clone(&state), Arc::clone(&state));
+        let writer = write_in_background(
+            name,
+            PatientWriter::new(to),
+            UNTIL_WOKEN,
+            move |buffer| lock(&filling).take_lines(buffer),
+            move |outcome| lock(&reporting).note(outcome),
+        )?;
+        Ok(Self { name, state, writer })
     }
 
     /// What messages call the output.
@@ -56,13 +83,9 @@ impl Sink {
         self.name
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.shared.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Adds a line, with its line feed; never waits. Where there is no room it is lost and counted.
     pub(super) fn push(&self, line: String) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         if state.bytes + line.len() > MAX_WAITING {
             state.lost += 1;
             return;
@@ -70,69 +93,18 @@ impl Sink {
         state.bytes += line.len();
         state.lines.push_back(line);
         drop(state);
-        self.shared.1.notify_all();
+        self.writer.wake();
     }
 
     /// How many lines were lost and how writing went, since this was last called.
     pub(super) fn take_reports(&self) -> (u64, Vec<WriteOutcome>) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         (std::mem::take(&mut state.lost), std::mem::take(&mut state.outcomes))
     }
 
     /// Has the thread end when all lines are written, and waits for that at most until `deadline`;
     /// gives whether all are written.
     pub(super) fn finish(&self, deadline: Instant) -> bool {
-        let mut state = self.lock();
-        state.closing = true;
-        self.shared.1.notify_all();
-        while !state.finished {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return false;
-            }
-            let waited = self.shared.1.wait_timeout(state, left);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        state.lines.is_empty()
-    }
-
-    fn run(&self, to: File) {
-        let mut writer = PatientWriter::new(to);
-        loop {
-            let mut state = self.lock();
-            // Lines are taken out of the queue only when all earlier ones are written: what waits in the
-            // writer is then never more than the queue holds.
-            while state.lines.is_empty() && writer.is_empty() && !state.closing {
-                state = self.shared.1.wait(state).unwrap_or_else(PoisonError::into_inner);
-            }
-            if writer.is_empty() {
-                for line in state.lines.drain(..) {
-                    writer.buffer().extend_from_slice(line.as_bytes());
-                }
-                state.bytes = 0;
-                if writer.is_empty() && state.closing {
-                    state.finished = true;
-                    self.shared.1.notify_all();
-                    return;
-                }
-            }
-            drop(state);
-            let outcome = writer.write(Instant::now());
-            match &outcome {
-                WriteOutcome::Done => continue,
-                WriteOutcome::Waiting => thread::sleep(RETRY),
-                WriteOutcome::Closed | WriteOutcome::Failed(..) | WriteOutcome::Recovered => {}
-            }
-            let mut state = self.lock();
-            let is_news = outcome != WriteOutcome::Waiting && !state.outcomes.contains(&outcome);
-            if is_news {
-                state.outcomes.push(outcome);
-            }
-            if writer.is_closed() {
-                state.lost += state.lines.len() as u64;
-                state.lines.clear();
-                state.bytes = 0;
-            }
-        }
+        self.writer.finish(deadline).is_ok()
     }
 }

@@ -4,9 +4,9 @@
 
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use plcc_files::{BackgroundWriter, Next, UNTIL_WOKEN, Unfinished};
 
 use super::SessionError;
 use super::output::{Output, write_whole};
@@ -15,6 +15,7 @@ use crate::journal::{EntryKind, Journal};
 use crate::output_file::open;
 use crate::run::{ReportQueues, TraceFormat, Watch};
 use plcc_runtime::Executive;
+use plcc_runtime::small_thread::small_thread;
 
 /// How long the end of a run in real time waits for the dump to be written.
 const DUMP_WAIT: Duration = Duration::from_secs(2);
@@ -96,18 +97,18 @@ pub(super) fn write_dump(
             _ => Ok(()),
         };
     }
-    let (path, (done, result)) = (path.to_owned(), channel());
-    let write = move || done.send(write_whole(&path, &text));
-    if let Err(error) = thread::Builder::new().name("dump".into()).spawn(write) {
-        journal.error(failed(error));
-        return Ok(());
-    }
-    match result.recv_timeout(DUMP_WAIT) {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => journal.error(failed(error)),
-        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-            journal.write(EntryKind::OutputStuck { output: "dump" });
-        }
+    let (path, mut text) = (path.to_owned(), Some(text));
+    let write = move |_| match text.take().map(|text| write_whole(&path, &text)) {
+        None | Some(Ok(())) => Next::Idle(UNTIL_WOKEN),
+        Some(Err(error)) => Next::Failed(failed(error)),
+    };
+    match BackgroundWriter::start(small_thread("dump"), write) {
+        Err(error) => journal.error(failed(error)),
+        Ok(writer) => match writer.finish(Instant::now() + DUMP_WAIT) {
+            Ok(()) => {}
+            Err(Unfinished::Failed(why)) => journal.error(why),
+            Err(Unfinished::Stuck) => journal.write(EntryKind::OutputStuck { output: "dump" }),
+        },
     }
     Ok(())
 }

@@ -3,14 +3,13 @@
 //! A thread of its own writes, so that no tick waits for the disk. The thread that runs the ticks
 //! fills a buffer and puts it into a queue; neither of the two operations waits or calls the
 //! operating system. Where the file can't be written, the writing thread tells it at once, keeps the
-//! newest state, and tries again after a pause that doubles each time, until it succeeds.
+//! newest state, and tries again, until it succeeds. Unlike other outputs this one is not left at the first failure when
+//! the run ends: attempts go on for five seconds.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -18,6 +17,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::journal::{EntryKind, Journal};
 use crate::retain::RetainedFile;
 use crate::run::{AfterTick, Hook};
+use plcc_files::{BackgroundWriter, Next, Retry, Unfinished};
 use plcc_runtime::Executive;
 use plcc_runtime::small_thread::small_thread;
 
@@ -28,9 +28,6 @@ const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 /// How often the writing thread looks whether there is a new state. It is not woken, since waking it
 /// is a system call.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-/// Time from an attempt that failed to the next one; it doubles up to the longest.
-const FIRST_RETRY: Duration = Duration::from_millis(100);
-const LONGEST_RETRY: Duration = Duration::from_secs(2);
 /// How long the end of a run waits until the last state is written.
 const END_WAIT: Duration = Duration::from_secs(5);
 /// Buffers that go back and forth between the threads: one is filled, one is to be written, and one
@@ -96,10 +93,8 @@ pub(super) struct RetainedWriter {
     revision: Option<u64>,
     to_write: Producer<Sent>,
     buffer_size: BufferSize,
-    ending: Arc<AtomicBool>,
     shown_trouble: RetainedTrouble,
-    result: Receiver<Result<(), SessionError>>,
-    thread: JoinHandle<()>,
+    thread: BackgroundWriter,
 }
 
 impl RetainedWriter {
@@ -118,8 +113,6 @@ impl RetainedWriter {
         let (to_write, states) = RingBuffer::new(2 * BUFFERS + 1);
         let (used, free) = RingBuffer::new(2 * BUFFERS + 1);
         let buffer_size = BufferSize(Arc::new(BufferSize::of(size).into()));
-        let ending = Arc::new(AtomicBool::new(false));
-        let (tell, result) = sync_channel(1);
         let shown = path.display().to_string();
         let shown_trouble = RetainedTrouble::default();
         let mut writer = Writer {
@@ -133,16 +126,13 @@ impl RetainedWriter {
             newest: None,
             written: None,
             trouble: None,
+            retry: Retry::default(),
+            deadline: None,
             shown_trouble: shown_trouble.clone(),
         };
         writer.make_buffers();
-        let flag = Arc::clone(&ending);
-        let thread = small_thread("retain").spawn(move || {
-            let result = writer.run(&flag);
-            // The lock is given back before the run learns that everything is written.
-            drop(writer);
-            let _ = tell.send(result);
-        });
+        let round = move |ends| writer.round(ends);
+        let thread = BackgroundWriter::start(small_thread("retain"), round);
         let thread = thread.map_err(|error| {
             SessionError(format!("no thread for the retained file can be started: {error}"))
         })?;
@@ -155,9 +145,7 @@ impl RetainedWriter {
             revision: None,
             to_write,
             buffer_size,
-            ending,
             shown_trouble,
-            result,
             thread,
         })
     }
@@ -223,15 +211,16 @@ impl RetainedWriter {
             // There is room for one more than the buffers.
             let _ = self.to_write.push(Sent::State(state));
         }
-        self.ending.store(true, Ordering::Release);
-        self.thread.thread().unpark();
-        // A thread that is stuck in writing is left behind. Its own attempts end a little earlier.
+        // Its own attempts end a little earlier.
         let wait = END_WAIT + Duration::from_millis(500);
-        self.result.recv_timeout(wait).unwrap_or_else(|_| {
+        self.thread.finish(Instant::now() + wait).map_err(|unfinished| {
             let (shown, seconds) = (self.path.display(), END_WAIT.as_secs());
-            Err(SessionError(format!(
-                "the retained file {shown} could not be written within {seconds} s"
-            )))
+            SessionError(match unfinished {
+                Unfinished::Failed(why) => why,
+                Unfinished::Stuck => {
+                    format!("the retained file {shown} could not be written within {seconds} s")
+                }
+            })
         })
     }
 }
@@ -260,8 +249,12 @@ struct Writer {
     written: Option<Vec<u8>>,
     /// What keeps the file from being written, if anything does.
     trouble: Option<Trouble>,
-    /// Where other threads see that.
+    /// When the next attempt is made then.
+    retry: Retry,
+    /// Where other threads see what keeps the file from being written.
     shown_trouble: RetainedTrouble,
+    /// When the attempts end, once the run has ended.
+    deadline: Option<Instant>,
 }
 
 /// What is known while the file can't be written.
@@ -272,45 +265,34 @@ struct Trouble {
     attempts: u64,
     /// Why the last attempt failed.
     error: String,
-    /// When the next attempt is made.
-    next: Instant,
-    /// The pause after that attempt, if it fails.
-    pause: Duration,
 }
 
 impl Writer {
-    /// Writes until the run ends and the last state is written, or five seconds after that.
-    fn run(&mut self, ending: &AtomicBool) -> Result<(), SessionError> {
-        let mut deadline: Option<Instant> = None;
-        loop {
-            // The flag is read first: what was put into the queue before it was set is found then.
-            let ends = ending.load(Ordering::Acquire);
-            while let Ok(sent) = self.states.pop() {
-                if let Sent::State(state) = sent
-                    && let Some(older) = self.newest.replace(state)
-                {
-                    self.give_back(older);
-                }
+    /// Writes the newest state, or tries to.
+    fn round(&mut self, ends: bool) -> Next {
+        while let Ok(sent) = self.states.pop() {
+            if let Sent::State(state) = sent
+                && let Some(older) = self.newest.replace(state)
+            {
+                self.give_back(older);
             }
-            self.make_buffers();
-            let now = Instant::now();
-            if ends && deadline.is_none() {
-                deadline = Some(now + END_WAIT);
-                // The pause between attempts begins anew, so that there are some until then.
-                if let Some(trouble) = &mut self.trouble {
-                    (trouble.next, trouble.pause) = (now, FIRST_RETRY);
-                }
+        }
+        self.make_buffers();
+        let now = Instant::now();
+        if ends && self.deadline.is_none() {
+            self.deadline = Some(now + END_WAIT);
+            // So that there are some attempts until then.
+            self.retry.begin_anew(now);
+        }
+        if self.retry.is_due(now) {
+            self.write(now);
+        }
+        match &self.trouble {
+            None => Next::Idle(POLL_INTERVAL),
+            Some(trouble) if self.deadline.is_some_and(|deadline| now >= deadline) => {
+                Next::Failed(trouble.error.clone())
             }
-            if self.trouble.as_ref().is_none_or(|trouble| now >= trouble.next) {
-                self.write(now);
-            }
-            match &self.trouble {
-                None if ends => return Ok(()),
-                Some(trouble) if deadline.is_some_and(|deadline| now >= deadline) => {
-                    return Err(SessionError(trouble.error.clone()));
-                }
-                _ => thread::park_timeout(POLL_INTERVAL),
-            }
+            Some(_) => Next::Later(POLL_INTERVAL),
         }
     }
 
@@ -375,16 +357,14 @@ impl Writer {
             since: now,
             attempts: 0,
             error: String::new(),
-            next: now,
-            pause: FIRST_RETRY,
         });
         trouble.attempts += 1;
         trouble.error = error;
-        trouble.next = now + trouble.pause;
-        trouble.pause = (trouble.pause * 2).min(LONGEST_RETRY);
+        self.retry.failed(now);
     }
 
     fn recovered(&mut self, now: Instant) {
+        self.retry.succeeded();
         if let Some(trouble) = self.trouble.take() {
             self.shown_trouble.set(None);
             self.journal.write(EntryKind::RetainedFileRecovered {
@@ -415,13 +395,12 @@ mod tests {
             while large.len() < BUFFERS {
                 match writer.take_buffer() {
                     Some(buffer) => large.push(buffer),
-                    None => thread::yield_now(),
+                    None => std::thread::yield_now(),
                 }
             }
             assert!(large.iter().all(|buffer| buffer.capacity() >= size));
             writer.spare = large.pop();
         }
-        writer.ending.store(true, Ordering::Release);
-        writer.thread.join().unwrap();
+        assert_eq!(writer.thread.finish(Instant::now() + END_WAIT), Ok(()));
     }
 }
