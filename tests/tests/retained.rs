@@ -52,7 +52,9 @@ fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
     running.says("the retained file");
     wait_until("an entry of the log", || folder.read("log").contains("retained_file_failed"));
     assert!(status(&folder).contains("can't be written"), "{}", status(&folder));
-    thread::sleep(Duration::from_millis(1500));
+    // So many ticks that several attempts have failed.
+    let failed = ticks(&folder);
+    wait_until("further ticks", || ticks(&folder) >= failed + 150);
     fs::rename(folder.path("away"), folder.path("disk")).unwrap();
     let before = saved_count_without_lock(&folder);
     running.says("is written again");
@@ -63,6 +65,13 @@ fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
     running.end();
     assert!(saved_count(&folder, "disk/kept") > before);
     assert!(folder.read("log").contains("\"retained_file_recovered\""));
+}
+
+/// How many ticks a running process has done.
+fn ticks(folder: &Folder) -> u64 {
+    let status = status(folder);
+    let (_, ticks) = status.split_once("\"ticks\":").unwrap();
+    ticks.trim_end_matches(['}', ',', '\n']).split([',', '}']).next().unwrap().parse().unwrap()
 }
 
 /// The reply of a running process to the request for its status.

@@ -42,9 +42,18 @@ impl UsedBefore {
     }
 }
 
+/// The processor time that this thread has used, or what a test says of it.
+fn processor_time() -> Duration {
+    #[cfg(test)]
+    if let Some(time) = tests::PROCESSOR_TIME.get() {
+        return time;
+    }
+    own_time()
+}
+
 /// The processor time that this thread has used.
 #[cfg(target_os = "linux")]
-fn processor_time() -> Duration {
+fn own_time() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(ClockId::ThreadCPUTime);
     let (seconds, nanoseconds) = (u64::try_from(time.tv_sec), u32::try_from(time.tv_nsec));
@@ -53,7 +62,7 @@ fn processor_time() -> Duration {
 
 /// On other systems the time on the clock stands for it.
 #[cfg(not(target_os = "linux"))]
-fn processor_time() -> Duration {
+fn own_time() -> Duration {
     use std::sync::OnceLock;
     static START: OnceLock<Instant> = OnceLock::new();
     START.get_or_init(Instant::now).elapsed()
@@ -134,9 +143,14 @@ impl<'a> ModuleTime<'a> {
 mod tests {
     use super::*;
 
-    /// A share of real time that begins now.
+    thread_local! {
+        /// The processor time that a test gives its thread.
+        pub(super) static PROCESSOR_TIME: Cell<Option<Duration>> = const { Cell::new(None) };
+    }
+
+    /// A share of real time that began a minute ago.
     fn share(time: Duration, is_suspended: bool) -> Share {
-        let began = Instant::now();
+        let began = Instant::now().checked_sub(Duration::from_secs(60)).unwrap();
         Share { time: Some((began, time)), began: Some(began), is_suspended }
     }
 
@@ -146,25 +160,33 @@ mod tests {
 
     #[test]
     fn a_share_is_used_up_by_processor_time() {
+        let millisecond = Duration::from_millis(1);
+        let uses = |time| PROCESSOR_TIME.set(Some(millisecond * 7 + time));
+        uses(Duration::ZERO);
         let used_before = UsedBefore::default();
         used_before.begin(true);
         let hour = share(Duration::from_secs(3600), false);
         let hour = time(&used_before, &hour);
-        assert!(!hour.is_used_up() && !hour.is_over());
-        let millisecond = Duration::from_millis(1);
         let short = share(millisecond, false);
         let short = time(&used_before, &short);
-        // Waiting uses no processor time, or hardly any.
-        std::thread::sleep(millisecond * 2);
+        let suspended = share(millisecond, true);
+        let suspended = time(&used_before, &suspended);
+        // A minute has passed, but the thread has waited.
+        assert!(!short.is_used_up() && !short.is_over());
+        uses(millisecond * 9 / 10);
+        assert!(!short.is_used_up());
+        assert_eq!(short.left_of_share(), Some(millisecond / 10));
+        uses(millisecond);
+        assert!(short.is_used_up() && short.is_over());
+        assert!(suspended.is_used_up() && !suspended.is_over(), "it is suspended, not stopped");
+        assert!(!hour.is_used_up() && !hour.is_over());
+    }
+
+    #[test]
+    fn the_processor_time_of_a_thread_that_computes_grows() {
         let start = processor_time();
-        // This ends once a millisecond of processor time is used.
-        while !short.is_used_up() {}
-        assert!(short.is_over());
-        assert!(processor_time() - start <= Duration::from_secs(1));
-        assert!(
-            !time(&used_before, &share(Duration::ZERO, true)).is_over(),
-            "it is suspended, not stopped"
-        );
+        while processor_time() == start {}
+        assert!(processor_time() > start);
     }
 
     #[test]
