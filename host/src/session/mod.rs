@@ -2,8 +2,8 @@
 //! executive, reads the stimulus and the retained file, runs the ticks until their end or Ctrl-C,
 //! shows progress, writes the outputs, and gives the exit status.
 
+mod interfaces;
 mod output;
-mod outside;
 mod predecessor;
 mod record;
 pub mod replay;
@@ -41,9 +41,9 @@ pub use crate::exit_status::{DONE, INTERRUPTED, STOPPED, SessionError, USAGE};
 use crate::output_file::open;
 use crate::realtime_priority;
 use crate::signal_listener::refuse_suspension;
+use interfaces::{Interfaces, StatusSources};
 pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
 use output::{check_paths, check_retained, check_writable};
-use outside::{Outside, StatusSources};
 use predecessor::Predecessor;
 use record::{IdleCheckpoints, Record};
 use reports::Reports;
@@ -186,7 +186,7 @@ impl Job<'_> {
         let recorded = record.programs();
         let sources = StatusSources { retained: &retained, timing: &timing, recorded };
         let before = (&predecessor, journal);
-        let mut outside = Outside::start(
+        let mut interfaces = Interfaces::start(
             program,
             args,
             machine,
@@ -196,9 +196,9 @@ impl Job<'_> {
             before,
         )?;
         let reports = Reports::open(args, &watch, executive, journal);
-        if let (Err(_), Some(outside)) = (&reports, &mut outside) {
+        if let (Err(_), Some(interfaces)) = (&reports, &mut interfaces) {
             // Nothing runs, and the image file is to say so.
-            outside.hook.end(0, executive);
+            interfaces.hook.end(0, executive);
         }
         let mut reports = reports?;
         let mut progress = Progress::new(ticks);
@@ -214,8 +214,8 @@ impl Job<'_> {
         if let RetainedData::Continually(writer) = &mut retained {
             hooks.push(writer);
         }
-        if let Some(outside) = &mut outside {
-            hooks.push(&mut outside.hook);
+        if let Some(interfaces) = &mut interfaces {
+            hooks.push(&mut interfaces.hook);
         }
         // The last, since it takes what is left of the time until the next tick.
         let mut idle_checkpoints = IdleCheckpoints;
@@ -249,8 +249,8 @@ impl Job<'_> {
             link.ending();
         }
         progress.clear();
-        if let Some(outside) = &mut outside {
-            outside.hook.end(end.ticks, executive);
+        if let Some(interfaces) = &mut interfaces {
+            interfaces.hook.end(end.ticks, executive);
         }
 
         let recorded = record.finish(&mut replaceable, &end, journal);

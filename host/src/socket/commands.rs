@@ -110,12 +110,12 @@ pub(crate) fn queues() -> (ScanEnd, SocketEnd) {
 /// stored one after the other, so that a reader may get the state of one tick and the number of the
 /// next.
 #[derive(Debug, Default)]
-pub(crate) struct Reached {
+pub(crate) struct RunProgress {
     ticks: AtomicU64,
     state: AtomicU64,
 }
 
-impl Reached {
+impl RunProgress {
     /// Notes how far the run has come.
     pub(crate) fn set(&self, ticks: u64, state: State) {
         self.ticks.store(ticks, Ordering::Relaxed);

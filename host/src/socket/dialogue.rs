@@ -5,9 +5,9 @@ use std::sync::Arc;
 use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
 use serde_json::Value as Json;
 
-use super::commands::{Reached, queues};
-use super::hook::OutsideHook;
-use super::requests::{self, Requests, Surroundings};
+use super::commands::{RunProgress, queues};
+use super::hook::InterfaceHook;
+use super::requests::{self, Requests, RunServices};
 use crate::Peer;
 use crate::journal::{Journal, ScanJournal};
 use crate::run::{BeforeTick, Hook, Player, Stimulus, Watch};
@@ -23,7 +23,7 @@ use plcc_runtime::Executive;
 /// uses it.
 pub struct Dialogue {
     requests: Requests,
-    hook: OutsideHook,
+    hook: InterfaceHook,
     executive: ReplaceableExecutive,
     by: Peer,
 }
@@ -51,8 +51,8 @@ impl Dialogue {
     pub fn new(program: Program, make_executive: requests::MakeExecutive) -> Result<Self, String> {
         let executive = make_executive(&program)?;
         let (scan_end, socket_end) = queues();
-        let reached = Arc::new(Reached::default());
-        let surroundings = Surroundings {
+        let progress = Arc::new(RunProgress::default());
+        let services = RunServices {
             program: Arc::new(program),
             allow: Permission::ALL.map(|(permission, _)| permission).to_vec(),
             image: None,
@@ -69,11 +69,11 @@ impl Dialogue {
             journal: Journal::discarding(),
         };
         let requests =
-            Requests::new(executive.as_ref(), socket_end, Arc::clone(&reached), surroundings);
+            Requests::new(executive.as_ref(), socket_end, Arc::clone(&progress), services);
         let by = Peer { user: String::new(), uid: 0, pid: 0, command: String::new() };
         Ok(Self {
             requests,
-            hook: OutsideHook::new(Some(scan_end), None, reached, false),
+            hook: InterfaceHook::new(Some(scan_end), None, progress, false),
             executive: ReplaceableExecutive::new(executive),
             by,
         })
@@ -90,9 +90,9 @@ impl Dialogue {
         let RequestLine { id, request } = RequestLine::parse(line);
         let outcome = match request {
             Ok(request) => self.requests.handle(request, &self.by),
-            Err(failure) => requests::Handled::Done(Err(failure)),
+            Err(failure) => requests::RequestState::Done(Err(failure)),
         };
-        if let requests::Handled::Done(result) = outcome {
+        if let requests::RequestState::Done(result) = outcome {
             return reply(&id, result);
         }
         loop {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use plcc_image::monotonic_ns;
 
-use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
+use super::commands::{Answer, Batch, Command, Item, RunProgress, ScanEnd};
 use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
 use plcc_protocol::VALUES_PER_TICK;
@@ -25,10 +25,10 @@ const HELD_BY_WRITER: &str = "is given by another process by the image file ([[i
                               force it instead (force)";
 
 /// What acts on a run from outside, and shows it to the outside.
-pub(crate) struct OutsideHook {
+pub(crate) struct InterfaceHook {
     socket: Option<ScanEnd>,
     publisher: Option<Publisher>,
-    reached: Arc<Reached>,
+    progress: Arc<RunProgress>,
     /// A command with a batch of which a part is done.
     unfinished: Option<Command>,
     /// What the image file and the socket were told last.
@@ -41,17 +41,17 @@ pub(crate) struct OutsideHook {
     inputs_again: bool,
 }
 
-impl OutsideHook {
+impl InterfaceHook {
     pub(crate) fn new(
         socket: Option<ScanEnd>,
         publisher: Option<Publisher>,
-        reached: Arc<Reached>,
+        progress: Arc<RunProgress>,
         has_stimulus: bool,
     ) -> Self {
         Self {
             socket,
             publisher,
-            reached,
+            progress,
             unfinished: None,
             state: State::Prepared,
             held: false,
@@ -127,7 +127,7 @@ impl OutsideHook {
     }
 
     fn publish(&mut self, ticks: u64, executive: &dyn Executive) {
-        self.reached.set(ticks, self.state);
+        self.progress.set(ticks, self.state);
         if let Some(publisher) = &mut self.publisher {
             let mut forces = 0;
             executive.each_force(&mut |_, _| forces += 1);
@@ -188,7 +188,7 @@ fn force_all(batch: &mut Batch, executive: &mut dyn Executive, left: &mut usize)
     true
 }
 
-impl Hook for OutsideHook {
+impl Hook for InterfaceHook {
     fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
         self.carry_out_commands(now);
         // A program that stands still takes no inputs.
@@ -204,7 +204,7 @@ impl Hook for OutsideHook {
     }
 }
 
-impl OutsideHook {
+impl InterfaceHook {
     /// Carries out what has come by the socket, and stops the program or has it go on.
     fn carry_out_commands(&mut self, now: &mut BeforeTick<'_>) {
         let Some(mut socket) = self.socket.take() else { return };

@@ -30,12 +30,12 @@ mod server;
 mod tests;
 mod token_bucket;
 
-pub(crate) use commands::{Reached, queues};
+pub(crate) use commands::{RunProgress, queues};
 pub use dialogue::Dialogue;
-pub(crate) use hook::OutsideHook;
+pub(crate) use hook::InterfaceHook;
 pub(crate) use peer::Admitted;
 pub use peer::{AllowedGroup, AllowedUser};
 pub(crate) use requests::Requests;
-pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, Surroundings, Timing};
+pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, RunServices, Timing};
 pub use server::SocketError;
 pub(crate) use server::{Server, is_in_use};

@@ -36,7 +36,7 @@ pub(super) struct Named {
 }
 
 /// The program that the socket serves, with its names, and the forces in effect.
-pub(super) struct Served {
+pub(super) struct ServedProgram {
     pub(super) program: Arc<Program>,
     /// The artifact or source, for people.
     pub(super) title: String,
@@ -58,7 +58,7 @@ fn too_many() -> Failure {
     Failure::new(ErrorCode::TooLarge, format!("one request can name {MAX_NAMES} variables at most"))
 }
 
-impl Served {
+impl ServedProgram {
     /// `executive` is one of the program.
     pub(super) fn new(program: Arc<Program>, executive: &dyn Executive) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();

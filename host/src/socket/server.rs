@@ -20,7 +20,7 @@ use thiserror::Error;
 
 use super::connection::{Connected, Connection};
 use super::peer::Admitted;
-use super::requests::{Handled, Requests};
+use super::requests::{RequestState, Requests};
 use super::token_bucket::TokenBucket;
 use crate::Peer;
 use crate::journal::EntryKind;
@@ -329,15 +329,15 @@ impl SocketThread {
                 let RequestLine { id, request } = RequestLine::parse(&line);
                 let outcome = match request {
                     Ok(request) => requests.handle(request, &connection.peer),
-                    Err(failure) => Handled::Done(Err(failure)),
+                    Err(failure) => RequestState::Done(Err(failure)),
                 };
                 match outcome {
-                    Handled::Done(result) => {
+                    RequestState::Done(result) => {
                         if connection.send(reply(&id, result), now) == Connected::Closed {
                             return false;
                         }
                     }
-                    Handled::Waits => {
+                    RequestState::Pending => {
                         connection.waits = true;
                         waiting.push_back(Waiting { client: connection.number, id });
                     }

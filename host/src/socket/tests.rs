@@ -7,7 +7,7 @@ use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
 use super::commands::{Answer, Command, ScanEnd, queues};
-use super::requests::{Handled, Requests, Surroundings};
+use super::requests::{RequestState, Requests, RunServices};
 use crate::Peer;
 use crate::journal::Journal;
 use plcc_protocol::{Assignment, ErrorCode, Permission, Request, TimingSummary};
@@ -38,7 +38,7 @@ fn program() -> Program {
 fn status(requests: &mut Requests) -> Json {
     let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
     match requests.handle(Request::Status {}, &by) {
-        Handled::Done(Ok(status)) => status,
+        RequestState::Done(Ok(status)) => status,
         _ => panic!("the status is always told"),
     }
 }
@@ -48,7 +48,7 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
     let program = program();
     let executive = PmiExecutive::new(&program, PmiOptions::default()).unwrap();
     let (scan_end, socket_end) = queues();
-    let surroundings = Surroundings {
+    let services = RunServices {
         program: std::sync::Arc::new(program),
         allow: vec![Permission::Force, Permission::Stop],
         image: None,
@@ -64,8 +64,8 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
         retained: Box::new(|| None),
         journal: Journal::discarding(),
     };
-    let reached = std::sync::Arc::default();
-    (Requests::new(&executive, socket_end, reached, surroundings), scan_end)
+    let progress = std::sync::Arc::default();
+    (Requests::new(&executive, socket_end, progress, services), scan_end)
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
     let force =
         || Request::Force { values: vec![Assignment { name: "LAMP".into(), value: 1.into() }] };
-    assert!(matches!(requests.handle(force(), &by), Handled::Waits));
+    assert!(matches!(requests.handle(force(), &by), RequestState::Pending));
     assert!(requests.is_exclusive(), "until the thread that runs the ticks has answered");
     assert_eq!(status(&mut requests)["forces"], json!([]));
     let mut command = scan_end.commands.pop().unwrap();
@@ -83,9 +83,11 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     batch.forces.extend(batch.items.iter().filter_map(|item| Some((item.key, item.setting?))));
     scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
     assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
-    while matches!(requests.handle(Request::Stop {}, &by), Handled::Waits) {}
+    while matches!(requests.handle(Request::Stop {}, &by), RequestState::Pending) {}
     for request in [Request::Unforce { names: vec![], all: true }, force()] {
-        let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
+        let RequestState::Done(Err(failure)) = requests.handle(request, &by) else {
+            panic!("done")
+        };
         assert_eq!(failure.code, ErrorCode::Busy);
         assert_eq!(status(&mut requests)["forces"], json!([{"name": "LAMP", "value": "1"}]));
     }

@@ -12,9 +12,9 @@ use plcc_image::latch::Rule;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-use self::online_change::{Exchange, Previous};
-use super::commands::{Answer, Batch, Command, Reached, SocketEnd};
-use super::program::{ForceChange, Named, Served};
+use self::online_change::{PendingChange, Previous};
+use super::commands::{Answer, Batch, Command, RunProgress, SocketEnd};
+use super::program::{ForceChange, Named, ServedProgram};
 use crate::Peer;
 use crate::journal::{EntryKind, Journal};
 use plcc_protocol::{
@@ -51,7 +51,7 @@ pub type RetainedStatus = Box<dyn Fn() -> Option<Retained> + Send>;
 pub(crate) type MakeRecorderProgram = Box<dyn Fn(u16, &dyn Executive) -> RecorderProgram + Send>;
 
 /// What the socket's thread needs of the run around it.
-pub struct Surroundings {
+pub struct RunServices {
     /// The program that runs at the beginning.
     pub program: Arc<Program>,
     /// What clients may do besides reading.
@@ -79,15 +79,15 @@ pub struct Surroundings {
 }
 
 /// What becomes of a request.
-pub(super) enum Handled {
+pub(super) enum RequestState {
     /// It is done or refused.
     Done(Result<Json, Failure>),
     /// The thread that runs the ticks carries it out; the reply waits for its answer.
-    Waits,
+    Pending,
 }
 
 /// What is done when the thread that runs the ticks has answered a command.
-enum OnAnswer {
+enum Continuation {
     /// The values are put into the reply, under these names.
     Show(Vec<Named>),
     /// These entries, which say who did what, are written into the journal.
@@ -98,22 +98,22 @@ enum OnAnswer {
     /// new forces as they were given.
     Force { texts: Vec<(VariableKey, String)>, entries: Vec<EntryKind> },
     /// The online change is finished.
-    Exchange(Box<Exchange>),
+    OnlineChange(Box<PendingChange>),
 }
 
 /// Carries out requests.
 pub(crate) struct Requests {
-    served: Served,
+    current: ServedProgram,
     previous: Option<Previous>,
     queues: SocketEnd,
-    reached: Arc<Reached>,
+    progress: Arc<RunProgress>,
     /// What is done with the next answers, in the order in which they come.
-    on_answers: VecDeque<OnAnswer>,
+    continuations: VecDeque<Continuation>,
     /// Whether an online change or a force is under way.
     is_exclusive: bool,
     /// How many online changes there have been, rollbacks among them.
     generation: u64,
-    surroundings: Surroundings,
+    services: RunServices,
     pub(super) journal: Journal,
 }
 
@@ -124,8 +124,8 @@ fn json(answer: &impl Serialize) -> Result<Json, Failure> {
 }
 
 /// A request that is carried out, with its answer.
-fn done(answer: &impl Serialize) -> Result<Handled, Failure> {
-    Ok(Handled::Done(json(answer)))
+fn done(answer: &impl Serialize) -> Result<RequestState, Failure> {
+    Ok(RequestState::Done(json(answer)))
 }
 
 fn busy() -> Failure {
@@ -141,20 +141,20 @@ impl Requests {
     pub(crate) fn new(
         executive: &dyn Executive,
         queues: SocketEnd,
-        reached: Arc<Reached>,
-        surroundings: Surroundings,
+        progress: Arc<RunProgress>,
+        services: RunServices,
     ) -> Self {
-        let served = Served::new(Arc::clone(&surroundings.program), executive);
-        let journal = surroundings.journal.clone();
+        let current = ServedProgram::new(Arc::clone(&services.program), executive);
+        let journal = services.journal.clone();
         Self {
-            served,
+            current,
             previous: None,
             queues,
-            reached,
-            on_answers: VecDeque::new(),
+            progress,
+            continuations: VecDeque::new(),
             is_exclusive: false,
             generation: 0,
-            surroundings,
+            services,
             journal,
         }
     }
@@ -166,43 +166,43 @@ impl Requests {
     }
 
     /// Carries out a request, or has it carried out.
-    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> Handled {
+    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> RequestState {
         if let Some(needed) = request.needs()
-            && !self.surroundings.allow.contains(&needed)
+            && !self.services.allow.contains(&needed)
         {
             let what = needed.name();
             let kind =
                 EntryKind::Refused { what: format!("a request that needs {what}"), by: by.clone() };
             self.journal.write(kind);
             let text = format!("the control was started without --allow {what}");
-            return Handled::Done(Err(Failure::new(ErrorCode::Denied, text)));
+            return RequestState::Done(Err(Failure::new(ErrorCode::Denied, text)));
         }
-        self.carry_out(request, by).unwrap_or_else(|failure| Handled::Done(Err(failure)))
+        self.carry_out(request, by).unwrap_or_else(|failure| RequestState::Done(Err(failure)))
     }
 
-    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Handled, Failure> {
+    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<RequestState, Failure> {
         match request {
             Request::Status {} => done(&self.status()),
             Request::Stat {} => done(&self.stat()),
             Request::List { pattern, after } => {
                 let (pattern, after) = (pattern.as_deref(), after.as_deref());
-                done(&self.served.list(pattern, after, MAX_NAMES))
+                done(&self.current.list(pattern, after, MAX_NAMES))
             }
             Request::Get { names } => {
-                let (named, items) = self.served.items_to_read(&names)?;
-                self.ask(Command::Read(Box::new(Batch::new(items))), OnAnswer::Show(named))
+                let (named, items) = self.current.items_to_read(&names)?;
+                self.ask(Command::Read(Box::new(Batch::new(items))), Continuation::Show(named))
             }
             Request::Set { values } => {
-                let items = self.served.items_to_write(&values)?;
+                let items = self.current.items_to_write(&values)?;
                 let entries = values.into_iter().map(|assignment| {
                     let value = assignment.text();
                     EntryKind::Write { name: assignment.name, value, by: by.clone() }
                 });
-                let on_answer = OnAnswer::Set(entries.collect());
-                self.ask(Command::Write(Box::new(Batch::new(items))), on_answer)
+                let continuation = Continuation::Set(entries.collect());
+                self.ask(Command::Write(Box::new(Batch::new(items))), continuation)
             }
             Request::Force { values } => {
-                let change = self.served.force(&values)?;
+                let change = self.current.force(&values)?;
                 let entries = values.into_iter().map(|assignment| {
                     let value = Some(assignment.text());
                     EntryKind::Force { name: assignment.name, value, by: by.clone() }
@@ -210,7 +210,7 @@ impl Requests {
                 self.ask_to_force(change, entries.collect())
             }
             Request::Unforce { names, all } => {
-                let (names, change) = self.served.unforce(&names, all)?;
+                let (names, change) = self.current.unforce(&names, all)?;
                 let entries = names.into_iter();
                 let entries =
                     entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
@@ -218,11 +218,11 @@ impl Requests {
             }
             Request::Stop {} => {
                 let entry = EntryKind::Control { request: "stop", by: by.clone() };
-                self.ask(Command::Stop, OnAnswer::Tell(vec![entry]))
+                self.ask(Command::Stop, Continuation::Tell(vec![entry]))
             }
             Request::Start {} => {
                 let entry = EntryKind::Control { request: "start", by: by.clone() };
-                self.ask(Command::Start, OnAnswer::Tell(vec![entry]))
+                self.ask(Command::Start, Continuation::Tell(vec![entry]))
             }
             Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
             Request::Rollback {} => self.rollback(by),
@@ -233,20 +233,24 @@ impl Requests {
         &mut self,
         ForceChange { items, texts }: ForceChange,
         entries: Vec<EntryKind>,
-    ) -> Result<Handled, Failure> {
+    ) -> Result<RequestState, Failure> {
         // The other thread allocates nothing.
         let batch = Batch { forces: Vec::with_capacity(MAX_FORCES), ..Batch::new(items) };
-        let on_answer = OnAnswer::Force { texts, entries };
-        let asked = self.ask(Command::Force(Box::new(batch)), on_answer)?;
+        let continuation = Continuation::Force { texts, entries };
+        let asked = self.ask(Command::Force(Box::new(batch)), continuation)?;
         self.is_exclusive = true;
         Ok(asked)
     }
 
     /// Hands a command to the thread that runs the ticks.
-    fn ask(&mut self, command: Command, on_answer: OnAnswer) -> Result<Handled, Failure> {
+    fn ask(
+        &mut self,
+        command: Command,
+        continuation: Continuation,
+    ) -> Result<RequestState, Failure> {
         self.queues.commands.push(command).map_err(|_| busy())?;
-        self.on_answers.push_back(on_answer);
-        Ok(Handled::Waits)
+        self.continuations.push_back(continuation);
+        Ok(RequestState::Pending)
     }
 
     /// Refuses a request that needs room in the queue when there is none.
@@ -256,50 +260,52 @@ impl Requests {
 
     fn status(&self) -> Status {
         Status {
-            state: self.reached.state().name().to_owned(),
-            ticks: self.reached.ticks(),
-            dialect: self.served.program.dialect().name().to_owned(),
-            program: self.served.title.clone(),
-            fingerprint: format!("{:016x}", self.served.fingerprint),
+            state: self.progress.state().name().to_owned(),
+            ticks: self.progress.ticks(),
+            dialect: self.current.program.dialect().name().to_owned(),
+            program: self.current.title.clone(),
+            fingerprint: format!("{:016x}", self.current.fingerprint),
             generation: self.generation,
-            rollback_to: self.previous.as_ref().map(|previous| previous.served.title.clone()),
+            rollback_to: self.previous.as_ref().map(|previous| previous.program.title.clone()),
             process: std::process::id(),
-            forces: self.served.shown_forces(),
-            allow: self.surroundings.allow.iter().map(|one| one.name().to_owned()).collect(),
-            retained: (self.surroundings.retained)(),
+            forces: self.current.shown_forces(),
+            allow: self.services.allow.iter().map(|one| one.name().to_owned()).collect(),
+            retained: (self.services.retained)(),
         }
     }
 
     fn stat(&self) -> Stat {
         Stat {
-            timing: (self.surroundings.timing)(),
-            ticks_done: self.reached.ticks(),
-            forces: self.served.shown_forces(),
+            timing: (self.services.timing)(),
+            ticks_done: self.progress.ticks(),
+            forces: self.current.shown_forces(),
         }
     }
 
     /// The reply to the request that has waited longest; `None` as long as its answer has not come.
     pub(super) fn next_answer(&mut self) -> Option<Result<Json, Failure>> {
         let Answer { command, tick, took } = self.queues.answers.pop().ok()?;
-        let on_answer = self.on_answers.pop_front()?;
-        Some(match (command, on_answer) {
-            (Command::Read(batch), OnAnswer::Show(named)) => json(&values(&named, &batch, tick)),
-            (Command::Replace(replacement), OnAnswer::Exchange(exchange)) => {
-                self.is_exclusive = false;
-                self.exchange(*replacement, *exchange, tick, took)
+        let continuation = self.continuations.pop_front()?;
+        Some(match (command, continuation) {
+            (Command::Read(batch), Continuation::Show(named)) => {
+                json(&values(&named, &batch, tick))
             }
-            (Command::Force(batch), OnAnswer::Force { texts, entries }) => {
+            (Command::Replace(replacement), Continuation::OnlineChange(change)) => {
+                self.is_exclusive = false;
+                self.change(*replacement, *change, tick, took)
+            }
+            (Command::Force(batch), Continuation::Force { texts, entries }) => {
                 self.is_exclusive = false;
                 if let Some((number, why)) = batch.refused {
                     let item = batch.items.get(number);
-                    let name =
-                        item.map_or_else(String::new, |item| self.served.names.canonical(item.key));
+                    let name = item
+                        .map_or_else(String::new, |item| self.current.names.canonical(item.key));
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
-                self.served.set_forces(batch.forces, &texts);
+                self.current.set_forces(batch.forces, &texts);
                 json(&self.tell(entries, tick))
             }
-            (Command::Write(batch), OnAnswer::Set(mut entries)) => match batch.refused {
+            (Command::Write(batch), Continuation::Set(mut entries)) => match batch.refused {
                 None => json(&self.tell(entries, tick)),
                 Some((number, why)) => {
                     let name = match entries.get(number) {
@@ -312,7 +318,7 @@ impl Requests {
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
             },
-            (_, OnAnswer::Tell(entries)) => json(&self.tell(entries, tick)),
+            (_, Continuation::Tell(entries)) => json(&self.tell(entries, tick)),
             // Answers come in the order of the commands.
             _ => Err(Failure::new(ErrorCode::Internal, "the answer belongs to another request")),
         })
@@ -322,7 +328,7 @@ impl Requests {
     fn tell(&self, entries: Vec<EntryKind>, tick: u64) -> Done {
         let count = entries.len();
         entries.into_iter().for_each(|entry| self.journal.write(entry));
-        Done { ticks: tick, count, forces: self.served.shown_forces() }
+        Done { ticks: tick, count, forces: self.current.shown_forces() }
     }
 }
 

@@ -8,13 +8,13 @@ use std::time::Duration;
 use plcc_abi::Engine;
 use serde_json::Value as Json;
 
-use super::{Handled, Loaded, OnAnswer, Requests, done, json, refused};
+use super::{Continuation, Loaded, RequestState, Requests, done, json, refused};
 use crate::Peer;
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::EntryKind;
 use crate::replacement::Replacement;
 use crate::socket::commands::Command;
-use crate::socket::program::Served;
+use crate::socket::program::ServedProgram;
 use plcc_protocol::{ChangedVariable, Failure, OnlineChange};
 use plcc_runtime::compare;
 use plcc_runtime::online_change::{Change, Comparison, Row};
@@ -22,9 +22,9 @@ use plcc_runtime::{Executive, Purpose, VariableKey};
 
 /// An online change that is under way, as the socket's thread remembers it. The other thread has the
 /// [`Replacement`] meanwhile.
-pub(super) struct Exchange {
+pub(super) struct PendingChange {
     /// The program that is about to run.
-    next: Served,
+    next: ServedProgram,
     comparison: Comparison,
     rollback: bool,
     by: Peer,
@@ -42,7 +42,7 @@ struct Prepared {
 
 /// The program that ran before the last online change, ready to run again.
 pub(super) struct Previous {
-    pub(super) served: Served,
+    pub(super) program: ServedProgram,
     executive: Box<dyn Executive + Send>,
     engine: Option<Box<dyn Engine + Send>>,
 }
@@ -55,10 +55,10 @@ impl Requests {
         accept: &[String],
         dry_run: bool,
         by: &Peer,
-    ) -> Result<Handled, Failure> {
+    ) -> Result<RequestState, Failure> {
         let Loaded { program, engine, put_into_record } =
-            (self.surroundings.load)(path).map_err(refused)?;
-        let comparison = compare(&self.served.program, &program).map_err(refused)?;
+            (self.services.load)(path).map_err(refused)?;
+        let comparison = compare(&self.current.program, &program).map_err(refused)?;
         if dry_run {
             return done(&shown(&comparison));
         }
@@ -74,18 +74,18 @@ impl Requests {
             }
             return Err(failure);
         }
-        let make = &self.surroundings.make_executive;
+        let make = &self.services.make_executive;
         let executive = make(&program).map_err(refused)?;
-        let mut next = Served::new(Arc::new(program), executive.as_ref());
+        let mut next = ServedProgram::new(Arc::new(program), executive.as_ref());
         next.title = path.display().to_string();
         next.recorded = put_into_record();
-        let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
-        self.replace(exchange, executive, Some(engine))
+        let change = PendingChange { next, comparison, rollback: false, by: by.clone() };
+        self.replace(change, executive, Some(engine))
     }
 
     /// Has the program run again that the last online change replaced. Changes need not be accepted.
-    pub(super) fn rollback(&mut self, by: &Peer) -> Result<Handled, Failure> {
-        let Some(Previous { served: next, mut executive, engine }) = self.previous.take() else {
+    pub(super) fn rollback(&mut self, by: &Peer) -> Result<RequestState, Failure> {
+        let Some(Previous { program: next, mut executive, engine }) = self.previous.take() else {
             return Err(refused("there was no online change that could be taken back"));
         };
         // It still has the forces that were in effect when it was replaced. It gets those of now later.
@@ -93,30 +93,30 @@ impl Requests {
             // Ending a force never fails.
             let _ = executive.force(key, None);
         }
-        let comparison = compare(&self.served.program, &next.program).map_err(refused)?;
-        let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
-        self.replace(exchange, executive, engine)
+        let comparison = compare(&self.current.program, &next.program).map_err(refused)?;
+        let change = PendingChange { next, comparison, rollback: true, by: by.clone() };
+        self.replace(change, executive, engine)
     }
 
     /// Prepares a program to take the place of the one that runs, and has it do so.
     fn replace(
         &mut self,
-        mut exchange: Exchange,
+        mut change: PendingChange,
         mut executive: Box<dyn Executive + Send>,
         engine: Option<Box<dyn Engine + Send>>,
-    ) -> Result<Handled, Failure> {
-        let allowed = self.served.check_forces(&exchange.comparison).map_err(refused);
-        let prepared = allowed.and_then(|()| self.prepare(&mut exchange.next, executive.as_mut()));
+    ) -> Result<RequestState, Failure> {
+        let allowed = self.current.check_forces(&change.comparison).map_err(refused);
+        let prepared = allowed.and_then(|()| self.prepare(&mut change.next, executive.as_mut()));
         let Prepared { publisher, set, watched } = match prepared {
             Ok(prepared) => prepared,
             Err(failure) => {
-                self.keep_previous(exchange, executive, engine);
+                self.keep_previous(change, executive, engine);
                 return Err(failure);
             }
         };
-        let plan = exchange.comparison.plan.clone();
+        let plan = change.comparison.plan.clone();
         let recorder_program =
-            (self.surroundings.recorder_program)(exchange.next.recorded, executive.as_ref());
+            (self.services.recorder_program)(change.next.recorded, executive.as_ref());
         let failure = None;
         let replacement = Replacement {
             executive,
@@ -128,8 +128,8 @@ impl Requests {
             publisher,
             failure,
         };
-        let on_answer = OnAnswer::Exchange(Box::new(exchange));
-        let asked = self.ask(Command::Replace(Box::new(replacement)), on_answer)?;
+        let continuation = Continuation::OnlineChange(Box::new(change));
+        let asked = self.ask(Command::Replace(Box::new(replacement)), continuation)?;
         self.is_exclusive = true;
         Ok(asked)
     }
@@ -137,12 +137,12 @@ impl Requests {
     /// Puts a program that was to run again back to where it waited.
     fn keep_previous(
         &mut self,
-        exchange: Exchange,
+        change: PendingChange,
         executive: Box<dyn Executive + Send>,
         engine: Option<Box<dyn Engine + Send>>,
     ) {
-        if exchange.rollback {
-            self.previous = Some(Previous { served: exchange.next, executive, engine });
+        if change.rollback {
+            self.previous = Some(Previous { program: change.next, executive, engine });
         }
     }
 
@@ -150,11 +150,11 @@ impl Requests {
     /// keys of variables, the image file.
     fn prepare(
         &mut self,
-        next: &mut Served,
+        next: &mut ServedProgram,
         executive: &mut (dyn Executive + Send),
     ) -> Result<Prepared, Failure> {
         self.check_room()?;
-        next.take_forces(&self.served, executive).map_err(refused)?;
+        next.take_forces(&self.current, executive).map_err(refused)?;
         // A pattern of the trace may have found constants, which are declared, but are nothing that a name could choose.
         let declared: HashMap<String, VariableKey> = next.names.declared().into_iter().collect();
         let keys = |names: &[String], purpose| -> Result<Vec<VariableKey>, Failure> {
@@ -170,9 +170,9 @@ impl Requests {
             };
             names.iter().map(key).collect()
         };
-        let set = keys(&self.surroundings.set, Purpose::Stimulus)?;
-        let watched = keys(&self.surroundings.watched, Purpose::Watch)?;
-        let Some(path) = &self.surroundings.image else {
+        let set = keys(&self.services.set, Purpose::Stimulus)?;
+        let watched = keys(&self.services.watched, Purpose::Watch)?;
+        let Some(path) = &self.services.image else {
             return Ok(Prepared { publisher: None, set, watched });
         };
         let content = Content {
@@ -184,7 +184,7 @@ impl Requests {
             generation: self.generation + 1,
             safe_outputs: executive.safe_lines().bytes(),
             symbols: &SymbolTable::new(&*next.names),
-            rules: &self.surroundings.input_rules,
+            rules: &self.services.input_rules,
         };
         let publisher = Publisher::prepare(path, &content);
         let publisher = Some(publisher.map_err(|error| refused(error.to_string()))?);
@@ -192,22 +192,22 @@ impl Requests {
     }
 
     /// Ends an online change, when the thread that runs the ticks has carried it out.
-    pub(super) fn exchange(
+    pub(super) fn change(
         &mut self,
         replacement: Replacement,
-        exchange: Exchange,
+        change: PendingChange,
         tick: u64,
         took: Duration,
     ) -> Result<Json, Failure> {
         let Replacement { executive, engine, publisher, failure, .. } = replacement;
         if let Some(why) = failure {
-            if let Some(path) = &self.surroundings.image {
+            if let Some(path) = &self.services.image {
                 Publisher::discard(path);
             }
-            self.keep_previous(exchange, executive, engine);
+            self.keep_previous(change, executive, engine);
             return Err(refused(why));
         }
-        if let Some(path) = &self.surroundings.image
+        if let Some(path) = &self.services.image
             && let Err(error) = Publisher::put_in_place(path)
         {
             self.journal.error(error.to_string());
@@ -215,11 +215,11 @@ impl Requests {
         if let Some(mut publisher) = publisher {
             publisher.end(State::Replaced);
         }
-        let Exchange { next, comparison, rollback, by } = exchange;
-        let served = std::mem::replace(&mut self.served, next);
-        self.previous = Some(Previous { served, executive, engine });
+        let PendingChange { next, comparison, rollback, by } = change;
+        let program = std::mem::replace(&mut self.current, next);
+        self.previous = Some(Previous { program, executive, engine });
         self.generation += 1;
-        let artifact = self.served.title.clone();
+        let artifact = self.current.title.clone();
         self.journal.write(EntryKind::Swap { artifact, rollback, took, by });
         json(&OnlineChange {
             comparison: shown(&comparison),

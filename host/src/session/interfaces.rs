@@ -13,7 +13,7 @@ use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
 use crate::journal::Journal;
 use crate::run::{Stimulus, Timing, Watch};
 use crate::socket::{
-    Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, is_in_use, queues,
+    Admitted, InterfaceHook, Loaded, Requests, RunProgress, RunServices, Server, is_in_use, queues,
 };
 use plcc_load::Artifact;
 use plcc_load::signature::PublicKey;
@@ -26,9 +26,9 @@ use super::retained_data::RetainedData;
 use crate::control_args::executive;
 
 /// The image file and the socket of a run, as far as it has them.
-pub(super) struct Outside {
+pub(super) struct Interfaces {
     /// What the thread that runs the ticks does for them.
-    pub(super) hook: OutsideHook,
+    pub(super) hook: InterfaceHook,
     /// Ends the socket's thread when it is dropped.
     _server: Option<Server>,
 }
@@ -112,7 +112,7 @@ pub(super) struct StatusSources<'a> {
     pub(super) recorded: Option<RecordedPrograms>,
 }
 
-impl Outside {
+impl Interfaces {
     /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
     /// will run; `stimulus` and `watch` are what sets and shows variables, which must be there after an online change
     /// too.
@@ -157,7 +157,7 @@ impl Outside {
                 Some(publisher)
             }
         };
-        let reached = Arc::new(Reached::default());
+        let progress = Arc::new(RunProgress::default());
         let (mut scan_end, mut server) = (None, None);
         if let Some(path) = &args.socket {
             let names = executive.names();
@@ -171,7 +171,7 @@ impl Outside {
             let (queues_of_record, buffer_size) =
                 (recorded.clone(), sources.retained.buffer_size());
             let gdb = args.gdb;
-            let surroundings = Surroundings {
+            let services = RunServices {
                 program: Arc::new(program.clone()),
                 allow: args.allow.clone(),
                 image: args.image.clone(),
@@ -199,12 +199,12 @@ impl Outside {
             let is_free = || if is_in_use(path) { Err(()) } else { Ok(()) };
             // If it is in use even then, the server says so.
             let _ = predecessor.wait(&what, is_free, |()| true);
-            let requests = Requests::new(executive, for_socket, Arc::clone(&reached), surroundings);
+            let requests = Requests::new(executive, for_socket, Arc::clone(&progress), services);
             let admitted = Admitted::new(&args.allow_user, &args.allow_group);
             server = Some(Server::start(path, admitted, requests).map_err(|e| error(&e))?);
             scan_end = Some(for_scan);
         }
-        let hook = OutsideHook::new(scan_end, publisher, reached, args.stimulus.is_some());
+        let hook = InterfaceHook::new(scan_end, publisher, progress, args.stimulus.is_some());
         Ok(Some(Self { hook, _server: server }))
     }
 }
