@@ -2,7 +2,8 @@
 //! the mean, the maximum, and a histogram.
 //!
 //! The thread that runs the ticks records; any thread may read meanwhile ([`Timing::summary`]). All
-//! memory is allocated at the start, and recording makes no system call.
+//! memory is allocated at the start, and recording makes no system call. That is why the histogram is not that of the
+//! crate hdrhistogram: there, who records allocates a new one and sends the old one by a channel whenever somebody reads.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};

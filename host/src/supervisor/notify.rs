@@ -1,5 +1,8 @@
 //! Tells the outside that a control is well: systemd, by its notification socket, and a hardware watchdog,
 //! which restarts the computer when nobody writes to it.
+//!
+//! The crate sd-notify is not used: it waits until systemd takes a message, and the thread that watches the control must wait for
+//! nobody.
 
 use std::env;
 use std::fs::File;
