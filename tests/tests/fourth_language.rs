@@ -6,6 +6,7 @@
 //! `PLCC_FOURTH_LANGUAGE` is set. Continuous integration sets it.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -50,11 +51,27 @@ fn listed(root: &Path) -> Vec<String> {
     names.split('\0').filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
+/// Removes the files of an earlier copy that are not among these.
+fn drop_others(folder: &Path, laid: &BTreeSet<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            drop_others(&path, laid);
+        } else if !laid.contains(&path) {
+            fs::remove_file(&path).unwrap();
+        }
+    }
+}
+
 /// Copies the sources to `copy`, lays the language over them and adds its lines.
 fn lay_over(root: &Path, copy: &Path) {
     const OVERLAY: &str = "tests/fourth/";
     let edits = edits(&root.join(OVERLAY).join("lines.toml"));
-    for name in listed(root) {
+    let names = listed(root);
+    let laid: BTreeSet<PathBuf> =
+        names.iter().map(|name| copy.join(name.strip_prefix(OVERLAY).unwrap_or(name))).collect();
+    drop_others(copy, &laid);
+    for name in names {
         let Ok(bytes) = fs::read(root.join(&name)) else { continue };
         let mut text = bytes;
         for edit in edits.iter().filter(|edit| edit.file == name) {
