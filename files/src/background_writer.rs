@@ -32,7 +32,7 @@ impl Retry {
         self.next.is_none_or(|(at, _)| now >= at)
     }
 
-    /// An attempt has failed. Gives whether that is the first one since something succeeded.
+    /// An attempt has failed. Returns whether that is the first one since something succeeded.
     pub fn failed(&mut self, now: Instant) -> bool {
         let is_first = self.next.is_none();
         let pause = self.next.map_or(FIRST_PAUSE, |(_, pause)| pause);
@@ -40,7 +40,7 @@ impl Retry {
         is_first
     }
 
-    /// An attempt has succeeded. Gives whether one had failed before.
+    /// An attempt has succeeded. Returns whether one had failed before.
     pub fn succeeded(&mut self) -> bool {
         self.next.take().is_some()
     }

@@ -105,7 +105,7 @@ fn is_empty(page: &[u8]) -> bool {
     Some(page) == EMPTY.get(..page.len())
 }
 
-/// Writes the words of a page that differ from what the file holds. Gives whether there are any.
+/// Writes the words of a page that differ from what the file holds. Returns whether there are any.
 fn write_page(page: usize, image: &[u8], published: &mut [u8], words: &[AtomicU64]) -> bool {
     let (from, end) = (page * PAGE, image.len().min((page + 1) * PAGE));
     let (Some(image), Some(published)) = (image.get(from..end), published.get_mut(from..end))

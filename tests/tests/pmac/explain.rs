@@ -135,6 +135,10 @@ fn what_is_explained_as_integers_is_compiled_to_integers() {
     let found = explained.contains("floating point: `+`; all else integer while the result of `+`");
     assert!(found, "{explained}");
     assert!(!calls_for_arithmetic(mixed));
+    // An operator at the end of a long statement is found too.
+    let terms: Vec<String> = (2..120).map(|number| format!("P{number}")).collect();
+    let long = format!("P1=({})&7", terms.join("+"));
+    assert!(!calls_for_arithmetic(&long));
     // Where floating point is explained, the control's rules for fractions are needed.
     for statement in ["P1=M4%P2", "P1=M4%0.5", "P1=P2%P3&1"] {
         let explained = explain(&format!("{DEFINITIONS}OPEN PLC 1 CLEAR\n{statement}\nCLOSE\n"));

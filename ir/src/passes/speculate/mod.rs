@@ -46,7 +46,7 @@ use crate::{
     BinaryOp, Block, BlockData, ConvertOp, ExtractOp, Field, FloatCond, FuncData, Inst, InstData,
     RegionId, StatementId, Terminator, Type, UnaryOp, Value,
 };
-use checks::Check;
+use checks::{Check, MAX_STRETCH};
 use row::Row;
 use uses::Uses;
 
@@ -142,8 +142,10 @@ impl Speculate<'_> {
     fn statement(&mut self, mut insts: &[Inst], after: &[Inst], end: usize, rest: &mut OutputTail) {
         while !insts.is_empty() {
             let done = self.stretch(insts, after, end, rest).unwrap_or_else(|| {
-                let effect = insts.iter().position(|&inst| self.func.inst(inst).has_effect());
-                let done = effect.map_or(insts.len(), |at| at + 1);
+                // The next stretch begins after an effect, or where this one would have become too long.
+                let short = insts.get(..MAX_STRETCH).unwrap_or(insts);
+                let effect = short.iter().position(|&inst| self.func.inst(inst).has_effect());
+                let done = effect.map_or(short.len(), |at| at + 1);
                 rest.out.extend(insts.iter().take(done));
                 done
             });
