@@ -9,6 +9,9 @@
 //! What the file holds is also kept in memory of this process. Pages are compared with that, as blocks of plain bytes, which
 //! is much faster than with the file's atomic words one by one. Most of a PMAC's pages are empty and stay so; they are
 //! all compared with one empty page, which stays in the processor's cache.
+//!
+//! One used page in turn is written as a whole, so that nothing stays in the file that another process has put there by
+//! mistake.
 
 use std::ops::Range;
 use std::sync::atomic::AtomicU64;
@@ -40,6 +43,8 @@ pub(super) struct Pages {
     began_empty: Box<[bool]>,
     /// The page that is looked at next, of those that are not used.
     next: usize,
+    /// The place among the used pages of the one that is written as a whole next.
+    next_whole: usize,
 }
 
 impl Pages {
@@ -52,6 +57,7 @@ impl Pages {
             is_used: vec![false; count].into(),
             began_empty: image.chunks(PAGE).map(is_empty).collect(),
             next: 0,
+            next_whole: 0,
         };
         if image.len() <= ALWAYS_WHOLE {
             (0..count).for_each(|page| pages.add(page));
@@ -82,6 +88,11 @@ impl Pages {
         for &page in &self.used {
             write_page(page as usize, image, published, words);
         }
+        if let Some(&page) = self.used.get(self.next_whole) {
+            rewrite_page(page as usize, image, words);
+        }
+        self.next_whole =
+            if self.next_whole + 1 < self.used.len() { self.next_whole + 1 } else { 0 };
         let unused = self.is_used.len() - self.used.len();
         let mut left = COMPARED.min(unused);
         while left > 0 {
@@ -128,6 +139,15 @@ fn write_page(page: usize, image: &[u8], published: &mut [u8], words: &[AtomicU6
     true
 }
 
+/// Writes all words of a page.
+fn rewrite_page(page: usize, image: &[u8], words: &[AtomicU64]) {
+    let page = page * PAGE..image.len().min((page + 1) * PAGE);
+    let words = words.get(page.start / 8..).unwrap_or_default();
+    for (bytes, word) in image.get(page).unwrap_or_default().chunks(8).zip(words) {
+        write_word(word, word_of(bytes));
+    }
+}
+
 /// The word that holds up to eight bytes in their order; missing ones are 0.
 fn word_of(bytes: &[u8]) -> u64 {
     let mut whole = [0; 8];
@@ -164,7 +184,7 @@ mod tests {
 
     /// Each word is marked before, so that it shows whether it was written.
     #[test]
-    fn only_words_that_differ_are_written() {
+    fn only_words_that_differ_are_written_and_those_of_one_page() {
         let (_, mut image) = empty(2 * PAGE);
         let mut pages = Pages::new(&image, &[]);
         let words: Vec<AtomicU64> = (0..image.len() / 8).map(|_| AtomicU64::new(9)).collect();
@@ -172,7 +192,17 @@ mod tests {
         pages.write_changes(&image, &words);
         let written: Vec<usize> =
             (0..words.len()).filter(|&at| words[at].load(Ordering::Relaxed) != 9).collect();
-        assert_eq!(written, [1, PAGE / 8 + 127]);
+        let first_page = (0..PAGE / 8).collect::<Vec<_>>();
+        assert_eq!(written, [first_page, vec![PAGE / 8 + 127]].concat());
+    }
+
+    #[test]
+    fn what_another_process_has_written_does_not_stay() {
+        let (words, image) = empty(3 * PAGE);
+        let mut pages = Pages::new(&image, &[]);
+        [5, PAGE / 8, 3 * PAGE / 8 - 1].map(|at: usize| words[at].store(9, Ordering::Relaxed));
+        (0..3).for_each(|_| pages.write_changes(&image, &words));
+        assert_eq!(bytes(&words), image);
     }
 
     #[test]
