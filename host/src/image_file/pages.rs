@@ -200,7 +200,9 @@ mod tests {
     fn what_another_process_has_written_does_not_stay() {
         let (words, image) = empty(3 * PAGE);
         let mut pages = Pages::new(&image, &[]);
-        [5, PAGE / 8, 3 * PAGE / 8 - 1].map(|at: usize| words[at].store(9, Ordering::Relaxed));
+        for at in [5, PAGE / 8, 3 * PAGE / 8 - 1] {
+            words[at].store(9, Ordering::Relaxed);
+        }
         (0..3).for_each(|_| pages.write_changes(&image, &words));
         assert_eq!(bytes(&words), image);
     }
