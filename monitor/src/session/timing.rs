@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use plcc_protocol::{TimesSummary, TimingSummary};
+use plcc_protocol::{TaskSummary, TimingSummary};
 
 use super::Session;
 use crate::Refusal;
 use crate::flow::LOOK_BACK;
-use crate::view::{LineCost, Overrun, TimesRow, TimingView};
+use crate::view::{LineCost, Overrun, TimingView};
 
 /// How many lines are listed.
 const MAX_LINES: usize = 200;
@@ -31,9 +31,9 @@ impl Session<'_> {
         let timing = self.link.as_mut().map(|link| link.timing());
         let timing = timing.and_then(Result::ok).map(|stat| stat.timing);
         let rows = |timing: &TimingSummary| {
-            let whole = [("lateness", &timing.lateness), ("tick", &timing.ticks)];
-            let tasks = timing.tasks.iter().map(|task| (task.name.as_str(), &task.times));
-            whole.into_iter().chain(tasks).map(|(name, times)| times_row(name, times)).collect()
+            let whole = [("lateness", timing.lateness), ("tick", timing.ticks)];
+            let whole = whole.map(|(name, times)| TaskSummary { name: name.into(), times });
+            whole.into_iter().chain(timing.tasks.iter().cloned()).collect()
         };
         let times = timing.as_ref().map(rows).unwrap_or_default();
         let (ticks, lines) = match self.debugger {
@@ -147,9 +147,4 @@ impl Session<'_> {
             _ => self.skipped.push(Skipped { first: tick, count: u64::from(!cut), cut }),
         }
     }
-}
-
-fn times_row(name: &str, times: &TimesSummary) -> TimesRow {
-    let &TimesSummary { count, last_us, mean_us, p50_us, p99_us, p999_us, max_us } = times;
-    TimesRow { name: name.into(), count, last_us, mean_us, p50_us, p99_us, p999_us, max_us }
 }

@@ -21,7 +21,7 @@ pub use statements::{
     StatementLine, StatementsView, Token,
 };
 pub use tasks::{Fact, TaskRow, TaskState, TasksView};
-pub use timing::{LineCost, Overrun, TimesRow, TimingView};
+pub use timing::{LineCost, Overrun, TimingView};
 pub use variables::{TerminalLine, TerminalView, VariableRow, VariablesView};
 
 /// Which part of the session is to be shown.

@@ -1,5 +1,6 @@
 //! How long ticks take, and where the time goes.
 
+use plcc_protocol::TaskSummary;
 use serde::{Deserialize, Serialize};
 
 /// Timing.
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct TimingView {
     /// Lateness, ticks, and the scans of each task, measured by the control. Empty where none is
     /// connected.
-    pub times: Vec<TimesRow>,
+    pub times: Vec<TaskSummary>,
     /// How many ticks began too late since the control was started.
     pub overruns: Option<u64>,
     /// How many ticks were skipped.
@@ -20,30 +21,9 @@ pub struct TimingView {
     pub recorded_overruns: Vec<Overrun>,
 }
 
-/// Times of one thing in microseconds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TimesRow {
-    /// What was measured.
-    pub name: String,
-    /// How often.
-    pub count: u64,
-    /// The last one.
-    pub last_us: f64,
-    /// The mean.
-    pub mean_us: f64,
-    /// The median.
-    pub p50_us: f64,
-    /// The 99th percentile; what lies between it and the median is the jitter.
-    pub p99_us: f64,
-    /// 99.9 %.
-    pub p999_us: f64,
-    /// The largest.
-    pub max_us: f64,
-}
-
 /// What a line of the program costs: the time that the statement interpreter takes for its statements when it
 /// runs the ticks again, including the time to take down their values. Compiled code is many times faster, and what is
-/// expensive in one need not be so in the other: the time of the control itself is in [`TimesRow`], by task alone.
+/// expensive in one need not be so in the other: the time of the control itself is in [`TimingView::times`], by task alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LineCost {
     /// Which line of the program it is.

@@ -1,5 +1,6 @@
 //! Pages that are lists.
 
+use plcc_protocol::{TaskSummary, TimesSummary};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -9,8 +10,7 @@ use ratatui::widgets::Paragraph;
 use super::super::app::App;
 use super::{first_shown, fitted};
 use crate::view::{
-    Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimesRow, TimingView,
-    VariablesView,
+    Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimingView, VariablesView,
 };
 
 const SELECTED: Style = Style::new().add_modifier(Modifier::REVERSED);
@@ -214,7 +214,8 @@ fn timing(view: &TimingView, list: &mut List) {
             "us", "count", "last", "mean", "p50", "p99", "max"
         ));
     }
-    for TimesRow { name, count, last_us, mean_us, p50_us, p99_us, max_us, .. } in &view.times {
+    for TaskSummary { name, times } in &view.times {
+        let TimesSummary { count, last_us, mean_us, p50_us, p99_us, p999_us: _, max_us } = times;
         list.text(format!(
             "{name:<10} {count:>9} {last_us:>9.1} {mean_us:>9.1} {p50_us:>9.1} {p99_us:>9.1} {max_us:>9.1}"
         ));
