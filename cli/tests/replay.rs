@@ -69,7 +69,7 @@ fn included_files_and_the_machine_file_are_in_the_record() {
 fn what_does_not_fit_a_record_is_refused() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("other.pmi", STOPS), ("r.txt", "no record")]);
     folder.plcc("run a.pmi --ticks 5 --record r.plcrec").exits(0);
-    folder.plcc("replay r.txt").exits(2).says(&["r.txt is no record"]);
+    folder.plcc("replay r.txt").exits(2).says(&["r.txt is not a record"]);
     folder.plcc("replay missing.plcrec").exits(2).says(&["there is no such file"]);
     folder.plcc("replay r.plcrec other.pmi").exits(2).says(&["another program"]);
     folder.plcc("replay r.plcrec --from 9").exits(2).says(&["ticks from 0 to 4"]);

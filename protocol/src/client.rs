@@ -74,7 +74,7 @@ fn failed(path: &Path, error: &io::Error) -> ClientError {
     unreachable(path, why)
 }
 
-/// Whether there is something at a path that is no socket.
+/// Whether there is something at a path that is not a socket.
 fn is_no_socket(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|about| !about.file_type().is_socket())
 }
@@ -86,7 +86,7 @@ impl Client {
     /// [`ClientError::Unreachable`].
     pub fn connect(path: &Path, timeout: Duration) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path).map_err(|error| match is_no_socket(path) {
-            true => unreachable(path, "it is no socket; plcrt run --socket makes one"),
+            true => unreachable(path, "it is not a socket; plcrt run --socket makes one"),
             false => failed(path, &error),
         })?;
         let client = Self { path: path.to_owned(), stream: BufReader::new(stream) };
@@ -130,7 +130,7 @@ impl Client {
             Ok(Reply { error: Some(failure), .. }) => Err(ClientError::Refused(failure)),
             Ok(Reply { result: Some(result), .. }) => Ok(result),
             Err(error) if !error.is_data() => {
-                Err(unreachable(path, &format!("the reply is no JSON: {error}")))
+                Err(unreachable(path, &format!("the reply is not JSON: {error}")))
             }
             _ => Err(unreachable(path, "the reply is of another version")),
         }

@@ -25,7 +25,7 @@ impl RequestLine {
                 return Self { id: Json::Null, request };
             }
             Err(error) => {
-                let request = Err(bad(format!("the request is no JSON: {error}")));
+                let request = Err(bad(format!("the request is not JSON: {error}")));
                 return Self { id: Json::Null, request };
             }
         };

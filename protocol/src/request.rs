@@ -128,9 +128,9 @@ impl FromStr for Permission {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.iter().find(|(_, name)| *name == text);
-        found
-            .map(|(one, _)| *one)
-            .ok_or_else(|| format!("`{text}` is no permission: write, force, swap and stop are"))
+        found.map(|(one, _)| *one).ok_or_else(|| {
+            format!("`{text}` is not a permission; these are: write, force, swap, stop")
+        })
     }
 }
 

@@ -21,7 +21,7 @@ pub enum RecordError {
     #[error("{} can't be read: {}", .0.display(), why_not_read(.1))]
     Read(PathBuf, io::Error),
     /// It holds no block of a record.
-    #[error("{} is no record; plcrt run --record and `plcc run --record` write records", .0.display())]
+    #[error("{} is not a record; plcrt run --record and `plcc run --record` write records", .0.display())]
     NoRecord(PathBuf),
     /// It holds blocks of a record, but none that says what run they belong to.
     #[error(
@@ -195,7 +195,7 @@ impl Recording {
     /// too, if it exists.
     ///
     /// # Errors
-    /// When the file can't be read, or is no record of this version.
+    /// When the file can't be read, or is not a record of this version.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let parts = open_parts(path).map_err(|error| RecordError::Read(path.to_owned(), error))?;
         let mut recording = Self { parts, runs: vec![], damaged: 0, is_run_unknown: false };

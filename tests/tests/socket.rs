@@ -370,7 +370,7 @@ fn plcctl_shows_and_sets() {
     let message = String::from_utf8(fly.stderr).unwrap();
     assert!(message.starts_with("error: there is no command `fly`; the commands are status"));
     for (path, why) in
-        [("/nowhere/socket", "no such socket"), (artifact.to_str().unwrap(), "it is no socket")]
+        [("/nowhere/socket", "no such socket"), (artifact.to_str().unwrap(), "it is not a socket")]
     {
         let nobody = Command::new(program("plcctl")).args([path, "status"]).output().unwrap();
         assert_eq!(nobody.status.code(), Some(2));

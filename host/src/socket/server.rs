@@ -51,7 +51,7 @@ pub enum SocketError {
     #[error("the socket {0} is in use by another process")]
     InUse(PathBuf),
     /// There is something else of that name.
-    #[error("{0} is no socket, and is not replaced by one")]
+    #[error("{0} is not a socket, and is not replaced by one")]
     Other(PathBuf),
     /// The system refuses it.
     #[error("the socket {0} can't be opened: {why}", why = why_not_written(.1))]
