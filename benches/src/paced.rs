@@ -12,7 +12,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_host::args::RunArgs;
 use plcc_host::run::Clock;
-use plcc_host::session;
+use plcc_host::session::{self, Surroundings};
 
 #[derive(Parser)]
 struct Args {
@@ -37,6 +37,12 @@ pub fn run(dialect: Dialect, example: &str, options: &[&str], supervised: bool, 
     let args = Args::try_parse_from(["run", "--realtime"].iter().chain(options));
     let mut args = args.unwrap_or_else(|error| panic!("{error}")).run;
     args.supervised = supervised;
-    let status = session::run_with_clock(&lowered.program, &mut engine, &args, None, clock);
+    let status = session::run_with(
+        &lowered.program,
+        &mut engine,
+        &args,
+        None,
+        Surroundings { clock, ..Surroundings::default() },
+    );
     assert_eq!(status, 0, "the run did not come to its end");
 }

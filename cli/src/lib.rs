@@ -39,6 +39,7 @@ mod input;
 pub mod later_code;
 mod object_args;
 mod output;
+mod plot;
 pub mod recorded;
 mod replay_input;
 mod report;
@@ -74,6 +75,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Run(args) => commands::run::run(&args, &passes, report),
         args::Command::Replay(args) => commands::replay::replay(&args, report),
         args::Command::Convert(args) => commands::convert::convert(&args, report),
+        args::Command::Plot(args) => commands::plot::plot(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, &passes, report),
         args::Command::Dev { command } => commands::dev::dev(command, report),
         args::Command::Monitor(args) => commands::monitor::monitor(&args, report),

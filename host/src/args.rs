@@ -160,6 +160,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "PUBKEY")]
     pub key: Option<PathBuf>,
 
+    /// The file that gets a picture of the watched variables; the caller of the session draws it.
+    #[arg(skip)]
+    pub plot: Option<PathBuf>,
+
     /// What the configuration says of inputs that other processes give, by the inputs' names.
     #[arg(skip)]
     pub input_rules: Vec<(String, Rule)>,

@@ -2,6 +2,7 @@
 
 mod machine;
 mod names;
+mod plot;
 mod recorded;
 mod values;
 
@@ -17,6 +18,7 @@ use plcc_host::args::{ControlArgs, RunArgs};
 use crate::object_args::ObjectArgs;
 pub(crate) use machine::{HalArgs, IoArgs};
 pub(crate) use names::{ExplainArgs, XrefArgs};
+pub(crate) use plot::PlotArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs};
 use values::{define, denied, dialect, lint};
@@ -117,6 +119,7 @@ Examples:
 Examples:
   plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch MCHON,@FRO
   plcc run sample.plc --for 10s --events - --dump end.json
+  plcc run lathe.pmi --for 10s --stimulus lathe.csv --watch 'SP*,@FRO' --plot lathe.svg
   plcc run mill.pmc io.pmc --realtime --retain mill.retained
   plcc run lathe.plcx --ticks 100 --dump - | jq .variables
 
@@ -147,6 +150,17 @@ Examples:
   plcc convert lathe.plcrec --to fst -o lathe.fst
   plcc convert lathe.plcrec --to csv --watch 'SP*,@FRO' --from 1000 --until 2000")]
     Convert(Box<ConvertArgs>),
+
+    /// Draws a trace: numbers over time, a bar for each bit, the path of an axis system
+    #[command(after_help = "\
+Positions and velocities of motors and axes (#1.CMD, &1.X, &1.VX) have panels of their own, other numbers \
+another one. Where X and Y of a system are in the trace, its path is drawn too. `plcc run --plot` draws a \
+run at once.
+
+Examples:
+  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch 'SP*,@FRO' --time --trace lathe-run.csv
+  plcc plot lathe-run.csv -o lathe.svg")]
+    Plot(PlotArgs),
 
     /// Times a scan in each engine, side by side
     #[command(after_help = "\
@@ -443,6 +457,10 @@ pub(crate) struct RunCommand {
     /// PMAC: leaves out PLCs whose IFs or WHILEs do not match, and runs the others
     #[arg(long)]
     pub(crate) keep_going: bool,
+
+    /// Draws the watched variables over the time of the run, in simulated time (- is standard output)
+    #[arg(long, value_name = "OUT.svg", conflicts_with = "realtime")]
+    pub(crate) plot: Option<PathBuf>,
 
     #[command(flatten)]
     pub(crate) run: RunArgs,

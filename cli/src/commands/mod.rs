@@ -14,6 +14,7 @@ pub(crate) mod io;
 pub(crate) mod key;
 pub(crate) mod man;
 pub(crate) mod monitor;
+pub(crate) mod plot;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod xref;

@@ -4,22 +4,25 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use plcc_abi::machine::Machine;
 use plcc_abi::{Engine, Program};
 use plcc_codegen::emit::ObjectOptions;
 use plcc_files::open_regular;
 use plcc_frontend::language;
 use plcc_host::args::RunArgs;
-use plcc_host::session;
+use plcc_host::session::{self, Surroundings, USAGE};
 use plcc_load::Artifact;
 use plcc_record::RecordedProgram;
 use plcc_runtime::NativeEngine;
 
 use crate::args::{EngineArg, FormatArg, PassArgs, RunCommand};
+use crate::commands::plot::write_plot;
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
 use crate::later_code::jit_in_parts;
 use crate::output;
+use crate::plot::PlotRecorder;
 use crate::recorded::recorded_sources;
 use crate::report::{Count, Destination, Report, count_of};
 
@@ -40,7 +43,12 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
     input::refuse_options_of_others(program.dialect, |other| {
         (args.keep_going && language(other).runs_despite_errors()).then_some("--keep-going")
     })?;
-    let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
+    let outputs = [
+        args.run.trace_path(),
+        args.run.events.as_deref(),
+        args.run.dump.as_deref(),
+        args.plot.as_deref(),
+    ];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
     let to = Destination { format: args.source.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
@@ -80,7 +88,34 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
         }
     };
     let run = RunArgs { reads, program: recorded, ..args.run.clone() };
-    Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
+    in_session(&tables, engine.as_mut(), run, settings.machine_file(), args, report)
+}
+
+/// Runs a program in a session, and draws the picture of `--plot`.
+///
+/// # Errors
+/// When the picture can't be written.
+fn in_session(
+    program: &Program,
+    engine: &mut dyn Engine,
+    run: RunArgs,
+    machine: Option<&Machine>,
+    args: &RunCommand,
+    report: &Report,
+) -> Result<u8, Failure> {
+    let Some(path) = &args.plot else { return Ok(session::run(program, engine, &run, machine)) };
+    if run.watch.is_empty() {
+        report.warn("the picture will be empty: --watch NAME,NAME… says what it shows");
+    }
+    let run = RunArgs { plot: Some(path.clone()), ..run };
+    let mut recorder = PlotRecorder::new();
+    let surroundings = Surroundings { hook: Some(&mut recorder), ..Surroundings::default() };
+    let status = session::run_with(program, engine, &run, machine, surroundings);
+    // Of a run that did not begin there is nothing to draw.
+    if status != USAGE || !recorder.picture().is_empty() {
+        write_plot(path, recorder.picture(), report)?;
+    }
+    Ok(status)
 }
 
 /// The engine that the options name, with the tables of the program.
@@ -204,5 +239,5 @@ fn run_artifact(
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let run = RunArgs { reads, program: recorded, ..args.run.clone() };
-    Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
+    in_session(&artifact.program, &mut engine, run, machine.as_ref(), args, report)
 }

@@ -60,19 +60,32 @@ pub fn run(
     args: &RunArgs,
     machine: Option<&Machine>,
 ) -> u8 {
-    run_with_clock(program, engine, args, machine, &SystemClock)
+    run_with(program, engine, args, machine, Surroundings::default())
 }
 
-/// Does what [`run`] does, with a clock of the caller's to pace the ticks where they are paced
-/// (`--realtime`).
-pub fn run_with_clock(
+/// What a caller of [`run_with`] gives besides the options.
+pub struct Surroundings<'a> {
+    /// Paces the ticks where they are paced (`--realtime`).
+    pub clock: &'a dyn Clock,
+    /// Is called before and after each tick, besides the session's own hooks.
+    pub hook: Option<&'a mut dyn Hook>,
+}
+
+impl Default for Surroundings<'_> {
+    fn default() -> Self {
+        Self { clock: &SystemClock, hook: None }
+    }
+}
+
+/// Does what [`run`] does, with a clock and a hook of the caller's.
+pub fn run_with(
     program: &Program,
     engine: &mut dyn Engine,
     args: &RunArgs,
     machine: Option<&Machine>,
-    clock: &dyn Clock,
+    surroundings: Surroundings<'_>,
 ) -> u8 {
-    match session(program, engine, args, machine, clock) {
+    match session(program, engine, args, machine, surroundings) {
         Ok(status) => status,
         Err(error) => {
             message("error", error);
@@ -94,7 +107,7 @@ fn session(
     engine: &mut dyn Engine,
     args: &RunArgs,
     machine: Option<&Machine>,
-    clock: &dyn Clock,
+    surroundings: Surroundings<'_>,
 ) -> Result<u8, SessionError> {
     if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
         let text = "nothing says how long the program is to run: give --ticks N, --for 5s, or \
@@ -106,6 +119,7 @@ fn session(
     }
     check_paths(program, args)?;
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
+    let _open_until_the_plot_is_written = args.plot.as_deref().map(check_writable).transpose()?;
     args.retain.as_deref().map_or(Ok(()), check_retained)?;
     let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
     let mut to = Destinations::standard(log);
@@ -115,8 +129,9 @@ fn session(
     let (owner, scan) = JournalOwner::start(to, args.realtime)
         .map_err(|error| SessionError(format!("no thread can be started: {error}")))?;
     let journal = owner.journal();
+    let Surroundings { clock, hook } = surroundings;
     let job = Job { program, args, machine, clock, journal: &journal };
-    let status = job.run(engine, scan).unwrap_or_else(|error| {
+    let status = job.run(engine, scan, hook).unwrap_or_else(|error| {
         journal.error(error.0);
         USAGE
     });
@@ -139,7 +154,12 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Runs the program and gives the exit status.
-    fn run(&self, engine: &mut dyn Engine, scan: ScanJournal) -> Result<u8, SessionError> {
+    fn run(
+        &self,
+        engine: &mut dyn Engine,
+        scan: ScanJournal,
+        hook: Option<&mut dyn Hook>,
+    ) -> Result<u8, SessionError> {
         let Self { program, args, machine, clock, journal } = *self;
         let executive = executive(program, &args.control, args.realtime, machine)?;
         let mut replaceable = ReplaceableExecutive::new(executive);
@@ -208,6 +228,9 @@ impl Job<'_> {
             journal.note(why);
         }
         let mut hooks: Vec<&mut dyn Hook> = vec![];
+        if let Some(hook) = hook {
+            hooks.push(hook);
+        }
         if !args.realtime {
             hooks.push(&mut progress);
         }

@@ -189,6 +189,7 @@ fn outputs(args: &RunArgs) -> impl Iterator<Item = (&'static str, PathBuf)> {
         args.trace_path().map(|path| ("--trace", path.to_owned())),
         option("--events", &args.events),
         option("--dump", &args.dump),
+        option("--plot", &args.plot),
         option("--log", &args.log),
         option("--retain", &args.retain),
         option("--image", &args.image),

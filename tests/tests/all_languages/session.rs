@@ -13,7 +13,7 @@ use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan, TrapCo
 use plcc_frontend::common::Options;
 use plcc_host::args::RunArgs;
 use plcc_host::run::{Clock, SystemClock};
-use plcc_host::session;
+use plcc_host::session::{self, Surroundings};
 use plcc_record::Recording;
 use plcc_tests::compile::{EngineKind, compile};
 
@@ -111,7 +111,13 @@ impl Shop {
             None => word.to_owned(),
         });
         let args = Args::try_parse_from(std::iter::once("run".to_owned()).chain(words)).unwrap();
-        session::run_with_clock(&program, &mut engine, &args.run, None, clock)
+        session::run_with(
+            &program,
+            &mut engine,
+            &args.run,
+            None,
+            Surroundings { clock, ..Surroundings::default() },
+        )
     }
 }
 
