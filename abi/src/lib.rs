@@ -40,6 +40,7 @@ pub mod deadline;
 pub mod engine;
 mod fingerprint;
 pub mod function_marker;
+pub mod given_name;
 pub mod host;
 pub mod image;
 #[cfg(feature = "machine")]
@@ -64,6 +65,7 @@ pub use context::{RawOutcome, ScanContext};
 pub use deadline::TimeLimit;
 pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use fingerprint::Fnv;
+pub use given_name::GivenName;
 pub use host::{DoubleRange, HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
 pub use number::number;
@@ -78,4 +80,4 @@ pub use symbols::{BitField, ImageSymbol, ImageType};
 /// The version of everything in this crate. An artifact of another version is refused, so it is
 /// raised with every change after which an older artifact would be misread: of the tables, the
 /// context, outcomes, or the numbers of host functions and trap codes.
-pub const ABI_VERSION: u32 = 7;
+pub const ABI_VERSION: u32 = 8;

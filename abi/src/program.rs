@@ -5,7 +5,7 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{BitField, ImageSymbol, nct::NctTables, pmac::PmacTables, pmi::PmiTables};
+use crate::{BitField, GivenName, ImageSymbol, nct::NctTables, pmac::PmacTables, pmi::PmiTables};
 
 /// What the tables of every language say.
 pub trait DialectTables {
@@ -150,6 +150,8 @@ pub struct Program {
     pub tasks: Vec<Task>,
     /// What only the dialect's executive understands.
     pub tables: Tables,
+    /// What people call the variables and say of them. Of two with one alias, or for one variable, the first counts.
+    pub names: Vec<GivenName>,
 }
 
 impl Program {

@@ -1,6 +1,6 @@
 //! From source text to engines.
 
-use plcc_abi::{Code, Dialect, Engine, Program};
+use plcc_abi::{Code, Dialect, Engine, GivenName, Program};
 use plcc_codegen::emit::{ObjectOptions, debug_object};
 use plcc_codegen::{CodegenError, CodegenOptions, JitMemory, Optimization, Target};
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
@@ -15,11 +15,15 @@ use plcc_runtime::NativeEngine;
 use plcc_runtime::native::NativeError;
 use thiserror::Error;
 
-use crate::fallback;
+use crate::{fallback, names};
 
 /// A program without errors, or one whose broken parts may be left out.
 #[derive(Debug)]
-pub struct Checked(Box<dyn CheckedProgram>);
+pub struct Checked {
+    program: Box<dyn CheckedProgram>,
+    /// What people call its variables.
+    names: Vec<GivenName>,
+}
 
 /// Reads and checks a program: one file, or several where the language loads several as one
 /// program. Included files are added to `sources`.
@@ -34,18 +38,32 @@ pub fn check(
     options: &Options,
 ) -> (Option<Checked>, Vec<Diagnostic>) {
     let (program, diagnostics) = language(dialect).check(sources, files, loader, options);
-    (program.map(Checked), diagnostics)
+    let named = |program: Box<dyn CheckedProgram>| Checked {
+        names: names::given(program.as_ref(), &options.machine),
+        program,
+    };
+    (program.map(named), diagnostics)
 }
 
 impl Checked {
     /// The program itself.
+    pub fn program(&self) -> &dyn CheckedProgram {
+        self.program.as_ref()
+    }
+
+    /// What people call the variables and say of them.
+    pub fn names(&self) -> &[GivenName] {
+        &self.names
+    }
+
+    /// The program itself.
     pub fn into_program(self) -> Box<dyn CheckedProgram> {
-        self.0
+        self.program
     }
 
     /// The statement interpreter.
     pub fn interpreter(&self) -> Box<dyn Engine> {
-        self.0.interpreter()
+        self.program.interpreter()
     }
 
     /// Tables for the executive, and IR as the front end makes it.
@@ -53,7 +71,11 @@ impl Checked {
     /// # Errors
     /// When the program is too long, or the front end notices a mistake of its own.
     pub fn lower(&self) -> Result<Lowered, CompileError> {
-        self.0.lower().map_err(|error| CompileError::of_lowering(self.0.dialect(), error))
+        let lowered = self.program.lower();
+        let mut lowered =
+            lowered.map_err(|error| CompileError::of_lowering(self.program.dialect(), error))?;
+        lowered.program.names.clone_from(&self.names);
+        Ok(lowered)
     }
 
     /// What each statement is computed in, integers or floating point; for languages where the
@@ -62,13 +84,13 @@ impl Checked {
     /// # Errors
     /// As those of [`lower`](Self::lower).
     pub fn explain_arithmetic(&self) -> Option<Result<String, CompileError>> {
-        let explained = self.0.explain_arithmetic()?;
-        Some(explained.map_err(|error| CompileError::of_lowering(self.0.dialect(), error)))
+        let explained = self.program.explain_arithmetic()?;
+        Some(explained.map_err(|error| CompileError::of_lowering(self.program.dialect(), error)))
     }
 
     /// Where each variable is read, written and tested.
     pub fn cross_reference(&self) -> CrossReference {
-        self.0.cross_reference()
+        self.program.cross_reference()
     }
 
     /// The same as [`lower`](Self::lower) after the passes of a level, or of a choice.

@@ -15,6 +15,7 @@ use crate::args::{Denied, SourceArgs};
 use crate::compile::{self, Checked};
 use crate::disk::{self, Below, Disk, existing_path};
 use crate::failure::Failure;
+use crate::names;
 use crate::report::Report;
 
 /// The settings with which a program is compiled, and the machine file that some of them come from.
@@ -225,7 +226,11 @@ impl Input {
     }
 
     /// Checks the program. Its diagnostics are in the order in which the text is read.
-    pub(crate) fn check(self, options: &Options) -> Program {
+    ///
+    /// # Errors
+    /// When the machine file gives names that the program can't have.
+    pub(crate) fn check(self, settings: &SourceSettings) -> Result<Program, Failure> {
+        let options = &settings.options;
         let Self { mut sources, files, dialect, folder } = self;
         let named = files.iter().map(|&file| PathBuf::from(sources.path(file)));
         let named: Vec<PathBuf> = named.map(|path| folder_of(&existing_path(&path))).collect();
@@ -233,7 +238,12 @@ impl Input {
         let (checked, mut diagnostics) =
             compile::check(&mut sources, &files, dialect, &loader, options);
         diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));
-        Program { sources, named_files: files.len(), dialect, checked, diagnostics }
+        if let Some(checked) = &checked {
+            let named = names::check(checked.program(), &options.machine);
+            let machine = settings.machine.as_deref().unwrap_or(Path::new(""));
+            named.map_err(|why| Failure::file(machine, why))?;
+        }
+        Ok(Program { sources, named_files: files.len(), dialect, checked, diagnostics })
     }
 }
 

@@ -37,6 +37,7 @@ mod fallback;
 mod hal;
 mod input;
 pub mod later_code;
+mod names;
 mod object_args;
 mod output;
 mod plot;

@@ -133,7 +133,7 @@ pub(crate) fn program(
         Found::in_record(&RecordedProgram::Artifact(bytes))
     } else {
         let settings = SourceSettings::for_files(source, files, report)?;
-        let program = Input::read(files, source)?.check(&settings.options);
+        let program = Input::read(files, source)?.check(&settings)?;
         let checked = program.checked.ok_or_else(|| {
             Failure::file(first, "the program has errors; `plcc check` shows them")
         })?;

@@ -68,6 +68,22 @@ fn pmi_breaks_steps_back_over_scans_and_finds_the_last_writer() {
 }
 
 #[test]
+fn conditions_and_watches_take_the_names_that_people_gave() {
+    let names = "[names]\nN = { alias = \"COUNTER\" }\nA = { alias = \"LIST\" }\nLAMP = { alias = \"SIGNAL\" }\n";
+    let folder = Folder::with(&[("count.pmi", PMI), ("count.machine.toml", names)]);
+    let path = folder.path().join("count.pmi");
+    let mut client = Client::launch(
+        json!({"program": path, "ticks": 50}),
+        json!([{"line": 6, "condition": "counter=3&/SIGNAL!COUNTER=7"}]),
+    );
+    assert_eq!(client.stopped(), at("breakpoint", 7, 6));
+    assert_eq!(client.value("COUNTER*2 > 5 & LIST[1]=5"), "1");
+    assert_eq!(client.value("LIST"), "[0,5,0]");
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "signal"})), at("goto", 6, 8));
+    client.leave();
+}
+
+#[test]
 fn data_breakpoints_hit_counts_and_logpoints() {
     let folder = Folder::with(&[("count.pmi", PMI)]);
     let path = folder.path().join("count.pmi");

@@ -36,6 +36,7 @@ fn program(module: &Module) -> Program {
         regions: module.regions.clone(),
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(PmiTables::default()),
+        names: vec![],
     }
 }
 

@@ -114,6 +114,7 @@ fn engines(module: plcc_ir::Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         regions: regions(),
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(PmiTables::default()),
+        names: vec![],
     };
     let native = |target: Target| -> Box<dyn Engine> {
         let code = compile(&module, &target, CodegenOptions::NONE).unwrap();

@@ -40,6 +40,7 @@ fn caller() -> (Program, Module) {
         regions: support::regions(),
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(PmiTables { ports: 16, ..PmiTables::default() }),
+        names: vec![],
     };
     (program, module)
 }

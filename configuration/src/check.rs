@@ -38,6 +38,13 @@ pub fn points(
 ) -> Checked {
     let by_name: HashMap<&str, &Symbol> =
         symbols.iter().map(|symbol| (symbol.name.as_str(), symbol)).collect();
+    // The program's own names count more; small letters and capitals are one.
+    let mut by_alias: HashMap<String, &Symbol> = HashMap::new();
+    for symbol in symbols {
+        for alias in &symbol.aliases {
+            by_alias.entry(alias.to_ascii_uppercase()).or_insert(symbol);
+        }
+    }
     let mut checked = Checked::default();
     // The lines of entries that give a variable, and that take a value for a point outside.
     let mut given: HashMap<Place, usize> = HashMap::new();
@@ -57,7 +64,8 @@ pub fn points(
         }
         let mut wrong =
             |message: String| checked.mistakes.push(Mistake { line: entry.line, message });
-        let names = match names(&entry.name, ends_in_bit) {
+        let first = entry.name.split("..").next().unwrap_or("").trim().to_ascii_uppercase();
+        let names = match names(&entry.name, ends_in_bit && !by_alias.contains_key(&first)) {
             Ok(names) => names,
             Err(message) => {
                 wrong(message);
@@ -74,10 +82,15 @@ pub fn points(
         for (index, name) in names.iter().enumerate() {
             let upper = name.to_ascii_uppercase();
             let symbol = by_name.get(name.as_str()).or_else(|| by_name.get(upper.as_str()));
+            let symbol = symbol.or_else(|| by_alias.get(&upper));
             let Some(&symbol) = symbol else {
                 hints += 1;
                 let near = (hints <= MAX_HINTS)
-                    .then(|| closest(&upper, symbols.iter().map(|symbol| symbol.name.as_str())))
+                    .then(|| {
+                        let names = symbols.iter().map(|symbol| symbol.name.as_str());
+                        let aliases = symbols.iter().flat_map(|symbol| &symbol.aliases);
+                        closest(&upper, names.chain(aliases.map(String::as_str)))
+                    })
                     .flatten();
                 let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
                 wrong(format!("the program has no variable named `{name}`{hint}"));

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use plcc_abi::{Dialect, Engine, Tables};
+use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
@@ -72,6 +72,11 @@ pub trait Language: Sync {
 
     /// What begins a comment.
     fn comment_signs(&self) -> &'static [&'static str];
+
+    /// Whether a word is one of the language's keywords, in letters of any case.
+    fn has_word(&self, _word: &str) -> bool {
+        false
+    }
 
     /// The codes of diagnostics for programs that are too long.
     fn length_codes(&self) -> LengthCodes;
@@ -197,6 +202,17 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
 
     /// Where each variable is read, written and tested.
     fn cross_reference(&self) -> CrossReference;
+
+    /// What the text itself says of the variables: the names that a PMAC's `#define` gives them, and the comments behind
+    /// their declarations. Of two for one variable the first counts.
+    fn names_in_source(&self) -> Vec<GivenName> {
+        vec![]
+    }
+
+    /// Whether a word means a variable, so that it can't be given to another one as an alias.
+    fn has_name(&self, word: &str) -> bool {
+        self.canonical(word).is_some()
+    }
 
     /// The texts of PMI's keys in the order of their numbers, which begin with 1 (PMI 3.1.11). Other languages
     /// have none.

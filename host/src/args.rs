@@ -75,6 +75,11 @@ pub struct RunArgs {
     )]
     pub watch: Vec<String>,
 
+    /// Writes the names that people gave in the place of the language's in traces, dumps and events: the aliases of
+    /// `[names]` in the machine file, and a PMAC's #define names
+    #[arg(long)]
+    pub aliases: bool,
+
     /// Writes a row `tick,name,value` whenever a watched variable changes (- is standard output);
     /// a file whose name ends in .vcd becomes a value change dump for waveform viewers
     #[arg(long, value_name = "OUT.csv|OUT.vcd")]

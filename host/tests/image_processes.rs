@@ -42,6 +42,7 @@ fn program() -> Program {
         regions: vec![Region { name: "all".into(), offset: 0, size: image_size, bits: false }],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(PmiTables { symbols, special, ports: 256, ..PmiTables::default() }),
+        names: vec![],
     }
 }
 

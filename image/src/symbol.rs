@@ -12,7 +12,8 @@
 //! | `0x1C` | 4 | number of the slot for inputs plus one; 0 where the variable can't be given |
 //! | `0x20` | 1 | direction |
 //! | `0x21` | 1 | class: 0 a bit, 1 an integer, 2 a number with a fraction |
-//! | `0x22` | 6 | 0 |
+//! | `0x22` | 2 | 0 |
+//! | `0x24` | 4 | length in bytes of the aliases, which follow the name in the file, with a blank between two |
 //! | `0x28` | 4 | offset of the unit's name in the file |
 //! | `0x2C` | 4 | length of the unit's name in bytes |
 
@@ -46,6 +47,8 @@ fn decode_place(bytes: &[u8]) -> Option<Place> {
 pub struct Symbol {
     /// The name in the language's canonical spelling.
     pub name: String,
+    /// Names that people gave to it, the one that is shown first.
+    pub aliases: Vec<String>,
     /// Where the value lies that the program sees.
     pub value: Place,
     /// Where the physical lines of an input or an output lie, if they are another place than the value. The
@@ -66,6 +69,11 @@ impl Symbol {
     /// none.
     pub fn outside(&self) -> Place {
         self.line.unwrap_or(self.value)
+    }
+
+    /// Whether it is called so: by its name, or by an alias.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.aliases.iter().any(|alias| alias == name)
     }
 
     /// The class: 0 a bit, 1 an integer, 2 a number with a fraction.
@@ -92,17 +100,20 @@ impl Symbol {
         let mut text = |text: &str| {
             let at = (texts_at + texts.len()) as u32;
             texts.extend(text.as_bytes());
-            [at.to_le_bytes(), (text.len() as u32).to_le_bytes()].concat()
+            [at.to_le_bytes(), (text.len() as u32).to_le_bytes()]
         };
-        let (name, unit) = (text(&self.name), text(&self.unit));
+        let name = text(&self.name);
+        let [_, aliases] = text(&self.aliases.join(" "));
+        let unit = text(&self.unit);
         let direction = Direction::ALL.iter().position(|&one| one == self.direction).unwrap_or(0);
-        entries.extend(name);
+        entries.extend(name.concat());
         entries.extend(encode_place(self.value));
         entries.extend(self.line.map_or([0; 8], encode_place));
         entries.extend(self.elements.to_le_bytes());
         entries.extend(self.slot.map_or(0, |slot| slot + 1).to_le_bytes());
-        entries.extend([direction as u8, self.class(), 0, 0, 0, 0, 0, 0]);
-        entries.extend(unit);
+        entries.extend([direction as u8, self.class(), 0, 0]);
+        entries.extend(aliases);
+        entries.extend(unit.concat());
     }
 
     /// Reads an entry; `text` gives the text at an offset of the file, of a length. `None` where the entry
@@ -115,6 +126,8 @@ impl Symbol {
             let bytes = entry.get(at..).and_then(|tail| tail.first_chunk());
             bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes))
         };
+        let aliases =
+            String::from_utf8(text(number(0).saturating_add(number(4)), number(0x24))).ok()?;
         let text = |at: usize| String::from_utf8(text(number(at), number(at + 4))).ok();
         let line = entry.get(0x10..).filter(|line| line.get(6).is_some_and(|&width| width != 0));
         let line = match line {
@@ -123,6 +136,7 @@ impl Symbol {
         };
         Some(Self {
             name: text(0)?,
+            aliases: aliases.split_whitespace().map(str::to_owned).collect(),
             value: decode_place(entry.get(0x08..)?)?,
             line,
             elements: number(0x18),
@@ -142,6 +156,7 @@ mod tests {
         let symbols = [
             Symbol {
                 name: "READY".into(),
+                aliases: vec!["GO".into(), "START".into()],
                 value: Place::bytes(7, Type::Logical),
                 line: Some(Place::bits(64, Type::Bits, 3, 1)),
                 elements: 1,
@@ -151,6 +166,7 @@ mod tests {
             },
             Symbol {
                 name: "@FRO".into(),
+                aliases: vec![],
                 value: Place::bytes(8, Type::Integer),
                 line: None,
                 elements: 4,

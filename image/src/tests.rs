@@ -43,6 +43,7 @@ impl Control {
     fn new(name: &str, rules: &[Option<Rule>]) -> Self {
         let symbol = |(slot, name, ty, direction): (u32, &str, Type, Direction)| Symbol {
             name: name.into(),
+            aliases: vec![format!("GIVEN_{name}")],
             value: Place::bytes(slot * 8, ty),
             line: None,
             elements: 1,

@@ -141,7 +141,7 @@ impl InputWriter {
     /// # Errors
     /// When there is no such variable, it can't be given, or a process that lives gives it.
     pub fn claim(&mut self, name: &str) -> Result<Input, ClaimError> {
-        let symbol = self.symbols.iter().find(|symbol| symbol.name == name).cloned();
+        let symbol = self.symbols.iter().find(|symbol| symbol.is_called(name)).cloned();
         let symbol = symbol.ok_or_else(|| ClaimError::Unknown(name.into()))?;
         let not_an_input = || ClaimError::NotAnInput(name.into());
         let slot = symbol.slot.filter(|_| symbol.direction != Direction::Output);

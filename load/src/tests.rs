@@ -33,6 +33,7 @@ fn program() -> Program {
         ],
         tasks: vec![Task { name: "scan".into(), entry: 1, resume_points: vec![0] }],
         tables: Tables::Pmi(tables),
+        names: vec![],
     }
 }
 

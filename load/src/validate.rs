@@ -24,7 +24,7 @@ pub(super) fn program(program: &Program) -> Result<(), ArtifactError> {
 
 /// Checks that the program has sources, and that its regions follow each other inside the image.
 fn regions(program: &Program) -> Check {
-    let Program { files, image_size, regions, tasks: _, tables: _ } = program;
+    let Program { files, image_size, regions, tasks: _, tables: _, names: _ } = program;
     ensure(!files.is_empty(), || "it names no source".into())?;
     let mut end = 0;
     for Region { name, offset, size, bits: _ } in regions {

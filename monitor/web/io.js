@@ -46,6 +46,7 @@ export class IoScreen {
       onActivate: (row) => variableMenu(this.app, row.name),
       columns: [
         { title: "Name", cell: (row) => row.name, class: "code" },
+        { title: "Description", cell: (row) => row.text },
         { title: "Place", cell: (row) => row.place },
         // An override of an input changes the variable, one of an output the line alone.
         { title: window.outputs ? "Program assigns" : "Program sees", class: "numeric", cell: (row) => value(row.logical, row, row.forced !== null && !window.outputs) },

@@ -105,13 +105,13 @@ fn timing(Stat { timing, forces, .. }: &Stat) -> String {
 
 fn list(Variables { variables, .. }: &Variables) -> String {
     let mut text = String::new();
-    for Variable { name, elements, .. } in variables {
+    for Variable { name, elements, alias, text: said, .. } in variables {
         let name = harmless(name);
+        let count = elements.map(|count| format!("[{count}]")).unwrap_or_default();
+        let said = [alias, said].map(|part| harmless(part));
+        let said = said.iter().filter(|part| !part.is_empty()).map(|part| format!("  {part}"));
         // Writing to a String does not fail.
-        let _ = match elements {
-            Some(count) => writeln!(text, "{name}[{count}]"),
-            None => writeln!(text, "{name}"),
-        };
+        let _ = writeln!(text, "{name}{count}{}", said.collect::<String>());
     }
     text
 }

@@ -86,6 +86,12 @@ pub struct Variable {
     pub logical: bool,
     /// How many elements an array has.
     pub elements: Option<u32>,
+    /// Another name that people gave to it; empty without one.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub alias: String,
+    /// What people say of it, in one line; empty where nothing is known.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub text: String,
 }
 
 /// Values at one moment, or from one moment to another.

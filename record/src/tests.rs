@@ -39,6 +39,7 @@ fn small_program() -> Program {
         regions: vec![],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(tables),
+        names: vec![],
     }
 }
 

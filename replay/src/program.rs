@@ -8,6 +8,7 @@ use plcc_diag::{FileId, SourceMap};
 use plcc_frontend::common::{Accessed, Expression};
 use plcc_frontend::presentation::StatementPlaces;
 use plcc_frontend::{CheckedProgram, Language, language};
+use plcc_runtime::{GivenNames, Names};
 
 use crate::DebugError;
 
@@ -21,6 +22,7 @@ pub struct DebuggedProgram {
     sources: Sources,
     tables: Program,
     places: StatementPlaces,
+    names: Arc<dyn Names>,
 }
 
 /// The files of a program, with their full paths.
@@ -51,7 +53,8 @@ impl DebuggedProgram {
         let is_on_disk = |(path, id): (&PathBuf, FileId)| has_text(path, sources.text(id));
         let on_disk = full.iter().zip(ids()).map(is_on_disk).collect();
         let sources = Sources { full, on_disk, map: sources };
-        Self { checked: checked.into(), sources, tables, places }
+        let names = plcc_runtime::names_of(&tables);
+        Self { checked: checked.into(), sources, tables, places, names }
     }
 
     /// The checked program.
@@ -100,12 +103,23 @@ impl DebuggedProgram {
         &self.places
     }
 
-    /// An expression of the program's language.
+    /// What people call the variables and say of them.
+    pub fn given(&self) -> &GivenNames {
+        self.names.given()
+    }
+
+    /// The variable for which a name stands that the program defines or that people gave to it. `None` where a name means a
+    /// variable itself.
+    pub fn defined_name(&self, word: &str) -> Option<String> {
+        self.given().replaced(word).or_else(|| self.checked.defined_name(word))
+    }
+
+    /// An expression of the program's language, in which variables may have the names that people gave them.
     ///
     /// # Errors
     /// What is wrong with it, for people.
     pub fn expression(&self, text: &str) -> Result<Expression, DebugError> {
-        self.checked.expression(text).map_err(|found| {
+        self.checked.expression(&self.given().in_expression(text)).map_err(|found| {
             let messages: Vec<_> =
                 found.iter().map(|d| format!("{}: {}", d.code, d.message)).collect();
             DebugError(messages.join("; "))
@@ -124,7 +138,7 @@ impl DebuggedProgram {
 
     /// What a name means, to compare it with what statements access; `None` if there is no such variable.
     pub fn accessed(&self, name: &str) -> Option<Accessed> {
-        self.checked.accessed(name)
+        self.checked.accessed(&self.names.spelled(name))
     }
 }
 

@@ -255,6 +255,7 @@ mod tests {
             regions: vec![Region { name: name.into(), offset: 8, size: 8, bits: true }],
             tasks: vec![Task { name: "scan".into(), entry: 3, resume_points: vec![1, 2] }],
             tables: Tables::Pmi(PmiTables::default()),
+            names: vec![],
         }
     }
 

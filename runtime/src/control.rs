@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use plcc_abi::{Program, Tables};
 
+use crate::aliased_names::with_given;
 use crate::names::Names;
 use crate::online_change::Comparison;
 
@@ -19,7 +20,7 @@ pub(crate) trait Control {
     /// What does not fit.
     fn validate(&self, program: &Program) -> Result<(), String>;
 
-    /// The names of the variables of `program`, whose tables these are.
+    /// The control's own names of the variables of `program`, whose tables these are.
     fn names(&self, program: &Program) -> Arc<dyn Names>;
 
     /// Compares the program `old`, whose tables these are, with one that is to take its place. `None` if that one is
@@ -47,7 +48,7 @@ pub fn validate(program: &Program) -> Result<(), String> {
 ///
 /// An executive whose run has other settings has a table that fits them: [`Executive::names`](crate::Executive::names).
 pub fn names_of(program: &Program) -> Arc<dyn Names> {
-    control(&program.tables).names(program)
+    with_given(control(&program.tables).names(program), &program.names)
 }
 
 /// Compares two programs for an online change.

@@ -21,6 +21,23 @@ pub struct Event {
     pub body: EventBody,
 }
 
+impl Event {
+    /// The event with another name for its variable, where it has one and `rename` knows another.
+    pub fn renamed(mut self, rename: impl Fn(&str) -> Option<String>) -> Self {
+        let (name, flag) = match &mut self.body {
+            EventBody::Fault { name, .. } => (Some(name), None),
+            EventBody::Message { name, flag, .. } => (name.as_mut(), flag.as_mut()),
+            _ => (None, None),
+        };
+        for name in name.into_iter().chain(flag) {
+            if let Some(other) = rename(name) {
+                *name = other.into();
+            }
+        }
+        self
+    }
+}
+
 /// What happened. The fields stand in the order in which JSON has them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]

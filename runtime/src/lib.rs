@@ -33,6 +33,7 @@
 //! # }
 //! ```
 
+mod aliased_names;
 pub mod checkpoint;
 mod clock_decisions;
 mod control;
@@ -43,6 +44,7 @@ pub mod executive;
 mod force_list;
 mod frame_search;
 mod gdb;
+pub mod given_names;
 mod loaded_code;
 mod mapped_code;
 pub mod names;
@@ -69,6 +71,7 @@ pub use clock_decisions::{ClockDecision, Trip};
 pub use control::{compare, names_of, validate};
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody};
 pub use executive::{Executive, TaskStatus};
+pub use given_names::GivenNames;
 pub use names::{Class, Names, Properties};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;

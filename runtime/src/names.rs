@@ -4,10 +4,13 @@
 //! It is made from the program's tables alone, needs no executive, and can be asked by any thread. What it finds is
 //! a [`VariableKey`], by which an [`Executive`](crate::Executive) reads and sets the variable.
 
+use std::borrow::Cow;
 use std::fmt::Debug;
 
 use plcc_abi::place::{Direction, Place};
+use plcc_abi::{GivenName, natural_cmp};
 
+use crate::given_names::GivenNames;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::variable::{NameError, Purpose, Setting, ValueError, VariableKey};
 
@@ -59,11 +62,17 @@ impl Properties {
 
 /// The names of a program's variables, and what is known of each. See [`names_of`](crate::names_of).
 pub trait Names: Debug + Send + Sync {
-    /// Finds a variable by its name in the dialect's spelling. For [`Purpose::Watch`] a whole array is allowed.
+    /// Finds a variable by its name in the dialect's spelling, or, in the table that an executive and
+    /// [`names_of`](crate::names_of) give, by an alias. For [`Purpose::Watch`] a whole array is allowed.
     ///
     /// # Errors
     /// When nothing has that name, or it can't be used for the purpose.
     fn find(&self, name: &str, purpose: Purpose) -> Result<VariableKey, NameError>;
+
+    /// What people call the variables and say of them. A control's own table knows none of it.
+    fn given(&self) -> &GivenNames {
+        GivenNames::none()
+    }
 
     /// The canonical spelling of a variable's name, as a dump has it; empty for the key of another control.
     fn canonical(&self, key: VariableKey) -> String;
@@ -111,5 +120,42 @@ impl dyn Names + '_ {
             Some(count) => (0..count).filter_map(|index| self.element(key, index)).collect(),
             None => vec![key],
         }
+    }
+
+    /// A name in the dialect's spelling: of an alias the canonical name of its variable, any other text as it is.
+    pub fn spelled<'n>(&self, name: &'n str) -> Cow<'n, str> {
+        self.given().replaced(name).map_or(Cow::Borrowed(name), Cow::Owned)
+    }
+
+    /// What people call a variable and say of it, if anything.
+    pub fn said_of(&self, key: VariableKey) -> Option<Cow<'_, GivenName>> {
+        self.given().said_of(&self.canonical(key))
+    }
+
+    /// The alias of a variable, or its canonical name if it has none.
+    pub fn alias_or_name(&self, key: VariableKey) -> String {
+        let name = self.canonical(key);
+        let alias = self.given().said_of(&name).map(|said| said.alias.clone());
+        alias.filter(|alias| !alias.is_empty()).unwrap_or(name)
+    }
+
+    /// The variables of a pattern: those that the program declares or names and whose name or alias matches, in natural order,
+    /// and after them others that have an alias which matches.
+    pub fn matching(&self, matches: impl Fn(&str) -> bool) -> Vec<(String, VariableKey)> {
+        let given = self.given();
+        let mut found = self.declared();
+        let aliased = |name: &str| given.aliases_of(name).into_iter().any(&matches);
+        found.retain(|(name, _)| matches(name) || aliased(name));
+        let others = given.aliases().filter(|(alias, _)| matches(alias)).map(|(_, name)| name);
+        let mut others: Vec<&str> =
+            others.filter(|name| found.iter().all(|(known, _)| known != name)).collect();
+        others.sort_by(|a, b| natural_cmp(a, b));
+        others.dedup();
+        let others = others.into_iter();
+        found.extend(
+            others
+                .filter_map(|name| Some((name.to_owned(), self.find(name, Purpose::Watch).ok()?))),
+        );
+        found
     }
 }

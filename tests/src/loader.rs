@@ -26,7 +26,7 @@ use plcc::disk::Disk;
 use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
-use plcc_frontend::common::Options;
+use plcc_frontend::common::{Machine, Options};
 
 /// How long a test waits for something that happens soon, on a machine that does much else.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -117,9 +117,18 @@ impl Folder {
     /// # Panics
     /// When the program has errors or the artifact can't be written.
     pub fn artifact(&self, name: &str, dialect: Dialect, text: &str) {
+        self.artifact_of(name, dialect, text, "");
+    }
+
+    /// The same for a machine with this machine file.
+    ///
+    /// # Panics
+    /// When the program or the machine file has errors, or the artifact can't be written.
+    pub fn artifact_of(&self, name: &str, dialect: Dialect, text: &str, machine: &str) {
         let mut sources = SourceMap::new();
         let file = sources.add(name, text.as_bytes());
-        let options = Options::default();
+        let machine = Machine::parse(machine).unwrap();
+        let options = Options { machine, ..Options::default() };
         let (checked, found) = compile::check(&mut sources, &[file], dialect, &Disk, &options);
         let lowered = checked.unwrap_or_else(|| panic!("{found:?}")).optimized(OptLevel::Speed);
         let lowered = lowered.unwrap();

@@ -383,6 +383,30 @@ fn plcctl_shows_and_sets() {
     }
 }
 
+/// The names that a PMAC's `#define` gives to variables.
+#[test]
+fn plcctl_takes_the_names_that_people_gave() {
+    let shop = Shop::new("aliases");
+    let source = "#define GATE M11 ; gate closed\n#define SPEED P7\nM11->Y:$FFC2,0\nI5=2\nOPEN PLC 1 CLEAR\nP8=GATE\nCLOSE\n\
+                  ENABLE PLC 1\nP7=3\n";
+    let control =
+        shop.start(&shop.build("mill", Dialect::Pmac, source), &["--allow", "write,force"]);
+    let text = |args: &[&str]| {
+        let output = control.plcctl(args);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(text(&["get", "speed", "GA*"]), "M11=0\nspeed=3\n");
+    text(&["set", "SPEED=5"]);
+    text(&["force", "gate=1"]);
+    let list = text(&["list"]);
+    assert!(list.contains("M11  GATE  gate closed\n") && list.contains("P7  SPEED\n"), "{list}");
+    control.tick();
+    assert_eq!(text(&["get", "P7"]), "P7=5\n");
+    assert!(text(&["status"]).contains("M11=1"));
+    text(&["unforce", "GATE"]);
+}
+
 #[test]
 fn clients_that_flood_stall_or_leave_do_no_harm() {
     let shop = Shop::new("clients");

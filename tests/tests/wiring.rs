@@ -80,6 +80,39 @@ fn inputs_come_by_the_image_file_become_safe_and_recover() {
     assert!(ticks > 100, "{ticks}");
 }
 
+/// An entry, a driver and the socket take the aliases of `[names]`.
+#[test]
+fn names_that_people_gave_are_wired() {
+    let folder = Folder::new("wiring-names");
+    let names = "[names]\nDOOR = { alias = \"Gate\" }\nPUMP = { alias = \"COOLANT\" }\n";
+    folder.artifact_of("p.plcx", Dialect::Pmi, PMI, names);
+    let configuration =
+        CONFIGURATION.replace("\"DOOR\"", "\"gate\"").replace("\"PUMP\"", "\"Coolant\"");
+    fs::write(folder.path("c.toml"), configuration).unwrap();
+    let checked = folder.run(&["check-config", "c.toml"]);
+    assert!(checked.status.success(), "{checked:?}");
+    let mut control = folder.start(&["--config", "c.toml", "--safe", "COOLANT=hold"]);
+    let path = folder.path("image");
+    wait_until("the control goes on", || {
+        ImageReader::open(&path).is_ok_and(|image| image.last_tick() != 0)
+    });
+    let image = ImageReader::open(&path).unwrap();
+    let symbols = image.symbols();
+    let pump = symbols.iter().find(|symbol| symbol.is_called("COOLANT")).unwrap();
+    assert_eq!(pump.name, "PUMP");
+    let mut writer = InputWriter::open(&path, "a driver").unwrap();
+    let door = writer.claim("Gate").unwrap();
+    assert_eq!(writer.symbol(door).map(|symbol| symbol.name.as_str()), Some("DOOR"));
+    wait_until("the pump runs", || {
+        writer.set(door, Number::Int(0)).unwrap();
+        writer.publish().unwrap();
+        image.read().unwrap().output(pump).unwrap() == Number::Int(1)
+    });
+    control.signal("TERM", 1);
+    assert_eq!(control.end().code(), Some(130));
+    assert_eq!(image.read().unwrap().output(pump), Some(Number::Int(1)), "it is held");
+}
+
 /// Parameters, variables of the executive and P-variables become safe when their writer is late, and that is logged.
 #[test]
 fn variables_that_are_not_inputs_have_safe_values_too() {

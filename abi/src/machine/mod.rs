@@ -10,8 +10,13 @@
 //! # Any language: which lints are shown, and how.
 //! [lints]
 //! near-name = "allow"
+//!
+//! # Any language: names that people gave to variables.
+//! [names]
+//! I012 = { alias = "DOOR", text = "door closed", device = "-S12", at = "X11:7", drawing = "14.3" }
 //! ```
 
+mod names;
 mod nct;
 
 use alloc::{
@@ -27,6 +32,8 @@ use serde::Deserialize;
 use crate::nct::NctSettings;
 use nct::NctFile;
 
+pub use names::MachineName;
+
 /// What a machine file says.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Machine {
@@ -37,6 +44,8 @@ pub struct Machine {
     /// `[lints]`: names of lints and the levels that are chosen for them (`allow`, `warn`, `deny`),
     /// in the order of the names. The compiler checks both.
     pub lints: Vec<(String, String)>,
+    /// `[names]`: what people call the variables, in the order of the lines.
+    pub names: Vec<MachineName>,
 }
 
 /// An executive variable that the machine file adds or changes.
@@ -131,7 +140,8 @@ impl Machine {
     pub fn parse(text: &str) -> Result<Self, MachineError> {
         let table: toml::Table = text.parse().map_err(|e| Self::refusal(&e))?;
         let known = |key: &&String| {
-            ["variables", "lints"].contains(&key.as_str()) || NctFile::KEYS.contains(&key.as_str())
+            ["variables", "lints", "names"].contains(&key.as_str())
+                || NctFile::KEYS.contains(&key.as_str())
         };
         if let Some(key) = table.keys().find(|key| !known(key)) {
             return Err(MachineError(format!("`{key}` is not a key of a machine file")));
@@ -160,7 +170,8 @@ impl Machine {
         if let Some([a, _]) = variables.array_windows().find(|[a, b]| a.name == b.name) {
             return Err(MachineError(format!("{} is there twice", a.name)));
         }
-        Ok(Self { variables, nct, lints: file.lints.into_iter().collect() })
+        let names = names::read(text).map_err(MachineError)?;
+        Ok(Self { variables, nct, lints: file.lints.into_iter().collect(), names })
     }
 }
 

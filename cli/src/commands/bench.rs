@@ -6,7 +6,6 @@ mod figures;
 use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
-use plcc_frontend::common::Options;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_runtime::{Event, Executive};
@@ -63,7 +62,7 @@ struct Results {
 
 pub(crate) fn bench(args: &BenchArgs, passes: &PassArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
         let count = report.show(
@@ -86,9 +85,9 @@ pub(crate) fn bench(args: &BenchArgs, passes: &PassArgs, report: &Report) -> Res
         }
     };
     let jit_in_parts = |checked: &Checked| jit_in_parts(|| checked.lower(), opt);
-    let jit_ms = compile_ms(args, &settings.options, |checked| jit_in_parts(checked).map(drop))?;
+    let jit_ms = compile_ms(args, &settings, |checked| jit_in_parts(checked).map(drop))?;
     let make_aot = |checked: &Checked| checked.compiled(opt, compile::aot).map(drop);
-    let aot_ms = compile_ms(args, &settings.options, make_aot)?;
+    let aot_ms = compile_ms(args, &settings, make_aot)?;
     let Jit { engine: jit, bytes_of_code: jit_bytes, .. } = jit_in_parts(&checked)?;
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", Box::new(jit)), ("aot", Box::new(aot))];
@@ -130,14 +129,14 @@ pub(crate) fn bench(args: &BenchArgs, passes: &PassArgs, report: &Report) -> Res
 /// Milliseconds from source text to something that can be called.
 fn compile_ms(
     args: &BenchArgs,
-    options: &Options,
+    settings: &SourceSettings,
     make: impl Fn(&Checked) -> Result<(), CompileError>,
 ) -> Result<f64, Failure> {
     let mut least = Duration::MAX;
     for _ in 0..COMPILES {
         let input = Input::read(&args.files, &args.source)?;
         let start = Instant::now();
-        let program = input.check(options);
+        let program = input.check(settings)?;
         if let Some(checked) = &program.checked {
             make(checked)?;
         }

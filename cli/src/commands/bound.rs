@@ -14,7 +14,7 @@ use crate::report::{Destination, Report};
 
 pub(crate) fn bound(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.paths, report)?;
-    let program = Input::read(&args.paths, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.paths, &args.source)?.check(&settings)?;
     // The bounds take standard output, so that diagnostics go to standard error.
     let to = Destination { format: args.source.message_format, stdout_taken: true };
     let count = report.show(&program.sources, &program.diagnostics, to)?;

@@ -51,7 +51,7 @@ pub(crate) fn build(args: &BuildArgs, passes: &PassArgs, report: &Report) -> Res
     if args.sign.is_some() && !matches!(args.emit, Emit::Artifact) {
         return Err(Failure::usage("--sign is for artifacts"));
     }
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let to = Destination { format: args.source.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let other_language = program.other_language();
@@ -97,7 +97,7 @@ pub(crate) fn time_passes(
     report: &Report,
 ) -> Result<(), Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let times =
         program.checked.and_then(|checked| checked.optimized_timed(passes.at(args.opt)).ok());
     for (pass, time) in times.map_or(vec![], |(_, times)| times) {

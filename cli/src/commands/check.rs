@@ -136,7 +136,7 @@ fn summary(results: &Results, count: Count, report: &Report) {
 /// another file of the machine may provide becomes a note, since not all files may have been given.
 fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Program, Failure> {
     let settings = SourceSettings::of(&args.source, &input.first(), report)?;
-    let mut program = input.check(&settings.options);
+    let mut program = input.check(&settings)?;
     let language = language(program.dialect);
     for diagnostic in &mut program.diagnostics {
         if diagnostic.severity == Severity::Warning && language.may_be_elsewhere(diagnostic.code) {

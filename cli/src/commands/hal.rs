@@ -23,7 +23,7 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
     let stem = stem.map(|stem| stem.to_ascii_lowercase().replace('-', "_"));
     let name = args.name.clone().or(stem).unwrap_or_else(|| "program".to_owned());
     component::check_name(&name).map_err(Failure::usage)?;
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let to = Destination { format: args.source.message_format, stdout_taken: false };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {

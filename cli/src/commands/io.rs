@@ -17,7 +17,7 @@ use crate::report::{Destination, Report};
 
 pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let to = Destination { format: args.source.message_format, stdout_taken: true };
     let errors = program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).count();
     let Some(checked) = program.checked.as_ref().filter(|_| errors == 0) else {

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
         return Err(Failure::usage(what));
     }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     input::refuse_options_of_others(program.dialect, |other| {
         (args.keep_going && language(other).runs_despite_errors()).then_some("--keep-going")
     })?;

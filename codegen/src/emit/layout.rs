@@ -17,7 +17,7 @@ use plcc_abi::{ABI_VERSION, Program};
 /// Types are `logical` (a byte of 0 or 1), `integer` (16 bits), `long` (32 bits), `double`, `byte`,
 /// and `bits` (eight bytes of 0 or 1, the lowest bit first), all little endian.
 pub fn layout(program: &Program) -> String {
-    let Program { files: _, image_size, regions, tasks, tables } = program;
+    let Program { files: _, image_size, regions, tasks, tables, names: _ } = program;
     let dialect = program.dialect().name();
     let mut out = format!("plcc {ABI_VERSION} image {image_size} dialect {dialect}\n");
     for task in tasks {

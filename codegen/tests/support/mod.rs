@@ -54,6 +54,7 @@ pub(crate) fn counter() -> (Program, Module) {
         regions: regions(),
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(PmiTables { ports: 16, ..PmiTables::default() }),
+        names: vec![],
     };
     (program, module)
 }

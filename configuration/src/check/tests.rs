@@ -15,6 +15,7 @@ use crate::drivers::zenoh::ZenohVariable;
 fn symbols() -> Vec<Symbol> {
     let symbol = |(name, offset, width, direction): (&str, u32, u8, Direction)| Symbol {
         name: name.into(),
+        aliases: if name == "PUMP" { vec!["Coolant".into()] } else { vec![] },
         value: Place::bytes(offset, Type::Integer),
         line: (direction != Direction::Internal).then(|| Place::bits(offset, Type::Bits, 0, width)),
         elements: 1,
@@ -52,7 +53,7 @@ fn ranges_become_points_that_follow_each_other() {
          invert = true\nsafe = 1\ntimeout_ms = 200\n\
          [[io]]\nname = \"SPEED\"\ndriver = \"modbus-server\"\naddress = \"holding/0:i16\"\n\
          direction = \"in\"\nscale = 0.5\noffset = 10\n\
-         [[io]]\nname = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
+         [[io]]\nname = \"coolant\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
     );
     assert_eq!(checked.mistakes, []);
     let message = "output LAMP is not wired: no entry [[io]] names it".into();

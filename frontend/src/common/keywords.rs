@@ -46,6 +46,12 @@ pub fn explain(keywords: &[Keyword], name: &str, manual: &str) -> Option<String>
     Some(format!("{names}\n  {form}\n  {meaning}\n  {manual} {section}\n"))
 }
 
+/// Whether a word is a spelling of one of the keywords, in letters of any case.
+pub fn has(keywords: &[Keyword], word: &str) -> bool {
+    let mut spellings = keywords.iter().flat_map(|keyword| keyword.names.split(' '));
+    spellings.any(|spelling| spelling.eq_ignore_ascii_case(word))
+}
+
 /// The keywords as topics of `plcc explain`, by their full spelling.
 pub fn topics(keywords: &[Keyword]) -> impl Iterator<Item = Topic> + '_ {
     keywords.iter().map(|keyword| Topic {

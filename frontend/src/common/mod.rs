@@ -3,6 +3,7 @@
 
 mod accessed;
 mod broken_invariant;
+mod comment_behind;
 mod cross_reference;
 pub mod expression;
 mod include;
@@ -21,6 +22,7 @@ pub mod tsv;
 
 pub use accessed::Accessed;
 pub use broken_invariant::{BrokenInvariant, OrMissing};
+pub(crate) use comment_behind::{comment_behind, split_comment};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
 pub use expression::{Evaluate, EvaluationError, Expression, Value};
 pub use include::{Included, find_include};

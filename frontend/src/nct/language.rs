@@ -1,6 +1,6 @@
 //! NCT as one of the languages.
 
-use plcc_abi::{Dialect, Engine, Tables};
+use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::Program;
@@ -13,10 +13,14 @@ use crate::common::{
     StatementInterpreter,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
+use crate::presentation::Presentation;
 
 /// The PLC language of NCT's controls.
 #[derive(Clone, Copy, Debug)]
 pub struct Nct;
+
+/// What begins a comment.
+pub(super) const COMMENT_SIGNS: &[&str] = &["/*", ";"];
 
 impl Language for Nct {
     fn dialect(&self) -> Dialect {
@@ -52,7 +56,11 @@ impl Language for Nct {
     }
 
     fn comment_signs(&self) -> &'static [&'static str] {
-        &["/*", ";"]
+        COMMENT_SIGNS
+    }
+
+    fn has_word(&self, word: &str) -> bool {
+        keywords::has(&KEYWORDS, word)
     }
 
     fn length_codes(&self) -> LengthCodes {
@@ -135,5 +143,15 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    /// `V012` looks at I012.
+    fn has_name(&self, word: &str) -> bool {
+        let looks = word.strip_prefix(['V', 'v']).map(|digits| format!("I{digits}"));
+        self.canonical(word).or_else(|| self.canonical(&looks?)).is_some()
+    }
+
+    fn names_in_source(&self) -> Vec<GivenName> {
+        self.names_in_source()
     }
 }

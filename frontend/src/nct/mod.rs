@@ -14,6 +14,7 @@ mod expression;
 mod language;
 mod layout;
 mod lower;
+mod names_in_source;
 mod oracle;
 mod presentation;
 mod reachable;

@@ -121,5 +121,6 @@ pub(crate) fn program(
         regions: layout.regions.clone(),
         tasks,
         tables: Tables::Nct(tables),
+        names: vec![],
     }
 }

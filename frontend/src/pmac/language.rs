@@ -1,6 +1,6 @@
 //! PMAC's implementation of the traits that every language has.
 
-use plcc_abi::{Dialect, Engine, Tables};
+use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::ast::{Stmt, StmtKind};
@@ -20,6 +20,9 @@ use crate::presentation::Terminal;
 /// The PLC language of PMAC and Turbo PMAC.
 #[derive(Clone, Copy, Debug)]
 pub struct Pmac;
+
+/// What begins a comment.
+pub(super) const COMMENT_SIGNS: &[&str] = &[";", "//", "/*"];
 
 impl Language for Pmac {
     fn dialect(&self) -> Dialect {
@@ -73,7 +76,11 @@ impl Language for Pmac {
     }
 
     fn comment_signs(&self) -> &'static [&'static str] {
-        &[";", "//", "/*"]
+        COMMENT_SIGNS
+    }
+
+    fn has_word(&self, word: &str) -> bool {
+        keywords::has(&KEYWORDS, word)
     }
 
     fn length_codes(&self) -> LengthCodes {
@@ -144,6 +151,10 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    fn names_in_source(&self) -> Vec<GivenName> {
+        self.names_in_source()
     }
 
     /// Q-variables are those of coordinate system 1, L-variables those that the download defines.

@@ -23,6 +23,7 @@ mod fingerprint;
 mod host_statements;
 mod language;
 mod lower;
+mod names_in_source;
 mod oracle;
 mod origin;
 mod outputs;

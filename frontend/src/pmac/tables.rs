@@ -61,6 +61,7 @@ pub(crate) fn program(
         regions: loaded.layout.regions(),
         tasks: module_tasks,
         tables: Tables::Pmac(tables),
+        names: vec![],
     }
 }
 

@@ -1,6 +1,6 @@
 //! PMI as one of the languages.
 
-use plcc_abi::{Dialect, Engine, Tables};
+use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::presentation;
@@ -22,6 +22,9 @@ const DIRECTIVES: [&str; 15] = [
     "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE", "GCODE",
     "TIMER", "FLIPFLOP", "AUXAXIS", "INCLUDE", "END",
 ];
+
+/// What begins a comment.
+pub(super) const COMMENT_SIGNS: &[&str] = &["?"];
 
 impl Language for Pmi {
     fn dialect(&self) -> Dialect {
@@ -51,7 +54,11 @@ impl Language for Pmi {
     }
 
     fn comment_signs(&self) -> &'static [&'static str] {
-        &["?"]
+        COMMENT_SIGNS
+    }
+
+    fn has_word(&self, word: &str) -> bool {
+        keywords::has(&KEYWORDS, word)
     }
 
     fn length_codes(&self) -> LengthCodes {
@@ -113,6 +120,10 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    fn names_in_source(&self) -> Vec<GivenName> {
+        self.names_in_source()
     }
 
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {

@@ -17,6 +17,7 @@ mod expression;
 mod language;
 mod layout;
 mod lower;
+mod names_in_source;
 mod oracle;
 mod presentation;
 mod read;

@@ -40,6 +40,7 @@ pub(crate) fn program(
         regions: layout.regions.clone(),
         tasks,
         tables: Tables::Pmi(tables),
+        names: vec![],
     })
 }
 

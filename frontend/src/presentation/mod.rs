@@ -44,6 +44,11 @@ pub trait Presentation {
     /// no access is told by that name.
     fn accessed(&self, name: &str) -> Option<Accessed>;
 
+    /// The canonical spelling of the name of a variable or a line; `None` if nothing has that name.
+    fn canonical(&self, name: &str) -> Option<String> {
+        self.name(self.accessed(name)?)
+    }
+
     /// Whether a variable does not lie in the process image: its value is state of the executive.
     fn is_outside_image(&self, accessed: Accessed) -> bool;
 

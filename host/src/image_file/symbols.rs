@@ -31,7 +31,17 @@ impl SymbolTable {
                 table.slots.len() as u32 - 1
             });
             let (elements, unit) = (elements.unwrap_or(1), unit.to_owned());
-            table.symbols.push(Symbol { name, value, line, elements, direction, slot, unit });
+            let aliases = names.given().aliases_of(&name).into_iter().map(str::to_owned).collect();
+            table.symbols.push(Symbol {
+                name,
+                aliases,
+                value,
+                line,
+                elements,
+                direction,
+                slot,
+                unit,
+            });
         }
         table
     }

@@ -26,6 +26,7 @@ fn program(size: u32) -> Program {
         regions: vec![Region { name: "all".into(), offset: 0, size, bits: false }],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(PmiTables { symbols: vec![symbol], ..PmiTables::default() }),
+        names: vec![],
     }
 }
 

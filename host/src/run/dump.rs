@@ -69,6 +69,7 @@ pub(super) fn write_variables(
     out.write_all(b"\"variables\":{")?;
     for (i, (name, variable)) in variables.into_iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };
+        let name = watch.shown(&name, &*names);
         write!(out, "{comma}{}:{}", quoted(&name), executive.read(variable))?;
     }
     out.write_all(b"}")

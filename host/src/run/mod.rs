@@ -308,8 +308,9 @@ impl Run<'_> {
         }
         if let Some(out) = &mut self.events {
             let any = !events_of_tick.is_empty();
+            let names = self.executive.names();
             for event in events_of_tick.iter() {
-                serde_json::to_writer(&mut *out, event)
+                serde_json::to_writer(&mut *out, &*self.watch.shown_event(event, &*names))
                     .map_err(io::Error::from)
                     .and_then(|()| out.write_all(b"\n"))
                     .map_err(RunError::Events)?;

@@ -4,10 +4,11 @@
 
 use std::fs::File;
 use std::io;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::journal::{Journal, LossCounter};
-use plcc_runtime::{Event, Executive, Setting, Value};
+use plcc_runtime::{Event, Executive, Names, Setting, Value};
 
 use super::output_thread::OutputThread;
 use super::{TraceFormat, TraceText, Watch};
@@ -37,11 +38,19 @@ impl ReportQueues {
         Self::default()
     }
 
-    /// Writes events to a file from now on, a JSON object a line.
+    /// Writes events to a file from now on, a JSON object a line. `watch` says how they show names, of which `names` are those of
+    /// the program with which the run begins.
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn write_events(&mut self, to: File, journal: &Journal) -> io::Result<()> {
+    pub fn write_events(
+        &mut self,
+        to: File,
+        watch: &Watch,
+        names: Arc<dyn Names>,
+        journal: &Journal,
+    ) -> io::Result<()> {
+        let watch = watch.clone();
         let (queue, mut events) = rtrb::RingBuffer::<Event>::new(EVENTS);
         let lost = LossCounter::default();
         journal.tell_losses("events", lost.clone());
@@ -49,7 +58,7 @@ impl ReportQueues {
             while buffer.len() < PORTION {
                 let Ok(event) = events.pop() else { return };
                 // Writing to memory does not fail.
-                let _ = serde_json::to_writer(&mut *buffer, &event);
+                let _ = serde_json::to_writer(&mut *buffer, &*watch.shown_event(&event, &*names));
                 buffer.push(b'\n');
             }
         };

@@ -83,6 +83,7 @@ impl ControlNames {
             tasks: vec![],
             files: vec![],
             tables: Tables::Pmi(PmiTables { symbols, ..PmiTables::default() }),
+            names: vec![],
         }))
     }
 

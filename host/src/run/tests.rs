@@ -443,7 +443,7 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
         let journal = crate::journal::Journal::discarding();
         let mut queues = ReportQueues::new();
         queues.write_trace(to_trace, &watch, format, &control, &journal).unwrap();
-        queues.write_events(to_events, &journal).unwrap();
+        queues.write_events(to_events, &watch, control.names(), &journal).unwrap();
         Run {
             player: Player::new(stimulus, false),
             watch,

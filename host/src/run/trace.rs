@@ -54,6 +54,8 @@ pub struct TraceText {
 #[derive(Clone, Debug)]
 struct Watched {
     name: String,
+    /// What the trace calls it.
+    shown: String,
     logical: bool,
     /// How many elements an array has.
     elements: Option<usize>,
@@ -65,10 +67,11 @@ struct Watched {
 }
 
 impl Watched {
-    fn new(name: &str, variable: VariableKey, names: &dyn Names) -> Self {
+    fn new(name: &str, shown: String, variable: VariableKey, names: &dyn Names) -> Self {
         let Properties { class, elements, .. } = names.properties(variable);
         Self {
             name: name.into(),
+            shown,
             logical: class == Class::Logical,
             elements: elements.map(|count| count as usize),
             float: class == Class::Fraction,
@@ -82,7 +85,8 @@ impl TraceText {
     /// A trace without rows.
     pub fn new(watch: &Watch, format: TraceFormat, names: &dyn Names) -> Self {
         let watched = watch.names().iter();
-        let variables = watched.map(|(name, variable)| Watched::new(name, *variable, names));
+        let variables = watched
+            .map(|(name, variable)| Watched::new(name, watch.shown(name, names), *variable, names));
         Self { format, variables: variables.collect(), written: None }
     }
 
@@ -91,7 +95,8 @@ impl TraceText {
     pub fn add(&mut self, watch: &Watch, names: &dyn Names) {
         for (name, variable) in watch.names() {
             if self.names().all(|known| known != name) {
-                self.variables.push(Watched::new(name, *variable, names));
+                let shown = watch.shown(name, names);
+                self.variables.push(Watched::new(name, shown, *variable, names));
             }
         }
     }
@@ -104,7 +109,7 @@ impl TraceText {
     /// Whether a variable of another version of the program is shown as the one with an index is: of the same kind,
     /// with as many elements.
     pub fn takes(&self, index: usize, variable: VariableKey, names: &dyn Names) -> bool {
-        let other = Watched::new("", variable, names);
+        let other = Watched::new("", String::new(), variable, names);
         self.variables.get(index).is_some_and(|own| {
             (own.logical, own.elements, own.float) == (other.logical, other.elements, other.float)
         })
@@ -129,7 +134,7 @@ impl TraceText {
         vcd.timescale(1, TimescaleUnit::US)?;
         vcd.add_module("plc")?;
         for variable in &mut self.variables {
-            let Watched { name, logical, elements, float, signals, .. } = variable;
+            let Watched { shown: name, logical, elements, float, signals, .. } = variable;
             let mut add = |name: &str| match (*logical, *float) {
                 (true, _) => vcd.add_var(VarType::Wire, 1, name, None),
                 (false, true) => vcd.add_var(VarType::Real, 64, name, None),
@@ -166,7 +171,7 @@ impl TraceText {
         }
         match self.format {
             TraceFormat::Csv { time } => {
-                row(out, tick, time.then_some(time_ns), &variable.name, &value)?;
+                row(out, tick, time.then_some(time_ns), &variable.shown, &value)?;
             }
             TraceFormat::Vcd => {
                 let mut vcd = vcd::Writer::new(&mut *out);

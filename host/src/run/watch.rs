@@ -1,19 +1,24 @@
 //! The watched variables (`--watch`): finds the variables of a list of names and patterns.
 
+use std::borrow::Cow;
+
 use wildmatch::WildMatch;
 
-use plcc_runtime::{NameError, Names, Purpose, VariableKey};
+use plcc_runtime::{Event, NameError, Names, Purpose, VariableKey};
 
 /// Watched variables, each with the name under which the trace shows it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watch {
     names: Vec<(String, VariableKey)>,
+    /// Whether traces, dumps and events have the names that people gave.
+    shows_aliases: bool,
 }
 
 impl Watch {
     /// Finds the variables of lists `NAME,NAME…`. A name with `*` (any characters) or `?` (one
     /// character) is a pattern: it stands for the variables of a dump whose names it matches, in
-    /// natural sort order and whatever the case of letters, without those that stand in the list before it.
+    /// natural sort order and whatever the case of letters, without those that stand in the list before it. A name that
+    /// people gave ([`Names::given`]) stands for its variable.
     ///
     /// # Errors
     /// Every name that nothing has, and every pattern that matches nothing.
@@ -28,8 +33,7 @@ impl Watch {
             }
             if name.contains(['*', '?']) {
                 let pattern = WildMatch::new_case_insensitive(name);
-                let mut matching = program.declared();
-                matching.retain(|(name, _)| pattern.matches(name));
+                let mut matching = program.matching(|name| pattern.matches(name));
                 if matching.is_empty() {
                     let reason = "matches no variable that the program declares or names".into();
                     errors.push(NameError::Unfit { name: name.into(), reason });
@@ -39,11 +43,31 @@ impl Watch {
                 continue;
             }
             match program.find(name, Purpose::Watch) {
-                Ok(variable) => names.push((name.to_owned(), variable)),
+                Ok(variable) => names.push((program.spelled(name).into_owned(), variable)),
                 Err(error) => errors.push(error),
             }
         }
-        if errors.is_empty() { Ok(Self { names }) } else { Err(errors) }
+        if errors.is_empty() { Ok(Self { names, shows_aliases: false }) } else { Err(errors) }
+    }
+
+    /// Has traces and dumps of these variables show the names that people gave.
+    pub fn with_aliases(self, shows_aliases: bool) -> Self {
+        Self { shows_aliases, ..self }
+    }
+
+    /// How a trace, a dump or an event shows the variable with a canonical or a watched name.
+    pub fn shown(&self, name: &str, names: &dyn Names) -> String {
+        let said = self.shows_aliases.then(|| names.given().said_of(name)).flatten();
+        let alias = said.map(|said| said.alias.clone()).filter(|alias| !alias.is_empty());
+        alias.unwrap_or_else(|| name.to_owned())
+    }
+
+    /// How the events show one, with the name of its variable as [`shown`](Self::shown).
+    pub(super) fn shown_event<'e>(&self, event: &'e Event, names: &dyn Names) -> Cow<'e, Event> {
+        match self.shows_aliases {
+            true => Cow::Owned(event.clone().renamed(|name| Some(self.shown(name, names)))),
+            false => Cow::Borrowed(event),
+        }
     }
 
     /// Adds the variables of another list behind these, but for those that are there already.

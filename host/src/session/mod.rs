@@ -179,7 +179,8 @@ impl Job<'_> {
             None => Stimulus::default(),
         };
         warn_of_idle_options(args, journal);
-        let watch = Watch::parse(&args.watch, &*names).map_err(|errors| {
+        let watch = Watch::parse(&args.watch, &*names);
+        let watch = watch.map(|watch| watch.with_aliases(args.aliases)).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
             SessionError(errors.join("\nerror: "))
         })?;

@@ -55,7 +55,9 @@ impl Reports {
             started.map_err(no_thread)?;
         }
         if let Some(path) = &args.events {
-            queues.write_events(open(path, false, true)?, journal).map_err(no_thread)?;
+            let file = open(path, false, true)?;
+            let started = queues.write_events(file, watch, executive.names(), journal);
+            started.map_err(no_thread)?;
         }
         Ok(Self { queues: Some(queues), format, ..Self::default() })
     }

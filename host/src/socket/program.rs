@@ -76,8 +76,7 @@ impl ServedProgram {
             if name.contains(['*', '?']) {
                 let pattern = wildmatch::WildMatch::new_case_insensitive(name);
                 let before = found.len();
-                let declared = self.names.declared().into_iter();
-                found.extend(declared.filter(|(name, _)| pattern.matches(name)));
+                found.extend(self.names.matching(|name| pattern.matches(name)));
                 if found.len() == before {
                     let text = format!("no variable has a name that matches `{name}`");
                     return Err(Failure::new(ErrorCode::NotFound, text));
@@ -281,8 +280,7 @@ impl ServedProgram {
         count: usize,
     ) -> Variables {
         let pattern = wildmatch::WildMatch::new_case_insensitive(pattern.unwrap_or("*"));
-        let mut declared = self.names.declared();
-        declared.retain(|(name, _)| pattern.matches(name));
+        let declared = self.names.matching(|name| pattern.matches(name));
         let start = after.map_or(0, |after| {
             declared.iter().position(|(name, _)| name == after).map_or(0, |at| at + 1)
         });
@@ -290,7 +288,10 @@ impl ServedProgram {
         let shown = declared.into_iter().skip(start).take(count);
         let entry = |(name, variable): (String, VariableKey)| {
             let Properties { class, elements, .. } = self.names.properties(variable);
-            Variable { name, logical: class == Class::Logical, elements }
+            let said = self.names.said_of(variable);
+            let (alias, text) = said.map(|said| (said.alias.clone(), said.summary())).unzip();
+            let (alias, text) = (alias.unwrap_or_default(), text.unwrap_or_default());
+            Variable { name, logical: class == Class::Logical, elements, alias, text }
         };
         Variables { variables: shown.map(entry).collect(), more }
     }

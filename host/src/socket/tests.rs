@@ -32,6 +32,7 @@ fn program() -> Program {
         regions: vec![],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(tables),
+        names: vec![],
     }
 }
 

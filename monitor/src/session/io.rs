@@ -98,6 +98,11 @@ impl Session<'_> {
         }
         let moment = self.read(&names)?;
         let forces = self.forces();
+        let program = self.debugger.as_ref().map(|debugger| debugger.program());
+        let said = |name: &str| {
+            let said = program.and_then(|program| program.given().said_of(name));
+            said.map(|said| said.line()).unwrap_or_default()
+        };
         let row = |point: &IoPoint| {
             let value = moment.values.get(&point.name).copied();
             let last = self.io.last.get(&point.name).copied();
@@ -108,6 +113,7 @@ impl Session<'_> {
                 digits.collect::<String>()
             });
             IoRow {
+                text: said(&point.name),
                 name: point.name.clone(),
                 place: point.place.clone(),
                 logical: value.map_or_else(|| "?".into(), number),

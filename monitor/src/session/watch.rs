@@ -42,7 +42,7 @@ impl Session<'_> {
             let resolved =
                 (row.name != entry.name && row.title.is_none()).then(|| entry.name.clone());
             shown.push(VariableRow {
-                title: row.title.map(str::to_owned).or(resolved),
+                title: row.title.map(str::to_owned).or_else(|| self.said_of(&row.name, resolved)),
                 value: number.map(|value| formatted(value, entry.format, language)),
                 format: entry.format,
                 logical: matches!(number, Some(value) if value == 0.0 || value == 1.0),
@@ -61,17 +61,31 @@ impl Session<'_> {
         })
     }
 
+    /// What people say of a variable, behind the name by which the user called it, if that is another one.
+    fn said_of(&self, name: &str, called: Option<String>) -> Option<String> {
+        let program = self.debugger.as_ref().map(|debugger| debugger.program());
+        let said = program.and_then(|program| program.given().said_of(name));
+        let Some(mut said) = said.map(|said| said.into_owned()) else { return called };
+        said.alias = called.unwrap_or(said.alias);
+        Some(said.line()).filter(|line| !line.is_empty())
+    }
+
     /// The rows of an entry.
     fn rows_of(&self, entry: &str) -> Result<Vec<WatchRow>, Refusal> {
         match &self.debugger {
-            Some(debugger) => debugger.program().checked().watch_rows(entry).map_err(Refusal::new),
+            Some(debugger) => {
+                let program = debugger.program();
+                let own = program.given().replaced(entry);
+                let own = own.as_deref().unwrap_or(entry);
+                program.checked().watch_rows(own).map_err(Refusal::new)
+            }
             None => Ok(vec![WatchRow::of(entry)]),
         }
     }
 
     /// The variable for which the program defines a name.
     pub(super) fn defined_name(&self, word: &str) -> Option<String> {
-        self.debugger.as_ref()?.program().checked().defined_name(word)
+        self.debugger.as_ref()?.program().defined_name(word)
     }
 
     pub(super) fn watch(&mut self, names: &[String]) -> Result<Reply, Refusal> {

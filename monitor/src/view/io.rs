@@ -27,6 +27,8 @@ pub struct IoWindow {
 pub struct IoRow {
     /// The variable.
     pub name: String,
+    /// What people call it and say of it; empty where nothing is known.
+    pub text: String,
     /// Where its lines are: port and bits, board and byte, address.
     pub place: String,
     /// What the program sees or assigns.

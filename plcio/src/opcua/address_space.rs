@@ -346,6 +346,7 @@ mod tests {
     fn symbol(place: Place, elements: u32) -> Symbol {
         Symbol {
             name: "X".into(),
+            aliases: vec![],
             value: place,
             line: None,
             elements,

@@ -10,6 +10,7 @@ use plcc_abi::nct::{self, LINE_BYTES, NctName, NctSettings, NctTables, context};
 use plcc_abi::{Engine, Program, Tables, Trap, TrapCode};
 use thiserror::Error;
 
+use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::force_list::ONE_BIT;
@@ -78,7 +79,8 @@ pub struct NctExecutive {
     pub(super) image: Image,
     pub(super) tables: Arc<NctTables>,
     messages: Messages,
-    names: Arc<NctNames>,
+    /// With the names that people gave.
+    names: Arc<dyn Names>,
     /// The bytes of the output image that drive the physical lines.
     output_row: FlagRow<LINE_BYTES>,
     pub(super) state: State,
@@ -135,7 +137,10 @@ impl NctExecutive {
             output_row: FlagRow::new(&tables.outputs, image.bytes.len()),
             image,
             messages,
-            names: Arc::new(NctNames::new(program, Arc::clone(&shared), boards)),
+            names: with_given(
+                Arc::new(NctNames::new(program, Arc::clone(&shared), boards)),
+                &program.names,
+            ),
             tables: shared,
             has_level2: program.tasks.len() > 2,
             period_ms: settings.control.period_ms(),
@@ -323,7 +328,7 @@ impl Executive for NctExecutive {
     }
 
     fn names(&self) -> Arc<dyn Names> {
-        self.names.clone()
+        Arc::clone(&self.names)
     }
 
     fn read(&self, key: VariableKey) -> Value {

@@ -33,6 +33,7 @@ use plcc_abi::{
     },
 };
 
+use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::names::Names;
@@ -77,7 +78,8 @@ pub struct PmacExecutive {
     scan_watchdog: Option<Watchdog>,
     /// The names of the source's files, for messages.
     files: Vec<String>,
-    names: Arc<PmacNames>,
+    /// With the names that people gave.
+    names: Arc<dyn Names>,
 }
 
 impl PmacExecutive {
@@ -101,7 +103,7 @@ impl PmacExecutive {
             identity: ProgramIdentity::new(program),
             decisions: ClockDecisions::default(),
             clocks: Clocks::new(&layout),
-            names: Arc::new(names),
+            names: with_given(Arc::new(names), &program.names),
         })
     }
 
@@ -214,7 +216,7 @@ impl Executive for PmacExecutive {
     }
 
     fn names(&self) -> Arc<dyn Names> {
-        self.names.clone()
+        Arc::clone(&self.names)
     }
 
     fn read(&self, key: VariableKey) -> Value {

@@ -100,6 +100,7 @@ impl Download {
                 .map(|(name, _)| Task { name: (*name).into(), entry: 0, resume_points: vec![] })
                 .collect(),
             tables: Tables::Pmac(self.tables),
+            names: vec![],
         };
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
         (executive, self.script, program)

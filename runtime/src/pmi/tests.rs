@@ -104,6 +104,7 @@ fn program(kind: TimerKind) -> Program {
         regions: vec![],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(tables),
+        names: vec![],
     }
 }
 

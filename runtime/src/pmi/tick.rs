@@ -11,6 +11,7 @@ use plcc_abi::pmi::{FlipFlop, Lines, PORTS, PmiVariable, Role, Special, Timer, T
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TimeLimit, TrapCode};
 use thiserror::Error;
 
+use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::names::Names;
@@ -58,6 +59,8 @@ pub enum PmiLoadError {
 pub struct PmiExecutive {
     pub(super) image: Vec<u8>,
     pub(super) names: Arc<PmiNames>,
+    /// The same with the names that people gave.
+    all_names: Arc<dyn Names>,
     timers: Vec<Timer>,
     flipflops: Vec<FlipFlop>,
     /// The physical lines of each input, and the offset of its variable in the image.
@@ -97,13 +100,14 @@ impl PmiExecutive {
             symbols().filter_map(|s| Some((s.role.output()?, s.offset))).collect();
         let announcements = Announcements::new(&tables.faults, &tables.messages);
         let announced = vec![false; announcements.count()];
-        let names = PmiNames::new(tables);
+        let names = Arc::new(PmiNames::new(tables));
         Ok(Self {
             inputs,
             safe_lines: names.all_off(),
             outputs,
             watchdog: None,
-            names: Arc::new(names),
+            all_names: with_given(names.clone(), &program.names),
+            names,
             timers: tables.timers.clone(),
             flipflops: tables.flipflops.clone(),
             announcements,
@@ -305,7 +309,7 @@ impl Executive for PmiExecutive {
     }
 
     fn names(&self) -> Arc<dyn Names> {
-        self.names.clone()
+        Arc::clone(&self.all_names)
     }
 
     fn read(&self, key: VariableKey) -> Value {

@@ -156,6 +156,7 @@ fn record_ir(name: String, seed: u64) -> Recorded {
         regions: module.regions.clone(),
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(plcc_abi::pmi::PmiTables::default()),
+        names: vec![],
     };
     let code = compile(&module, &Target::host_baseline().unwrap(), options).unwrap();
     let engine = Box::new(NativeEngine::new(&code, &program).unwrap());

@@ -101,6 +101,7 @@ fn engines(module: &Module, changed: Option<&Module>) -> Vec<(&'static str, Box<
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(Default::default()),
         files: vec![],
+        names: vec![],
     };
     let native = |module: &Module, options| -> Box<dyn Engine> {
         let code = compile(module, &Target::host().unwrap(), options).unwrap();

@@ -142,6 +142,7 @@ fn program(module: &Module) -> Program {
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(Default::default()),
         files: vec![],
+        names: vec![],
     }
 }
 

@@ -248,6 +248,7 @@ fn engine(module: &Module, options: CodegenOptions) -> NativeEngine {
         tasks: module.tasks.clone(),
         tables: Tables::Pmi(Default::default()),
         files: vec![],
+        names: vec![],
     };
     NativeEngine::new(&code(module, options), &program).unwrap()
 }

@@ -33,6 +33,11 @@ impl Presentation for Program {
         (!matches!(name, PmacName::Plc { .. })).then(|| access::accessed(name))
     }
 
+    fn canonical(&self, name: &str) -> Option<String> {
+        let name = PmacName::parse(name, &self.loaded.layout).ok()?;
+        Some(name.to_string())
+    }
+
     fn is_outside_image(&self, accessed: Accessed) -> bool {
         access::is_memory(accessed)
     }

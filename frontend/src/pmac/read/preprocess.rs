@@ -54,7 +54,7 @@ pub(crate) struct DefinedName {
     /// What it is replaced by.
     pub(crate) body: String,
     /// Where that text is.
-    defined: Span,
+    pub(crate) defined: Span,
 }
 
 /// A file that is being read.

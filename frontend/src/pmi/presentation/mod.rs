@@ -9,7 +9,7 @@ mod text;
 mod watch;
 
 use plcc_abi::Tables;
-use plcc_abi::pmi::PmiTables;
+use plcc_abi::pmi::{PmiName, PmiTables};
 use plcc_diag::SourceMap;
 
 use super::{Program, tables};
@@ -50,6 +50,13 @@ impl Presentation for Program {
 
     fn accessed(&self, name: &str) -> Option<Accessed> {
         self.known().names.accessed(name)
+    }
+
+    /// Of an array the name of all of it. Lines are told by no access.
+    fn canonical(&self, name: &str) -> Option<String> {
+        let own: PmiName = name.parse().ok()?;
+        let is_known = matches!(own, PmiName::Line(..)) || self.accessed(name).is_some();
+        is_known.then(|| own.to_string())
     }
 
     fn is_outside_image(&self, _: Accessed) -> bool {

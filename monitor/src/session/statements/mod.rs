@@ -257,8 +257,9 @@ impl Session<'_> {
 
     /// Where a variable, label or statement occurs.
     pub(in crate::session) fn references(&mut self, name: &str) -> Result<ReferencesView, Refusal> {
-        let wanted = name.trim().to_uppercase();
         let program = self.debugger()?.program();
+        let own = program.given().replaced(name);
+        let wanted = own.as_deref().unwrap_or(name).trim().to_uppercase();
         let reference = program.checked().cross_reference();
         let files: Vec<(String, plcc_diag::FileId)> = (0..program.sources().len() as u32)
             .map(plcc_diag::FileId)

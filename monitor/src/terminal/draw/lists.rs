@@ -157,7 +157,7 @@ fn io_row(row: &IoRow, width: usize) -> String {
     let lines = row.physical.as_deref().map(|lines| format!("/{lines}")).unwrap_or_default();
     let forced = row.forced.as_deref().map(|value| format!("!{value}!")).unwrap_or_default();
     let changed = if row.changed { "*" } else { "" };
-    let left = format!("{:<8} {}{lines}{changed} {forced}", row.name, row.logical);
+    let left = format!("{:<8} {}{lines}{changed} {forced} {}", row.name, row.logical, row.text);
     let room = width.saturating_sub(row.place.chars().count() + 3);
     format!("{} {}", fitted(&left, room), row.place)
 }

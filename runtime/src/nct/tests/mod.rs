@@ -42,6 +42,7 @@ pub(super) fn program(tables: NctTables, tasks: usize) -> Program {
         regions,
         tasks: (0..tasks).map(task).collect(),
         tables: Tables::Nct(tables),
+        names: vec![],
     }
 }
 

@@ -82,6 +82,7 @@ impl Program {
             regions,
             tasks,
             tables: Tables::Mini(plcc_abi::mini::MiniTables { symbols: self.code.symbols.clone() }),
+            names: vec![],
         }
     }
 }

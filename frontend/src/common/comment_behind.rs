@@ -1,0 +1,51 @@
+//! Comments that stand behind something in its line, by which people said what a variable is.
+
+use plcc_diag::{SourceMap, Span};
+
+/// Splits a line of source in front of its comment, and gives the text of the comment: without its sign, and empty where there
+/// is none. `signs` are what begins one; those in quotes begin none.
+pub(crate) fn split_comment<'t>(line: &'t str, signs: &[&str]) -> (&'t str, &'t str) {
+    let mut quoted = false;
+    for (at, c) in line.char_indices() {
+        let tail = line.get(at..).unwrap_or("");
+        if c == '"' {
+            quoted = !quoted;
+        } else if !quoted && let Some(sign) = signs.iter().find(|sign| tail.starts_with(**sign)) {
+            let comment = tail.get(sign.len()..).unwrap_or("").trim();
+            let comment = comment.strip_suffix("*/").unwrap_or(comment);
+            return (line.get(..at).unwrap_or(line), comment.trim_matches(is_rule));
+        }
+    }
+    (line, "")
+}
+
+/// Whether a character is one with which people draw lines and boxes around comments.
+fn is_rule(c: char) -> bool {
+    c.is_whitespace() || matches!(c, '*' | '-' | '=' | ';' | '/' | '?' | '#')
+}
+
+/// The comment behind a place in its line; `None` where there is none.
+pub(crate) fn comment_behind(sources: &SourceMap, place: Span, signs: &[&str]) -> Option<String> {
+    let rest = sources.text(place.file).get(place.end as usize..)?;
+    let line = rest.split(['\n', '\r']).next()?;
+    let (_, comment) = split_comment(line, signs);
+    (!comment.is_empty()).then(|| comment.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comment_begins_outside_of_quotes() {
+        for (line, parts) in [
+            ("LS1 = 0/3 ? door closed", ("LS1 = 0/3 ", "door closed")),
+            ("A = \"why?\" ? because", ("A = \"why?\" ", "because")),
+            ("A = 1", ("A = 1", "")),
+            ("? ******* INPUTS *******", ("", "INPUTS")),
+        ] {
+            assert_eq!(split_comment(line, &["?"]), parts);
+        }
+        assert_eq!(split_comment("M1->X:0 /* lamp */", &["//", "/*"]), ("M1->X:0 ", "lamp"));
+    }
+}
