@@ -47,9 +47,19 @@ pub struct Label {
     pub text: MessageText,
 }
 
+/// A text that is to stand in the place of another one, which mends what a diagnostic tells of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Replacement {
+    /// What is replaced.
+    pub span: Span,
+    /// What is to stand there.
+    pub text: MessageText,
+}
+
 /// What few diagnostics have. It is outside of them, so that the others stay small.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Details {
+    replacement: Option<Replacement>,
     labels: Vec<Label>,
     notes: Vec<MessageText>,
 }
@@ -124,6 +134,25 @@ impl Diagnostic {
     pub fn help(mut self, text: impl Into<MessageText>) -> Self {
         self.help = Some(without_spare_capacity(text.into()));
         self
+    }
+
+    /// Says what was probably meant in the place of what the diagnostic is about. Editors offer to write that.
+    pub fn did_you_mean(self, text: impl Into<MessageText>) -> Self {
+        let text = text.into();
+        let help = format!("did you mean {text}?");
+        self.replace(text).help(help)
+    }
+
+    /// Gives the text that mends it in the place of what it is about, for editors.
+    pub fn replace(mut self, text: impl Into<MessageText>) -> Self {
+        let replacement = Replacement { span: self.span, text: text.into() };
+        self.details.get_or_insert_default().replacement = Some(replacement);
+        self
+    }
+
+    /// The text that mends it, if that is known.
+    pub fn replacement(&self) -> Option<&Replacement> {
+        self.details.as_ref().and_then(|details| details.replacement.as_ref())
     }
 
     /// Further places that explain it.

@@ -39,6 +39,6 @@ mod source;
 mod span;
 
 pub use code::{CodeInfo, find_code};
-pub use diagnostic::{Diagnostic, Label, MessageText, Severity};
+pub use diagnostic::{Diagnostic, Label, MessageText, Replacement, Severity};
 pub use source::SourceMap;
 pub use span::{FileId, Span};

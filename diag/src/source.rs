@@ -147,6 +147,13 @@ impl SourceMap {
         (line.max(1) as u32, column + 1)
     }
 
+    /// The offset at which a line (from 1) begins; that of the text's end for lines beyond the last one.
+    pub fn line_start(&self, id: FileId, line: u32) -> u32 {
+        let Some(file) = self.file(id) else { return 0 };
+        let start = file.line_starts.get((line as usize).wrapping_sub(1));
+        start.copied().unwrap_or(file.text.len() as u32)
+    }
+
     /// The number of lines of a file; an empty file has one.
     pub fn line_count(&self, id: FileId) -> u32 {
         self.file(id).map_or(1, |f| f.line_starts.len() as u32)

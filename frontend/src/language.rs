@@ -10,7 +10,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter,
+    StatementInterpreter, Words,
 };
 use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
@@ -94,6 +94,16 @@ pub trait Language: Sync {
         loader: &dyn FileLoader,
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
+
+    /// The words of a program's sources, for editors: of programs with errors too. The arguments are those of
+    /// [`check`](Self::check).
+    fn words(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> Words;
 
     /// Whether the warning with this code tells of something that is missing in a program and that
     /// another file of the same machine may provide. `plcc check` shows such a warning as a note.

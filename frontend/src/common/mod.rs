@@ -19,6 +19,7 @@ mod options;
 mod other_languages;
 mod surroundings;
 pub mod tsv;
+pub mod words;
 
 pub use accessed::Accessed;
 pub use broken_invariant::{BrokenInvariant, OrMissing};
@@ -40,3 +41,4 @@ pub(crate) use other_languages::{
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
 pub(crate) use surroundings::Surroundings;
+pub use words::Words;

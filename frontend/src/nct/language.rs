@@ -10,7 +10,7 @@ use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter,
+    StatementInterpreter, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Presentation;
@@ -77,6 +77,17 @@ impl Language for Nct {
         let file = files.first().copied().unwrap_or(FileId(0));
         let (program, diagnostics) = super::check(sources, file, loader, options);
         (program.map(|program| Box::new(program) as _), diagnostics)
+    }
+
+    fn words(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        _: &dyn FileLoader,
+        options: &Options,
+    ) -> Words {
+        let file = files.first().copied().unwrap_or(FileId(0));
+        super::words::words(sources, file, options)
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {

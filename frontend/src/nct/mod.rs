@@ -22,6 +22,7 @@ mod read;
 mod reference;
 mod status_flags;
 mod tables;
+mod words;
 
 use std::sync::Arc;
 

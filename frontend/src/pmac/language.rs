@@ -12,7 +12,7 @@ use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter,
+    StatementInterpreter, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
@@ -96,6 +96,16 @@ impl Language for Pmac {
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>) {
         let (program, diagnostics) = super::check(sources, files, loader, options);
         (program.map(|program| Box::new(program) as _), diagnostics)
+    }
+
+    fn words(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> Words {
+        super::words::words(sources, files, loader, options)
     }
 
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String> {

@@ -34,6 +34,7 @@ mod tables;
 mod tasks;
 #[cfg(test)]
 mod tests;
+mod words;
 
 use plcc_abi::Engine;
 use plcc_abi::pmac::Assumption;

@@ -23,6 +23,7 @@ mod presentation;
 mod read;
 mod reference;
 mod tables;
+mod words;
 
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};

@@ -293,11 +293,17 @@ impl Checker<'_> {
                 && !self.is_written(label)
             {
                 let message = format!("there is no label :{label:03}");
-                let help = match self.nearest(label) {
+                let near = self.nearest(label);
+                let help = match near {
                     Some(other) => format!("did you mean :{other:03}?"),
                     None => format!("write :{label:03} where the program is to go on"),
                 };
-                self.error(53, span, message, help);
+                let mut problem = *error(53, span, message, help);
+                if let Some(near) = near {
+                    let letter = if matches!(op, Op::Goto(_)) { 'G' } else { 'C' };
+                    problem = problem.replace(format!("{letter}{near:03}"));
+                }
+                self.found.push(problem);
             }
         }
     }

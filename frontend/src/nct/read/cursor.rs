@@ -170,6 +170,23 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// Where the comments of a text begin and end.
+pub(crate) fn comments(text: &str) -> Vec<(usize, usize)> {
+    let mut cursor =
+        Cursor { text, file: FileId(0), pos: 0, gap: true, end: 0, open_comment: None, taken: 0 };
+    let mut found = vec![];
+    while let Some(c) = cursor.peek() {
+        let start = cursor.pos;
+        if cursor.skip_comment() {
+            let comment = text.get(start..cursor.pos).unwrap_or_default().trim_end();
+            found.push((start, start + comment.len()));
+        } else {
+            cursor.pos += c.len_utf8();
+        }
+    }
+    found
+}
+
 /// The place of the last character that is not blank. An error about something that is missing
 /// points there.
 pub(crate) fn last_place(file: FileId, text: &str) -> Span {

@@ -21,6 +21,7 @@ use crate::presentation::{
 
 pub(super) use classes::{CLASSES, title};
 pub(super) use terminal::PmacTerminal;
+pub(super) use text::opened_plc;
 
 impl Presentation for Program {
     fn name(&self, accessed: Accessed) -> Option<String> {
@@ -58,7 +59,7 @@ impl Presentation for Program {
 
     /// The PLC whose OPEN stands before the row.
     fn task_of(&self, rows: &[Row], row: usize) -> Option<String> {
-        rows.get(..=row)?.iter().rev().find_map(|row| text::opened_plc(&row.text()))
+        rows.get(..=row)?.iter().rev().find_map(|row| opened_plc(&row.text()))
     }
 
     /// The statements of COMMANDs are tasks for the engine.

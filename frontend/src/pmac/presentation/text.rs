@@ -124,7 +124,7 @@ pub(super) fn open_while(rows: &[Row], row: usize) -> Option<usize> {
 }
 
 /// The PLC that a line opens, `PLC3` or `PLCC3`; `None` if it opens none.
-pub(super) fn opened_plc(line: &str) -> Option<String> {
+pub(in crate::pmac) fn opened_plc(line: &str) -> Option<String> {
     let text = line.to_uppercase().replace(char::is_whitespace, "");
     let rest = text.strip_prefix("OPENPLC")?;
     let (letters, rest) = match rest.strip_prefix('C') {

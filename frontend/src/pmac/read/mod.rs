@@ -14,7 +14,7 @@
 pub(crate) mod assign;
 mod buffers;
 mod command;
-mod comments;
+pub(crate) mod comments;
 pub(crate) mod cursor;
 pub(crate) mod define;
 mod directives;
@@ -33,5 +33,5 @@ pub(crate) mod statement;
 mod structure;
 mod template;
 mod texts;
-mod words;
+pub(crate) mod words;
 mod words_of_other_languages;

@@ -17,6 +17,20 @@ const SEARCHED_ERRORS: usize = 100;
 /// The end of the help for a name that differs from a defined one in its capitals alone.
 const CAPITALS_COUNT: &str = "capitals count in names";
 
+/// A word or name that was probably meant.
+struct Similar {
+    help: MessageText,
+    /// What is to be written in the place of the error, if it is the word at the error alone that is wrong.
+    replacement: Option<String>,
+}
+
+impl Similar {
+    /// Nothing but a text of help.
+    fn told(help: impl Into<MessageText>) -> Self {
+        Self { help: help.into(), replacement: None }
+    }
+}
+
 impl DownloadReader<'_> {
     /// Adds the diagnostic that `make` makes for the place in the sources of `at`.
     pub(crate) fn tell(&mut self, at: TextRange, make: impl FnOnce(Span) -> Diagnostic) {
@@ -42,20 +56,23 @@ impl DownloadReader<'_> {
         }
         let controller = self.reader.controller;
         let word = self.reader.cur.text_at(at);
-        let explained = match self.differs_in_case(word, &error) {
-            Some(help) => {
-                error.help = Some(help);
-                Explained::Yes
-            }
+        let differs = self.differs_in_case(word, &error);
+        let explained = match &differs {
+            Some(_) => Explained::Yes,
             None if self.diagnostics.len() >= EXPLAINED_ERRORS => Explained::No,
             None => other_languages::explain(&self.preprocessed.text, controller, &mut error),
         };
         let similar = match explained {
             Explained::No => self.similar_word(&error).or_else(|| self.similar_name(word, &error)),
-            Explained::Yes => None,
+            Explained::Yes => differs,
             Explained::UndefinedName(name) => self.defined_name_near(&name),
         };
-        let help = similar.or(error.help);
+        let (help, replacement) = match similar {
+            Some(similar) => (Some(similar.help), similar.replacement),
+            None => (error.help, None),
+        };
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let is_at_word = !word.is_empty() && word.chars().all(is_word);
         let closed = (error.code == "PMAC-5").then_some(self.closed_by_name).flatten();
         let closed = closed.map(|name| self.preprocessed.origins.place(name).0);
         self.tell(at, |span| {
@@ -63,6 +80,9 @@ impl DownloadReader<'_> {
             if let Some(place) = closed {
                 diagnostic =
                     diagnostic.label(place, "the beginning of this name closed the buffer: CLOSE");
+            }
+            if let Some(replacement) = replacement.filter(|_| is_at_word) {
+                diagnostic = diagnostic.replace(replacement);
             }
             match help {
                 Some(help) => diagnostic.help(help),
@@ -74,7 +94,7 @@ impl DownloadReader<'_> {
 
     /// The help that names the word of the language which is similar to the unknown word at the
     /// error. Only the first errors are worth the search.
-    fn similar_word(&self, error: &ParseError) -> Option<MessageText> {
+    fn similar_word(&self, error: &ParseError) -> Option<Similar> {
         let unknown = error.help.as_ref().is_some_and(|help| help == PERHAPS_A_NAME);
         if !unknown || self.diagnostics.len() >= SEARCHED_ERRORS {
             return None;
@@ -83,21 +103,21 @@ impl DownloadReader<'_> {
         // Of ENDWHLE the short form ENDWH was taken already.
         let whole = self.reader.cur.glued_word(error.at);
         let near = |word: &str| closest(word, words::suggested());
-        let word = near(what).or_else(|| near(whole))?;
-        let help = if word.eq_ignore_ascii_case(what) {
-            format!(
+        let (word, wrong) =
+            near(what).map(|word| (word, what)).or_else(|| Some((near(whole)?, whole)))?;
+        if word.eq_ignore_ascii_case(what) {
+            return Some(Similar::told(format!(
                 "{word} is not allowed here: statements belong in buffers, and there COMMAND\"…\" gives \
                  on-line commands"
-            )
-        } else {
-            format!("did you mean {word}?")
-        };
-        Some(help.into())
+            )));
+        }
+        let replacement = (wrong == what).then(|| word.to_owned());
+        Some(Similar { help: format!("did you mean {word}?").into(), replacement })
     }
 
     /// The help that names a defined name which is similar to the word at the error, if the error
     /// has no other help.
-    fn similar_name(&self, word: &str, error: &ParseError) -> Option<MessageText> {
+    fn similar_name(&self, word: &str, error: &ParseError) -> Option<Similar> {
         let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
         let unhelped = error.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
         if is_word && unhelped { self.defined_name_near(word) } else { None }
@@ -105,27 +125,26 @@ impl DownloadReader<'_> {
 
     /// The help that names a defined name which differs from the word at the error in its capitals
     /// alone, if the error has no other help.
-    fn differs_in_case(&self, word: &str, error: &ParseError) -> Option<MessageText> {
-        let help = self.similar_name(word, error)?;
-        help.ends_with(CAPITALS_COUNT).then_some(help)
+    fn differs_in_case(&self, word: &str, error: &ParseError) -> Option<Similar> {
+        let similar = self.similar_name(word, error)?;
+        similar.help.ends_with(CAPITALS_COUNT).then_some(similar)
     }
 
     /// The help that names a defined name which is similar to an undefined one. Only the first
     /// errors are worth the search.
-    fn defined_name_near(&self, word: &str) -> Option<MessageText> {
+    fn defined_name_near(&self, word: &str) -> Option<Similar> {
         if self.diagnostics.len() >= SEARCHED_ERRORS {
             return None;
         }
         let name =
             closest(word, self.preprocessed.names.iter().map(|defined| defined.name.as_str()))?;
-        let help = if name.eq_ignore_ascii_case(word) && name != word {
-            format!("did you mean {name}? {CAPITALS_COUNT}")
-        } else if name == word {
-            format!("{name} is defined further down: its #define must come before")
-        } else {
-            format!("did you mean {name}?")
-        };
-        Some(help.into())
+        if name == word {
+            let help = format!("{name} is defined further down: its #define must come before");
+            return Some(Similar::told(help));
+        }
+        let capitals = if name.eq_ignore_ascii_case(word) { CAPITALS_COUNT } else { "" };
+        let help = format!("did you mean {name}? {capitals}").trim_end().to_owned();
+        Some(Similar { help: help.into(), replacement: Some(name.to_owned()) })
     }
 
     /// Whether the text at a place, or the word in front of it on the same line, may be a name that

@@ -396,7 +396,7 @@ impl<'a> ExecutionSection<'a> {
             _ => {
                 let problem = error(46, span, format!("no label is named {name}"));
                 return Err(match self.names.suggest(name, true) {
-                    Some(near) => problem.help(format!("did you mean {near}?")),
+                    Some(near) => problem.did_you_mean(near),
                     None => problem.help("put the label and a colon in front of a later statement"),
                 }
                 .into());

@@ -79,7 +79,7 @@ fn undefined(
         return problem.help(format!("there are {} to {}", family.first, family.last));
     }
     if let Some(near) = names.suggest(name, false) {
-        return problem.help(format!("did you mean {near}?"));
+        return problem.did_you_mean(near);
     }
     problem.help(match (indexed, name.starts_with('@')) {
         (_, true) => "the manual's 3.4 lists the executive's variables; a machine file adds others",

@@ -46,16 +46,28 @@ pub(crate) fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Checked, Vec<Diagnostic>) {
+    let (checked, _, diagnostics) = check_text(sources, file, loader, options);
+    (checked, diagnostics)
+}
+
+/// Does what [`check`] does, and returns the statements as they are written too.
+pub(crate) fn check_text(
+    sources: &mut SourceMap,
+    file: FileId,
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Checked, Text, Vec<Diagnostic>) {
     let mut diagnostics = vec![];
-    let text = read::read(sources, file, loader, options, &mut diagnostics);
-    let Text { mut statements, tokens, parts, has_end, last } = text;
+    let mut text = read::read(sources, file, loader, options, &mut diagnostics);
+    let Text { statements, tokens, parts, has_end, last } = &mut text;
+    let (has_end, last) = (*has_end, *last);
     let mut checked = Checked::default();
     let mut names = Names::new(&Executive::new(&options.machine));
 
     let mut first_of_logic = None;
     let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);
-    for statement in &mut statements {
-        let cursor = statement.cursor(sources, &tokens);
+    for statement in &mut *statements {
+        let cursor = statement.cursor(sources, tokens);
         let Form::Declaration(declaration) = &mut statement.form else { break };
         let error = statement.error.take();
         let looks_like_logic = !has_end && specification.looks_like_logic(&cursor);
@@ -77,15 +89,15 @@ pub(crate) fn check(
         without_end(&mut diagnostics, last, first_of_logic);
     }
 
-    for statement in &statements {
+    for statement in &*statements {
         if let Form::Logic(logic) = &statement.form {
-            execution_section::declare(&mut names, &statement.cursor(sources, &tokens), logic);
+            execution_section::declare(&mut names, &statement.cursor(sources, tokens), logic);
         }
     }
     announcements(pending, &mut names, &mut checked, &mut diagnostics);
-    let mut execution = ExecutionSection::new(&mut names, &mut checked, &parts, options.limits);
-    for statement in &mut statements {
-        let cursor = statement.cursor(sources, &tokens);
+    let mut execution = ExecutionSection::new(&mut names, &mut checked, parts, options.limits);
+    for statement in &mut *statements {
+        let cursor = statement.cursor(sources, tokens);
         let Form::Logic(logic) = &mut statement.form else { continue };
         if let Err(problem) = execution.statement(&cursor, logic, statement.error.take()) {
             diagnostics.push(*explain(&diagnostics, &cursor, None, problem));
@@ -101,7 +113,7 @@ pub(crate) fn check(
     }
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
     small_letters::tell_small_letters_once(file, sources.text(file), &mut diagnostics);
-    (checked, diagnostics)
+    (checked, text, diagnostics)
 }
 
 /// Tells that there is no $END. What was found wrong from the first statement of the logic on, if there is one, only

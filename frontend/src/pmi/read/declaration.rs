@@ -131,14 +131,15 @@ impl DeclarationReader {
                 .map(|&(_, section)| section);
             self.is_after_unknown = self.section.is_none();
         }
-        let help = match near {
-            Some(near) => format!("did you mean {near}?"),
-            None => "the directives are $INPUT $OUTPUT $LOGICAL $INTEGER $LONG $FAULT $MESSAGE \
-                     $KEY $MCODE $GCODE $TIMER $FLIPFLOP $AUXAXIS $INCLUDE $END"
-                .to_owned(),
-        };
         let problem = error(1, cursor.span_of(token), format!("`{word}` is not a directive"));
-        (DeclarationForm::Directive(None), Err(problem.help(help).into()))
+        let problem = match near {
+            Some(near) => problem.did_you_mean(near.to_owned()),
+            None => problem.help(
+                "the directives are $INPUT $OUTPUT $LOGICAL $INTEGER $LONG $FAULT $MESSAGE $KEY \
+                 $MCODE $GCODE $TIMER $FLIPFLOP $AUXAXIS $INCLUDE $END",
+            ),
+        };
+        (DeclarationForm::Directive(None), Err(problem.into()))
     }
 
     /// `NAME`, `NAME = constant`, `NAME[n]`, `NAME[n] = [constants]`, with commas between them.

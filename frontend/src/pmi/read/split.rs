@@ -65,6 +65,8 @@ struct Line {
     hash: Option<usize>,
     /// Where its first curly quote or dash outside comments starts and ends.
     typographic: Option<(usize, usize)>,
+    /// Offset of its comment: the `?`, or what follows a `#`.
+    comment: Option<usize>,
 }
 
 impl Line {
@@ -75,15 +77,19 @@ impl Line {
 
 /// Finds the parts of the line `text[from..to]`.
 fn scan(text: &str, from: usize, to: usize) -> Line {
-    let mut line = Line { start: to, end: from, hash: None, typographic: None };
+    let mut line = Line { start: to, end: from, hash: None, typographic: None, comment: None };
     let mut quoted = false;
     for (i, raw) in text.get(from..to).unwrap_or("").char_indices() {
         let at = from + i;
         let c = plain(raw);
         match c {
-            '?' if !quoted => break,
+            '?' if !quoted => {
+                line.comment = Some(at);
+                break;
+            }
             '#' if !quoted => {
                 line.hash = Some(at);
+                line.comment = Some(at + 1);
                 line.start = line.start.min(at);
                 return line;
             }
@@ -99,6 +105,16 @@ fn scan(text: &str, from: usize, to: usize) -> Line {
         }
     }
     line
+}
+
+/// Where the comments of a text begin and end, its blanks left out.
+pub(crate) fn comments(text: &str) -> impl Iterator<Item = (usize, usize)> {
+    lines(text).filter_map(|(from, to)| {
+        let start = scan(text, from, to).comment?;
+        let comment = text.get(start..to)?;
+        let start = start + comment.len() - comment.trim_start().len();
+        Some((start, start + comment.trim().len())).filter(|(start, end)| start < end)
+    })
 }
 
 /// The offsets of the lines of a text, without their ends.

@@ -1,0 +1,238 @@
+//! The words of a program's sources, for editors: what each of them is, and what the program does with it there.
+//!
+//! They are made by the readers that the compiler itself uses, and also of a program with errors. Where a statement can't be
+//! read, its words are there nevertheless.
+
+use std::collections::HashMap;
+
+use plcc_diag::{FileId, SourceMap, Span};
+
+/// What a word is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum WordKind {
+    /// A comment, with its mark.
+    Comment,
+    /// A word of the language.
+    Keyword,
+    /// A directive, which is for the compiler or for the download.
+    Directive,
+    /// A variable.
+    Variable,
+    /// A name that stands for a constant, or a `#define` whose replacement is not a variable alone.
+    Constant,
+    /// A label, or the name of a program, which can be gone to or started.
+    Label,
+    /// A number.
+    Number,
+    /// A text in quotes, or the text of a message.
+    Text,
+    /// A sign.
+    Operator,
+}
+
+/// What the program does with the variable or label that a word names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Appearance {
+    /// It is declared or defined here.
+    Declared,
+    /// It is loaded or computed with.
+    Read,
+    /// It gets a value.
+    Written,
+    /// A condition looks at it.
+    Tested,
+    /// It is gone to, called, started or stopped.
+    Called,
+}
+
+/// A word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// Where it is.
+    pub span: Span,
+    /// What it is.
+    pub kind: WordKind,
+    /// The variable, constant or label that it names, in canonical spelling. Of an element it is the array. An alias that a
+    /// `#define` makes has the variable that it stands for.
+    pub name: Option<String>,
+    /// The name under which it is defined, if that is another one: the one of a `#define`.
+    pub defined_as: Option<String>,
+    /// What is done with it.
+    pub appearance: Option<Appearance>,
+}
+
+/// What a declaration declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum DeclarationKind {
+    /// An input.
+    Input,
+    /// An output.
+    Output,
+    /// A variable of the program.
+    Variable,
+    /// A constant.
+    Constant,
+    /// A timer's or flip-flop's contact.
+    Contact,
+    /// A fault or a message.
+    Announcement,
+    /// A touch key.
+    Key,
+    /// A label, a module, a subroutine.
+    Label,
+    /// A PLC, a motion program.
+    Program,
+    /// A name of a `#define`.
+    Definition,
+}
+
+/// A declaration: of a variable, a label, a program, a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Declaration {
+    /// The name that it declares, as a word's `name`, or its `defined_as` where it has one.
+    pub name: String,
+    /// Where the name is.
+    pub at: Span,
+    /// The whole declaration; of a program or subroutine all its statements.
+    pub extent: Span,
+    /// What it declares.
+    pub kind: DeclarationKind,
+    /// What it says, in a line: `input of port 1, bit 0`.
+    pub detail: String,
+}
+
+/// The words and declarations of a program, each list in the order of files and places.
+#[derive(Clone, Debug, Default)]
+pub struct Words {
+    /// The words. None overlaps another one.
+    pub words: Vec<Word>,
+    /// The declarations.
+    pub declarations: Vec<Declaration>,
+    /// Statements that include a file: the place of its name, and the file.
+    pub includes: Vec<(Span, FileId)>,
+    /// What can be folded, apart from comments: conditions, loops, programs, sections. Each reaches from its first word to its
+    /// last one.
+    pub blocks: Vec<Span>,
+    /// The places of all statements.
+    pub statements: Vec<Span>,
+}
+
+impl Words {
+    /// Sorts both lists and drops words that lie in others, such as a name in a comment.
+    #[must_use]
+    pub(crate) fn sorted(mut self, sources: &SourceMap) -> Self {
+        let order =
+            |word: &Word| (word.span.file, word.span.start, std::cmp::Reverse(word.span.end));
+        self.words.sort_by_key(order);
+        let mut end = (FileId(0), 0);
+        self.words.retain(|word| {
+            let overlaps = word.span.file == end.0 && word.span.start < end.1;
+            let is_empty = word.span.start >= word.span.end;
+            if !overlaps && !is_empty {
+                end = (word.span.file, word.span.end);
+            }
+            !overlaps && !is_empty
+        });
+        self.declarations.sort_by_key(|it| (it.at.file, it.at.start));
+        self.blocks.sort_unstable();
+        self.statements.sort_unstable();
+        self.includes = (0..sources.len() as u32)
+            .map(FileId)
+            .filter_map(|file| Some((sources.included_from(file)?, file)))
+            .collect();
+        self
+    }
+
+    /// The words of a file.
+    pub fn of_file(&self, file: FileId) -> &[Word] {
+        let from = self.words.partition_point(|word| word.span.file < file);
+        let to = self.words.partition_point(|word| word.span.file <= file);
+        self.words.get(from..to).unwrap_or_default()
+    }
+
+    /// The word at an offset: the one that holds it, else the one that ends there.
+    pub fn at(&self, file: FileId, offset: u32) -> Option<&Word> {
+        let words = self.of_file(file);
+        let next = words.partition_point(|word| word.span.start <= offset);
+        let before = next.checked_sub(1).and_then(|at| words.get(at))?;
+        if offset < before.span.end {
+            return Some(before);
+        }
+        // An operator ends where a name begins: the name is meant, which `before` is already.
+        (offset == before.span.end && before.kind != WordKind::Operator).then_some(before).or_else(
+            || {
+                let earlier = next.checked_sub(2).and_then(|at| words.get(at))?;
+                (offset == earlier.span.end).then_some(earlier)
+            },
+        )
+    }
+
+    /// The comment that stands after a place on the same line, without its mark; else the comment that fills the line above.
+    pub fn comment_beside(&self, sources: &SourceMap, at: Span) -> Option<String> {
+        let line_of = |offset: u32| sources.line(at.file, offset);
+        let line = line_of(at.start);
+        let words = self.of_file(at.file);
+        let from = words.partition_point(|word| word.span.start < at.end);
+        let beside = words.get(from..)?.iter().find(|word| word.kind == WordKind::Comment);
+        let text = |word: &Word| {
+            let text = sources.slice(word.span);
+            let text = text
+                .trim_start_matches(['?', ';', '/', '*', ' '])
+                .trim_end_matches(['/', '*', ' ']);
+            let text: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            (!text.is_empty()).then_some(text)
+        };
+        let is_beside = |word: &&Word| line_of(word.span.start) == line;
+        if let Some(found) = beside.filter(is_beside).and_then(text) {
+            return Some(found);
+        }
+        let first_of_line = words.partition_point(|word| line_of(word.span.start) < line);
+        let above = first_of_line.checked_sub(1).and_then(|at| words.get(at))?;
+        let alone = first_of_line
+            .checked_sub(2)
+            .and_then(|at| words.get(at))
+            .is_none_or(|word| line_of(word.span.start) < line_of(above.span.start));
+        let is_above = line_of(above.span.end) + 1 == line;
+        (above.kind == WordKind::Comment && alone && is_above).then(|| text(above)).flatten()
+    }
+
+    /// All words that name the same variable, constant or label as a word, in their order. A name of a `#define` is another one
+    /// than the variable that it stands for.
+    pub fn same_as<'w>(&'w self, word: &Word) -> Vec<&'w Word> {
+        let same = |other: &&Word| match &word.defined_as {
+            Some(defined) => other.defined_as.as_ref() == Some(defined),
+            None => {
+                word.name.is_some() && other.name == word.name && other.kind == word.kind
+                    || word.name.is_some()
+                        && other.name == word.name
+                        && (word.kind == WordKind::Label) == (other.kind == WordKind::Label)
+            }
+        };
+        self.words.iter().filter(same).collect()
+    }
+
+    /// The declarations of what a word names: of the name itself, else of what it stands for.
+    pub fn declarations_of(&self, word: &Word) -> Vec<&Declaration> {
+        let of = |name: &Option<String>| -> Vec<&Declaration> {
+            let Some(name) = name else { return vec![] };
+            self.declarations.iter().filter(|it| it.name == *name).collect()
+        };
+        let own = of(&word.defined_as);
+        if own.is_empty() { of(&word.name) } else { own }
+    }
+
+    /// How often each variable is read or tested, and how often it is written.
+    pub fn uses(&self) -> HashMap<&str, (usize, usize)> {
+        let mut uses: HashMap<&str, (usize, usize)> = HashMap::new();
+        for word in &self.words {
+            let Some(name) = word.name.as_deref() else { continue };
+            let (read, written) = uses.entry(name).or_default();
+            match word.appearance {
+                Some(Appearance::Read | Appearance::Tested | Appearance::Called) => *read += 1,
+                Some(Appearance::Written) => *written += 1,
+                Some(Appearance::Declared) | None => {}
+            }
+        }
+        uses
+    }
+}
