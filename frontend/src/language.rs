@@ -120,6 +120,10 @@ pub trait Language: Sync {
     /// names (`@CP100-@CP115`) counts as its first name.
     fn topics(&self) -> Vec<Topic>;
 
+    /// Statements that editors write as a whole: the word that is typed, the text in the form of snippets of the Language
+    /// Server Protocol, and what it does.
+    fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)];
+
     /// How numbers are written for people.
     fn numbers(&self) -> NumberFormat;
 

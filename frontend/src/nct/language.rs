@@ -101,6 +101,10 @@ impl Language for Nct {
         keywords::topics(&KEYWORDS).chain(super::names::all().iter().map(topic)).collect()
     }
 
+    fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
+        &[(":001", ":001\n\t$0\nJ1", "the module that runs each 20 ms")]
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: ".", suffix: "", widths: &[16, 32], both_beside: true }
     }

@@ -125,6 +125,18 @@ impl Language for Pmac {
         super::reference::listing_comments::listing_comments(tables)
     }
 
+    fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
+        &[
+            ("OPEN", "OPEN PLC ${1:1} CLEAR\n\t$0\nCLOSE", "a PLC program"),
+            ("IF", "IF (${1:P1=1})\n\t$0\nENDIF", "the statements run if the condition is true"),
+            (
+                "WHILE",
+                "WHILE (${1:P1=1})\n\t$0\nENDWHILE",
+                "one round each scan, as long as the condition is true",
+            ),
+        ]
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: "$", suffix: "", widths: &[24, 48], both_beside: false }
     }

@@ -98,6 +98,14 @@ impl Language for Pmi {
         keywords::topics(&KEYWORDS).chain(variables).collect()
     }
 
+    fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
+        &[
+            ("IF", "IF ${1:CONDITION}\n\t$0\nENDIF", "the statements run if the condition is true"),
+            ("ELSEIF", "ELSEIF ${1:CONDITION}\n\t$0", "another condition of an IF"),
+            ("GOTO", "GOTO ${1:LABEL}", "goes on at a label further down"),
+        ]
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: "", suffix: "h", widths: &[16, 32], both_beside: false }
     }

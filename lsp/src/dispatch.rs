@@ -1,0 +1,223 @@
+//! Which request is answered by which feature.
+
+use std::rc::Rc;
+
+use gen_lsp_types::{
+    CallHierarchyIncomingCallsRequest, CallHierarchyItem, CallHierarchyOutgoingCallsRequest,
+    CallHierarchyPrepareRequest, CodeActionRequest, CodeLensRequest, CompletionRequest,
+    DeclarationRequest, DefinitionRequest, DocumentFormattingRequest, DocumentHighlightRequest,
+    DocumentLinkRequest, DocumentSymbolRequest, FoldingRangeRequest, HoverRequest,
+    InlayHintRequest, InlineValueRequest, LspRequestMethod as Method, Position,
+    PrepareRenameRequest, Range, ReferencesRequest, RenameRequest, SelectionRangeRequest,
+    SemanticTokensRangeRequest, SemanticTokensRequest, SignatureHelpRequest,
+    TextDocumentIdentifier, TextDocumentPositionParams, WorkspaceSymbolRequest,
+};
+use lsp_server::{ErrorCode, Request, Response};
+use plcc_diag::{FileId, Span};
+use serde_json::Value;
+
+use crate::documents::path_of;
+use crate::features::{
+    call_hierarchy, code_actions, code_lens, completion, diagnostics, folding, formatting, hover,
+    inlay_hints, inline_values, links, navigation, rename, selection, semantic_tokens, signature,
+    symbols,
+};
+use crate::program::{At, Program};
+use crate::server::Server;
+
+/// Answers a request of the type `R`.
+fn respond<R: gen_lsp_types::Request>(
+    request: Request,
+    answer: impl FnOnce(R::Params) -> Result<R::Result, String>,
+) -> Response {
+    let Request { id, params, .. } = request;
+    let params: R::Params = match serde_json::from_value(params) {
+        Ok(params) => params,
+        Err(error) => {
+            return Response::new_err(id, ErrorCode::InvalidParams as i32, error.to_string());
+        }
+    };
+    match answer(params) {
+        Ok(result) => Response::new_ok(id, result),
+        Err(why) => Response::new_err(id, ErrorCode::RequestFailed as i32, why),
+    }
+}
+
+impl Server<'_> {
+    /// Answers a request.
+    pub(crate) fn dispatch(&mut self, request: Request) -> Response {
+        match Method::from(request.method.as_str()) {
+            Method::TextDocumentHover => respond::<HoverRequest>(request, |it| {
+                Ok(self.at(&it.text_document_position_params, hover::hover).flatten())
+            }),
+            Method::TextDocumentDefinition => respond::<DefinitionRequest>(request, |it| {
+                Ok(self.at(&it.text_document_position_params, navigation::definition).flatten())
+            }),
+            Method::TextDocumentDeclaration => respond::<DeclarationRequest>(request, |it| {
+                Ok(self.at(&it.text_document_position_params, navigation::declaration).flatten())
+            }),
+            Method::TextDocumentReferences => respond::<ReferencesRequest>(request, |it| {
+                let all = it.context.include_declaration;
+                Ok(self.at(&it.text_document_position_params, |at| navigation::references(at, all)))
+            }),
+            Method::TextDocumentDocumentHighlight => {
+                respond::<DocumentHighlightRequest>(request, |it| {
+                    Ok(self.at(&it.text_document_position_params, navigation::highlights))
+                })
+            }
+            Method::TextDocumentDocumentSymbol => respond::<DocumentSymbolRequest>(request, |it| {
+                Ok(self.file(&it.text_document, symbols::of_document))
+            }),
+            Method::WorkspaceSymbol => respond::<WorkspaceSymbolRequest>(request, |it| {
+                self.read_open();
+                Ok(Some(symbols::of_workspace(&it.query, self.workspace.known(), &self.documents)))
+            }),
+            Method::TextDocumentCompletion => respond::<CompletionRequest>(request, |it| {
+                Ok(self.at(&it.text_document_position_params, completion::completion))
+            }),
+            Method::TextDocumentSignatureHelp => respond::<SignatureHelpRequest>(request, |it| {
+                Ok(self.at(&it.text_document_position_params, signature::help).flatten())
+            }),
+            Method::TextDocumentPrepareRename => respond::<PrepareRenameRequest>(request, |it| {
+                self.at(&it.text_document_position_params, rename::prepare).transpose()
+            }),
+            Method::TextDocumentRename => respond::<RenameRequest>(request, |it| {
+                let compiler = self.compiler;
+                let new = it.new_name;
+                self.at(&it.text_document_position_params, |at| rename::rename(at, &new, compiler))
+                    .transpose()
+            }),
+            Method::TextDocumentCodeAction => respond::<CodeActionRequest>(request, |it| {
+                Ok(self.range(&it.text_document, it.range, code_actions::code_actions))
+            }),
+            Method::TextDocumentCodeLens => respond::<CodeLensRequest>(request, |it| {
+                Ok(self.file(&it.text_document, code_lens::code_lens))
+            }),
+            Method::TextDocumentDocumentLink => respond::<DocumentLinkRequest>(request, |it| {
+                Ok(self.file(&it.text_document, links::links))
+            }),
+            Method::TextDocumentFormatting => respond::<DocumentFormattingRequest>(request, |it| {
+                self.file(&it.text_document, |at| formatting::format(at, &it.options)).transpose()
+            }),
+            Method::TextDocumentFoldingRange => respond::<FoldingRangeRequest>(request, |it| {
+                Ok(self.file(&it.text_document, folding::folding))
+            }),
+            Method::TextDocumentSelectionRange => respond::<SelectionRangeRequest>(request, |it| {
+                Ok(self.file(&it.text_document, |at| selection::selection(at, &it.positions)))
+            }),
+            Method::TextDocumentPrepareCallHierarchy => {
+                respond::<CallHierarchyPrepareRequest>(request, |it| {
+                    Ok(self
+                        .at(&it.text_document_position_params, call_hierarchy::prepare)
+                        .flatten())
+                })
+            }
+            Method::CallHierarchyIncomingCalls => {
+                respond::<CallHierarchyIncomingCallsRequest>(request, |it| {
+                    Ok(self.item(&it.item, call_hierarchy::incoming))
+                })
+            }
+            Method::CallHierarchyOutgoingCalls => {
+                respond::<CallHierarchyOutgoingCallsRequest>(request, |it| {
+                    Ok(self.item(&it.item, call_hierarchy::outgoing))
+                })
+            }
+            Method::TextDocumentSemanticTokensFull => {
+                respond::<SemanticTokensRequest>(request, |it| {
+                    Ok(self.file(&it.text_document, |at| semantic_tokens::tokens(at, None)))
+                })
+            }
+            Method::TextDocumentSemanticTokensRange => {
+                respond::<SemanticTokensRangeRequest>(request, |it| {
+                    Ok(self.range(&it.text_document, it.range, |at, span| {
+                        semantic_tokens::tokens(at, Some(span))
+                    }))
+                })
+            }
+            Method::TextDocumentInlineValue => respond::<InlineValueRequest>(request, |it| {
+                let shown = Range { end: it.context.stopped_location.end, ..it.range };
+                Ok(self.range(&it.text_document, shown, inline_values::inline_values))
+            }),
+            Method::TextDocumentInlayHint => respond::<InlayHintRequest>(request, |it| {
+                Ok(self.range(&it.text_document, it.range, inlay_hints::inlay_hints))
+            }),
+            _ if request.method == "plcc/explain" => {
+                let code = request.params.get("code").and_then(Value::as_str).unwrap_or_default();
+                match diagnostics::page(code) {
+                    Some(page) => Response::new_ok(request.id, page),
+                    None => {
+                        let why = format!("`{code}` is not the code of a diagnostic");
+                        Response::new_err(request.id, ErrorCode::InvalidParams as i32, why)
+                    }
+                }
+            }
+            _ => {
+                let why = format!("the server does not know the request {}", request.method);
+                Response::new_err(request.id, ErrorCode::MethodNotFound as i32, why)
+            }
+        }
+    }
+
+    /// Reads the programs of all open documents.
+    fn read_open(&mut self) {
+        let open: Vec<_> = self.documents.iter().map(|(path, _)| path.clone()).collect();
+        for path in open {
+            self.workspace.program(&path, &self.documents, self.encoding);
+        }
+    }
+
+    /// The program of a document, and the document's file in it. `None` if it is in no language.
+    fn program(&mut self, document: &TextDocumentIdentifier) -> Option<(Rc<Program>, FileId)> {
+        let path = path_of(&document.uri);
+        let program = self.workspace.program(&path, &self.documents, self.encoding)?;
+        let file = program.file(&path)?;
+        Some((program, file))
+    }
+
+    /// What a feature says of a position.
+    fn at<T>(
+        &mut self,
+        of: &TextDocumentPositionParams,
+        feature: impl FnOnce(At<'_>) -> T,
+    ) -> Option<T> {
+        let (program, file) = self.program(&of.text_document)?;
+        let offset = self.encoding.offset(&program.sources, file, of.position);
+        Some(feature(At { program: &program, documents: &self.documents, file, offset }))
+    }
+
+    /// What a feature says of a document.
+    fn file<T>(
+        &mut self,
+        of: &TextDocumentIdentifier,
+        feature: impl FnOnce(At<'_>) -> T,
+    ) -> Option<T> {
+        let position = Position { line: 0, character: 0 };
+        self.at(&TextDocumentPositionParams { text_document: of.clone(), position }, feature)
+    }
+
+    /// What a feature says of a part of a document.
+    fn range<T>(
+        &mut self,
+        of: &TextDocumentIdentifier,
+        range: Range,
+        feature: impl FnOnce(At<'_>, Span) -> T,
+    ) -> Option<T> {
+        let encoding = self.encoding;
+        self.file(of, |at| {
+            let offset = |position| encoding.offset(&at.program.sources, at.file, position);
+            let (start, end) = (offset(range.start), offset(range.end));
+            feature(at, Span { file: at.file, start, end: end.max(start) })
+        })
+    }
+
+    /// What a feature says of an item of the call hierarchy.
+    fn item<T>(
+        &mut self,
+        item: &CallHierarchyItem,
+        feature: impl FnOnce(At<'_>) -> Option<T>,
+    ) -> Option<T> {
+        let text_document = TextDocumentIdentifier { uri: item.uri.clone() };
+        let position = item.selection_range.start;
+        self.at(&TextDocumentPositionParams { text_document, position }, feature).flatten()
+    }
+}

@@ -1,0 +1,105 @@
+//! Quick fixes: what was probably meant, and comments that silence a lint.
+
+use std::collections::HashMap;
+
+use gen_lsp_types::{
+    CodeAction, CodeActionKind, CodeActionResponse, Position, Range, TextEdit, WorkspaceEdit,
+};
+use plcc_diag::lints::lint_of_code;
+use plcc_diag::{Diagnostic, Span};
+use plcc_frontend::language;
+
+use crate::program::At;
+
+/// The fixes of the problems in a part of a document.
+pub(crate) fn code_actions(at: At<'_>, part: Span) -> Vec<CodeActionResponse> {
+    let own = at.program.diagnostics.iter().filter(|it| {
+        it.span.file == at.file && it.span.start <= part.end && part.start <= it.span.end
+    });
+    own.flat_map(|it| [replacement(at, it), allowance(at, it)]).flatten().collect()
+}
+
+/// An edit of the document.
+fn action(
+    at: At<'_>,
+    title: String,
+    edit: TextEdit,
+    preferred: bool,
+) -> Option<CodeActionResponse> {
+    let uri = at.documents.uri(at.program.path(at.file))?;
+    let changes = HashMap::from([(uri, vec![edit])]);
+    let edit = WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() };
+    Some(CodeActionResponse::CodeAction(CodeAction {
+        title,
+        kind: Some(CodeActionKind::QuickFix),
+        is_preferred: Some(preferred),
+        edit: Some(edit),
+        ..CodeAction::default()
+    }))
+}
+
+/// Writes what was probably meant.
+fn replacement(at: At<'_>, of: &Diagnostic) -> Option<CodeActionResponse> {
+    let found = of.replacement().filter(|it| it.span.file == at.file)?;
+    let title = format!("Write {}", found.text);
+    let edit = TextEdit { range: at.program.range(found.span), new_text: found.text.to_string() };
+    action(at, title, edit, true)
+}
+
+/// Writes the comment that silences a lint in front of the statement.
+fn allowance(at: At<'_>, of: &Diagnostic) -> Option<CodeActionResponse> {
+    let lint = lint_of_code(of.code)?.name;
+    let sign = language(at.program.dialect).comment_signs().first()?;
+    let line = at.program.sources.line(at.file, of.span.start);
+    let text = at.program.sources.line_text(at.file, line);
+    let indent: String = text.chars().take_while(|c| c.is_whitespace()).collect();
+    let end = if at.program.sources.text(at.file).contains("\r\n") { "\r\n" } else { "\n" };
+    let place = Position { line: line - 1, character: 0 };
+    let edit = TextEdit {
+        range: Range { start: place, end: place },
+        new_text: format!("{indent}{sign} plcc: allow {lint}{end}"),
+    };
+    action(at, format!("Allow {lint} here"), edit, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::Dialect;
+
+    use super::*;
+    use crate::program::tests::{at, with_cursor};
+
+    fn fixes(dialect: Dialect, text: &str) -> Vec<(String, String)> {
+        let of = with_cursor(dialect, text);
+        let all = Span { file: plcc_diag::FileId(0), start: 0, end: u32::MAX };
+        let found = code_actions(at(&of), all).into_iter().filter_map(|it| match it {
+            CodeActionResponse::CodeAction(it) => {
+                let edit = it.edit?.changes?.into_values().next()?.into_iter().next()?;
+                Some((it.title, edit.new_text))
+            }
+            CodeActionResponse::Command(_) => None,
+        });
+        found.collect()
+    }
+
+    #[test]
+    fn what_was_meant_can_be_written() {
+        let fix = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+        let text = "$INPUT\nDOOR = 1/0\n$END\nA = DOR\nGOTO EN\nEND: B = A\n";
+        assert_eq!(fixes(Dialect::Pmi, text), [fix("Write DOOR", "DOOR"), fix("Write END", "END")]);
+        assert_eq!(fixes(Dialect::Nct, ":001 C015 J1\n:025 R\n"), [fix("Write C025", "C025")]);
+        let text = "#define PUMP M1\nM1->X:0,0\nOPEN PLC1 CLEAR\nPUNP=1\nCLOSE\n";
+        assert_eq!(fixes(Dialect::Pmac, text), [fix("Write PUMP", "PUMP")]);
+    }
+
+    #[test]
+    fn a_lint_can_be_silenced() {
+        let found = fixes(Dialect::Pmi, "$OUTPUT\n  LAMP = 1/0\n$END\nA = T\n");
+        let allow = found.iter().find(|(title, _)| title.starts_with("Allow"));
+        let expected = (
+            "Allow unassigned-output here".to_owned(),
+            "  ? plcc: allow unassigned-output\n".to_owned(),
+        );
+        assert_eq!(allow, Some(&expected));
+    }
+}

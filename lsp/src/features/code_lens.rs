@@ -1,0 +1,45 @@
+//! How often a declared name is read and written, above its declaration.
+
+use gen_lsp_types::{CodeLens, Command};
+use plcc_frontend::common::words::DeclarationKind;
+
+use super::hover::times;
+use super::navigation::references;
+use crate::program::At;
+
+/// The lenses of a document.
+pub(crate) fn code_lens(at: At<'_>) -> Vec<CodeLens> {
+    let uses = at.program.words.uses();
+    let own = at.program.words.declarations.iter().filter(|it| it.at.file == at.file);
+    own.filter_map(|declaration| {
+        let (read, written) = uses.get(declaration.name.as_str()).copied().unwrap_or_default();
+        let title = match declaration.kind {
+            DeclarationKind::Constant => format!("read {}", times(read)),
+            DeclarationKind::Label | DeclarationKind::Program => format!("called {}", times(read)),
+            DeclarationKind::Definition | DeclarationKind::Key => return None,
+            DeclarationKind::Input
+            | DeclarationKind::Output
+            | DeclarationKind::Variable
+            | DeclarationKind::Contact
+            | DeclarationKind::Announcement => {
+                format!("read {}, written {}", times(read), times(written))
+            }
+        };
+        let range = at.program.range(declaration.at);
+        let place = At { offset: declaration.at.start, ..at };
+        let found = references(place, false);
+        let uri = at.documents.uri(at.program.path(at.file))?;
+        let arguments = (
+            serde_json::to_value(uri),
+            serde_json::to_value(range.start),
+            serde_json::to_value(found),
+        );
+        let (Ok(uri), Ok(start), Ok(found)) = arguments else { return None };
+        // The extension shows the references; in other editors the text alone is there.
+        let command = "plcc.showReferences".to_owned();
+        let command =
+            Command { title, tooltip: None, command, arguments: Some(vec![uri, start, found]) };
+        Some(CodeLens { range, command: Some(command), data: None })
+    })
+    .collect()
+}

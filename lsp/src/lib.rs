@@ -1,0 +1,60 @@
+//! The language server: what editors show of a program while it is written, by the Language Server Protocol.
+//!
+//! Everything comes from the front ends: the diagnostics are those of `plcc check`, names and what is done with them are
+//! [`Words`](plcc_frontend::common::Words), which the compiler's own readers make, so that an editor and the compiler can't
+//! disagree.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `server.rs` | the loop: messages in their order, requests that are out of date |
+//! | `dispatch.rs` | which request is answered by which feature |
+//! | `documents.rs` | the texts that the editor has open |
+//! | `position.rs` | lines and columns of the protocol |
+//! | `program.rs` | a program that has been read, and the place in it that a request is about |
+//! | `workspace.rs` | which program a file belongs to, and the settings it is read with |
+//! | `features/` | a file for each thing that an editor asks |
+//!
+//! Architecture Invariant: no message of an editor makes the server panic, and none changes what a later request of another
+//! document gets. What can't be answered is answered with the reason.
+
+mod capabilities;
+mod dispatch;
+mod documents;
+mod features;
+mod position;
+mod program;
+mod server;
+mod workspace;
+
+use std::io;
+
+use lsp_server::Connection;
+use plcc_frontend::CheckedProgram;
+
+pub use capabilities::capabilities;
+
+/// What the server needs of the compiler behind the front ends.
+pub trait Compiler: Sync {
+    /// The machine code of a program, to see whether a change has changed it. `None` if it can't be compiled.
+    fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>>;
+}
+
+/// Serves one editor over a connection, until it says goodbye or its stream ends.
+///
+/// # Errors
+/// When the editor's messages have no valid form, or the stream fails.
+pub fn serve(connection: &Connection, compiler: &dyn Compiler) -> io::Result<()> {
+    server::Server::run(connection, compiler).map_err(io::Error::other)
+}
+
+/// Serves one editor over standard input and output.
+///
+/// # Errors
+/// As those of [`serve`].
+pub fn serve_stdio(compiler: &dyn Compiler) -> io::Result<()> {
+    let (connection, threads) = Connection::stdio();
+    let result = serve(&connection, compiler);
+    // The writing thread ends when nobody can send to it any more.
+    drop(connection);
+    result.and(threads.join())
+}

@@ -1,0 +1,130 @@
+//! A program that has been read, and a place in it.
+
+use std::path::{Path, PathBuf};
+
+use gen_lsp_types::{Location, Range, Uri};
+use plcc_abi::Dialect;
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+use plcc_frontend::common::words::Word;
+use plcc_frontend::common::{FileLoader, Options, Words};
+use plcc_frontend::{CheckedProgram, language};
+
+use crate::documents::Documents;
+use crate::position::Encoding;
+
+/// A program that has been read: of one file, or of several that are one download.
+#[derive(Debug)]
+pub(crate) struct Program {
+    pub(crate) dialect: Dialect,
+    pub(crate) sources: SourceMap,
+    /// How many of the sources were named; the others are included.
+    pub(crate) named: usize,
+    pub(crate) words: Words,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub(crate) checked: Option<Box<dyn CheckedProgram>>,
+    pub(crate) options: Options,
+    pub(crate) encoding: Encoding,
+}
+
+impl Program {
+    /// Reads the program of these files.
+    pub(crate) fn read(
+        files: &[PathBuf],
+        dialect: Dialect,
+        documents: &Documents,
+        options: Options,
+        encoding: Encoding,
+    ) -> Self {
+        let load = || {
+            let mut sources = SourceMap::new();
+            let ids: Vec<FileId> = files
+                .iter()
+                .map(|path| {
+                    let bytes = documents.read(path).unwrap_or_default();
+                    sources.add(path.to_string_lossy(), &bytes)
+                })
+                .collect();
+            (sources, ids)
+        };
+        let (mut sources, ids) = load();
+        let (checked, diagnostics) =
+            language(dialect).check(&mut sources, &ids, documents, &options);
+        let (mut again, ids) = load();
+        let words = language(dialect).words(&mut again, &ids, documents, &options);
+        // Both have read the same files in the same order.
+        let words = if again.len() == sources.len() { words } else { Words::default() };
+        let named = files.len();
+        Self { dialect, sources, named, words, diagnostics, checked, options, encoding }
+    }
+
+    /// The file with a path, if it belongs to the program.
+    pub(crate) fn file(&self, path: &Path) -> Option<FileId> {
+        self.files().find(|&id| Path::new(self.sources.path(id)) == path)
+    }
+
+    /// All its files.
+    pub(crate) fn files(&self) -> impl Iterator<Item = FileId> + use<> {
+        (0..self.sources.len() as u32).map(FileId)
+    }
+
+    /// The path of a file.
+    pub(crate) fn path(&self, file: FileId) -> &Path {
+        Path::new(self.sources.path(file))
+    }
+
+    /// The range of a span in the protocol's terms.
+    pub(crate) fn range(&self, span: Span) -> Range {
+        self.encoding.range(&self.sources, span)
+    }
+
+    /// The range and the file of a span.
+    pub(crate) fn location(&self, span: Span, documents: &Documents) -> Option<Location> {
+        let uri: Uri = documents.uri(self.path(span.file))?;
+        Some(Location { uri, range: self.range(span) })
+    }
+}
+
+/// A place in a program, which a request is about.
+#[derive(Clone, Copy)]
+pub(crate) struct At<'p> {
+    pub(crate) program: &'p Program,
+    pub(crate) documents: &'p Documents,
+    pub(crate) file: FileId,
+    pub(crate) offset: u32,
+}
+
+impl<'p> At<'p> {
+    /// The word there.
+    pub(crate) fn word(&self) -> Option<&'p Word> {
+        self.program.words.at(self.file, self.offset)
+    }
+
+    /// The text of a word.
+    pub(crate) fn text(&self, word: &Word) -> &'p str {
+        self.program.sources.slice(word.span)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::documents::Document;
+
+    /// A program of one text, and the documents that hold it. The place is where `|` stands in the text.
+    pub(crate) fn with_cursor(dialect: Dialect, text: &str) -> (Program, Documents, u32) {
+        let offset = text.find('|').unwrap_or(0) as u32;
+        let path = PathBuf::from(format!("/tmp/a.{}", dialect.name()));
+        let mut documents = Documents::default();
+        let uri = crate::documents::uri_of(&path).unwrap();
+        let text = text.replacen('|', "", 1);
+        documents.open(Document { uri, version: 1, text, dialect: Some(dialect) });
+        let program =
+            Program::read(&[path], dialect, &documents, Options::default(), Encoding::Utf16);
+        (program, documents, offset)
+    }
+
+    /// The place in such a program.
+    pub(crate) fn at<'p>(of: &'p (Program, Documents, u32)) -> At<'p> {
+        At { program: &of.0, documents: &of.1, file: FileId(0), offset: of.2 }
+    }
+}
