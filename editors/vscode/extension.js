@@ -1,7 +1,8 @@
-// Connects VS Code with `plcc debug`, and adds the ways to move that the Debug Adapter Protocol has no
+// Connects VS Code with `plcc debug` and `plcc lsp`, and adds the ways to move that the Debug Adapter Protocol has no
 // request for.
 
 const vscode = require('vscode');
+const { LanguageClient } = require('vscode-languageclient/node');
 
 /** The path of plcc from the setting `plcc.path`, in which `${workspaceFolder}` stands for the folder's path. */
 function executable(folder) {
@@ -33,7 +34,41 @@ async function send(request, args) {
   }
 }
 
+/** The client of `plcc lsp`, which starts it. */
+function languageClient() {
+  const folder = vscode.workspace.workspaceFolders && vscode.workspace.workspaceFolders[0];
+  const settings = vscode.workspace.getConfiguration('plcc');
+  const server = { command: executable(folder), args: ['lsp'] };
+  return new LanguageClient('plcc', 'plcc', server, {
+    documentSelector: ['pmi', 'nct', 'pmac'].map((language) => ({ language })),
+    initializationOptions: {
+      programs: settings.get('programs'),
+      turbo: settings.get('turbo'),
+      noLimits: settings.get('noLimits'),
+      include: settings.get('include'),
+      explainLinks: true,
+    },
+    synchronize: {
+      fileEvents: vscode.workspace.createFileSystemWatcher('**/*.{pmi,nct,pmc,pmac,plc,h,toml}'),
+    },
+  });
+}
+
+/** Starts the language server; without it colours and the debugger stay. */
+async function startServer(context) {
+  const client = languageClient();
+  context.subscriptions.push({ dispose: () => client.stop() });
+  try {
+    await client.start();
+  } catch (error) {
+    const what = `plcc lsp can't be started (the setting plcc.path says where plcc is): ${error.message || error}`;
+    vscode.window.showWarningMessage(what);
+  }
+  return client;
+}
+
 function activate(context) {
+  let client = startServer(context);
   const add = (disposable) => context.subscriptions.push(disposable);
   add(vscode.debug.registerDebugAdapterDescriptorFactory('plcc', {
     createDebugAdapterDescriptor(session) {
@@ -57,6 +92,24 @@ function activate(context) {
     },
   }));
   const command = (name, run) => add(vscode.commands.registerCommand(`plcc.${name}`, run));
+  command('restartServer', async () => {
+    await (await client).stop();
+    client = startServer(context);
+  });
+  // A lens tells how often a name is used; a click shows where.
+  command('showReferences', async (uri, position, locations) => {
+    const { protocol2CodeConverter: convert } = await client;
+    const places = locations.map((place) => convert.asLocation(place));
+    const at = convert.asPosition(position);
+    await vscode.commands.executeCommand('editor.action.showReferences', vscode.Uri.parse(uri), at, places);
+  });
+  // The page of a diagnostic, behind the link at its code.
+  add(vscode.workspace.registerTextDocumentContentProvider('plcc-explain', {
+    async provideTextDocumentContent(address) {
+      const code = address.path.replace(/\.md$/, '');
+      return (await client).sendRequest('plcc/explain', { code });
+    },
+  }));
   command('scanBack', () => send('plcc/scanBack', {}));
   command('scanForward', () => send('plcc/scanForward', {}));
   command('lastChange', async (variable) => {

@@ -14,6 +14,32 @@
 //! | `workspace.rs` | which program a file belongs to, and the settings it is read with |
 //! | `features/` | a file for each thing that an editor asks |
 //!
+//! ```
+//! use lsp_server::{Connection, Message, Request, RequestId};
+//! use plcc_frontend::CheckedProgram;
+//!
+//! /// Compares nothing, so that names can't be changed.
+//! struct NoCompiler;
+//!
+//! impl plcc_lsp::Compiler for NoCompiler {
+//!     fn code(&self, _: &dyn CheckedProgram) -> Option<Vec<u8>> {
+//!         None
+//!     }
+//! }
+//!
+//! let (editor, server) = Connection::memory();
+//! let ask = |id: i32, method: &str| {
+//!     let request = Request::new(RequestId::from(id), method.to_owned(), serde_json::json!({}));
+//!     editor.sender.send(Message::Request(request))
+//! };
+//! ask(1, "initialize")?;
+//! editor.sender.send(lsp_server::Notification::new("initialized".into(), ()).into())?;
+//! ask(2, "shutdown")?;
+//! editor.sender.send(lsp_server::Notification::new("exit".into(), ()).into())?;
+//! plcc_lsp::serve(&server, &NoCompiler)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Architecture Invariant: no message of an editor makes the server panic, and none changes what a later request of another
 //! document gets. What can't be answered is answered with the reason.
 

@@ -62,6 +62,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-runtime",
         ],
     ),
+    ("plcc-lsp", &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend"]),
     ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay"]),
     (
         "plcc-monitor",
@@ -89,6 +90,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-image",
             "plcc-ir",
             "plcc-load",
+            "plcc-lsp",
             "plcc-monitor",
             "plcc-pages",
             "plcc-record",

@@ -193,6 +193,12 @@ the options are those of `plcc run` (`program`, `stimulus`, `machine`, `ticks`, 
 says how editors are set up.")]
     Debug,
 
+    /// Tells an editor about a program while it is written: Language Server Protocol on standard input and output
+    #[command(after_help = "\
+An editor starts this command. It shows problems while you type, what a name is and where it is used, completes \
+and renames names, and more; docs/editors.md lists it, and says how editors are set up.")]
+    Lsp,
+
     /// Explains the code of a diagnostic, a keyword, or a variable of a control
     #[command(after_help = "\
 Examples:

@@ -12,6 +12,7 @@ pub(crate) mod explain;
 pub(crate) mod hal;
 pub(crate) mod io;
 pub(crate) mod key;
+pub(crate) mod lsp;
 pub(crate) mod man;
 pub(crate) mod monitor;
 pub(crate) mod plot;

@@ -100,8 +100,12 @@ impl Language for Pmi {
 
     fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
         &[
-            ("IF", "IF ${1:CONDITION}\n\t$0\nENDIF", "the statements run if the condition is true"),
-            ("ELSEIF", "ELSEIF ${1:CONDITION}\n\t$0", "another condition of an IF"),
+            (
+                "IF",
+                "IF (${1:CONDITION})\n\t$0\nENDIF",
+                "the statements run if the condition is true",
+            ),
+            ("ELSEIF", "ELSEIF (${1:CONDITION})\n\t$0", "another condition of an IF"),
             ("GOTO", "GOTO ${1:LABEL}", "goes on at a label further down"),
         ]
     }

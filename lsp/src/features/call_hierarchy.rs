@@ -86,9 +86,9 @@ pub(crate) fn outgoing(at: At<'_>) -> Option<Vec<CallHierarchyOutgoingCall>> {
     let of = declaration(at)?;
     let mut found: Vec<CallHierarchyOutgoingCall> = vec![];
     for (word, _) in calls(at).filter(|(_, caller)| *caller == of) {
-        let declarations = at.program.words.declarations.iter().filter(|it| is_called(it));
+        let mut declarations = at.program.words.declarations.iter();
         let Some(called) =
-            declarations.filter(|it| word.name.as_ref() == Some(&it.name)).next_back()
+            declarations.rfind(|it| is_called(it) && word.name.as_ref() == Some(&it.name))
         else {
             continue;
         };

@@ -12,9 +12,8 @@ pub(crate) fn links(at: At<'_>) -> Vec<DocumentLink> {
     let own = program.words.includes.iter().filter(|(span, _)| span.file == at.file);
     let link = |&(span, file): &(Span, plcc_diag::FileId)| {
         let words = program.words.of_file(at.file).iter();
-        let name = words.filter(|it| it.kind == WordKind::Text).map(|it| it.span);
-        let name =
-            name.filter(|it| span.start <= it.start && it.end <= span.end).last().unwrap_or(span);
+        let mut name = words.filter(|it| it.kind == WordKind::Text).map(|it| it.span);
+        let name = name.rfind(|it| span.start <= it.start && it.end <= span.end).unwrap_or(span);
         let text = program.sources.slice(name);
         let start = name.start + (text.len() - text.trim_start().len()) as u32;
         let target = at.documents.uri(program.path(file));

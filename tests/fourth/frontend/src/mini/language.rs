@@ -11,7 +11,7 @@ use super::oracle::Interpreter;
 use super::{Program, expression, lower, read};
 use crate::common::{
     Controller, CrossReference, CrossReferenceBuilder, Expression, FileLoader, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Use,
+    NumberFormat, Options, StatementInterpreter, Use, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -20,7 +20,7 @@ use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 pub struct Mini;
 
 /// The words of the language, and what they mean.
-const WORDS: &[(&str, &str)] = &[
+pub(super) const WORDS: &[(&str, &str)] = &[
     ("INPUT", "declares a bit that the machine gives"),
     ("OUTPUT", "declares a bit that the machine takes"),
     ("NUMBER", "declares a number"),
@@ -69,6 +69,20 @@ impl Language for Mini {
         let (code, found) = read::read(sources, file);
         let program = Program { code: Arc::new(code), sources: sources.clone() };
         (found.is_empty().then(|| Box::new(program) as _), found)
+    }
+
+    fn words(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        _: &dyn FileLoader,
+        _: &Options,
+    ) -> Words {
+        super::words::words(sources, files.first().copied().unwrap_or(FileId(0)))
+    }
+
+    fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
+        &[("IF", "IF ${1:CONDITION}\n\t$0\nEND", "the statements up to END run if the condition is not 0")]
     }
 
     fn explain(&self, name: &str, _: Option<Controller>) -> Option<String> {

@@ -17,6 +17,7 @@ mod lower;
 mod oracle;
 mod presentation;
 mod read;
+mod words;
 
 use std::sync::Arc;
 

@@ -1,0 +1,121 @@
+//! `plcc lsp` over its standard input and output, as an editor talks to it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use serde_json::{Value, json};
+
+/// An editor that talks to the program.
+struct Editor {
+    child: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+    next: u64,
+}
+
+impl Editor {
+    fn start() -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_plcc"))
+            .arg("lsp")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (to, from) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+        let mut editor = Self { child, to, from: BufReader::new(from), next: 0 };
+        let result = editor.ask("initialize", json!({"capabilities": {}}));
+        assert_eq!(result["serverInfo"]["name"], "plcc");
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn send(&mut self, message: &Value) {
+        let text = message.to_string();
+        write!(self.to, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
+        self.to.flush().unwrap();
+    }
+
+    fn tell(&mut self, method: &str, params: Value) {
+        self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+    }
+
+    fn receive(&mut self) -> Value {
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            self.from.read_line(&mut line).unwrap();
+            match line.trim().strip_prefix("Content-Length: ") {
+                Some(number) => length = number.parse().unwrap(),
+                None if line.trim().is_empty() => break,
+                None => {}
+            }
+        }
+        let mut bytes = vec![0; length];
+        self.from.read_exact(&mut bytes).unwrap();
+        serde_json::from_slice(&bytes).unwrap()
+    }
+
+    /// The result of a request; other messages are passed over.
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.next += 1;
+        let id = self.next;
+        self.send(&json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}));
+        loop {
+            let message = self.receive();
+            if message["id"] == id {
+                assert!(message["error"].is_null(), "{message}");
+                return message["result"].clone();
+            }
+        }
+    }
+
+    /// Says goodbye, and gives the exit status.
+    fn leave(mut self) -> Option<i32> {
+        self.ask("shutdown", Value::Null);
+        self.tell("exit", Value::Null);
+        self.child.wait().unwrap().code()
+    }
+}
+
+/// A name is changed in all its places, and the program is compiled to see that it stays the same.
+#[test]
+fn a_name_is_changed_where_the_machine_code_stays() {
+    let text = "$INPUT\nDOOR = 1/0\nKEY1 = 1/1\n$OUTPUT\nLAMP = 2/0\nMOTOR = 2/1\n$INTEGER\nN\n$END\nLAMP = DOOR & KEY1\n\
+                MOTOR = LAMP & /DOOR\nN = N + 1\nIF (N > 5)\nN = 0\nENDIF\n";
+    let mut editor = Editor::start();
+    let uri = "file:///nowhere/a.pmi";
+    editor.tell(
+        "textDocument/didOpen",
+        json!({"textDocument": {"uri": uri, "languageId": "pmi", "version": 1, "text": text}}),
+    );
+    let place = json!({"textDocument": {"uri": uri}, "position": {"line": 9, "character": 8}});
+    let hover = editor.ask("textDocument/hover", place.clone());
+    assert!(hover["contents"]["value"].as_str().unwrap().contains("port 1, bit 0"), "{hover}");
+    let mut params = place;
+    // A name that comes last in the alphabet, so that an order by names would change the program.
+    params["newName"] = json!("ZZZ");
+    let edit = editor.ask("textDocument/rename", params);
+    let edits = edit["changes"][uri].as_array().unwrap();
+    assert_eq!(edits.len(), 3);
+    assert_eq!(editor.leave(), Some(0));
+}
+
+/// What is not the protocol ends the server with a word about it, and not with a panic.
+#[test]
+fn other_input_is_refused() {
+    for garbage in ["hello\n", "Content-Length: x\r\n\r\n", "Content-Length: 3\r\n\r\n{]}"] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_plcc"))
+            .arg("lsp")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(garbage.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{garbage:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(text.contains("Language Server Protocol"), "{text}");
+    }
+}
