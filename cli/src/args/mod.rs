@@ -1,27 +1,26 @@
 //! The commands and options of `plcc`, with their help texts.
 
+mod build;
 mod machine;
 mod names;
 mod plot;
 mod recorded;
+mod source;
 mod values;
 
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
-use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
-use plcc_abi::Dialect;
-use plcc_diag::lints::Lint;
-use plcc_frontend::language;
+use clap::{Args, ColorChoice, Parser, Subcommand};
 use plcc_host::args::{ControlArgs, RunArgs};
 
-use crate::object_args::ObjectArgs;
+pub(crate) use build::{BuildArgs, CheckArgs, Emit, KeyCommand};
 pub(crate) use machine::{HalArgs, IoArgs};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
-pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs};
-use values::{define, denied, dialect, lint};
+pub(crate) use source::SourceArgs;
+pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, OptArg, PassArgs};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -297,152 +296,6 @@ pub(crate) enum DevCommand {
         #[command(flatten)]
         args: Box<BenchArgs>,
     },
-}
-
-/// How a source is read.
-#[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Source")]
-pub(crate) struct SourceArgs {
-    /// The language; without it the file's ending or its text decides
-    #[arg(long, value_name = "DIALECT", value_parser = dialect(), ignore_case = true)]
-    pub(crate) dialect: Option<Dialect>,
-
-    /// Whether the original compiler's limits on lengths and numbers hold [default: original]
-    #[arg(long, value_name = "LIMITS")]
-    pub(crate) limits: Option<LimitsArg>,
-
-    /// PMAC: what $(NAME) stands for (repeatable)
-    #[arg(long, value_name = "NAME=VALUE", value_parser = define)]
-    pub(crate) define: Vec<(String, String)>,
-
-    /// PMAC: the controller that the program is for [default: pmac]
-    #[arg(long, value_name = "CONTROLLER")]
-    pub(crate) controller: Option<ControllerArg>,
-
-    /// A machine file: executive variables, NCT's parameters and tables, which this machine has
-    /// besides those of the manual [default: STEM.machine.toml beside the source, if it exists]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) machine: Option<PathBuf>,
-
-    /// Ignores a STEM.machine.toml that lies beside the source
-    #[arg(long, conflicts_with = "machine")]
-    pub(crate) no_machine: bool,
-
-    /// A further folder in which included files are looked for (repeatable)
-    #[arg(short = 'I', value_name = "DIR")]
-    pub(crate) include: Vec<PathBuf>,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
-
-    /// Does not show a lint's findings (repeatable); `plcc explain --search lint` lists the lints
-    #[arg(short = 'A', value_name = "LINT", value_parser = lint)]
-    pub(crate) lints_off: Vec<&'static Lint>,
-
-    /// Shows a lint's findings, also those of a lint that is off otherwise (repeatable)
-    #[arg(short = 'W', value_name = "LINT", value_parser = lint)]
-    pub(crate) lints_on: Vec<&'static Lint>,
-
-    /// Makes a lint's findings errors, or all warnings (repeatable)
-    #[arg(short = 'D', long = "deny", value_name = "LINT|warnings", value_parser = denied)]
-    pub(crate) deny: Vec<Denied>,
-}
-
-impl SourceArgs {
-    /// The first option among those given that only programs of language `dialect` have, as it is
-    /// written on the command line.
-    pub(crate) fn option_of(&self, dialect: Dialect) -> Option<&'static str> {
-        let language = language(dialect);
-        let given = [
-            ("--define", language.takes_definitions() && !self.define.is_empty()),
-            ("--controller", language.has_controllers() && self.controller.is_some()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
-    }
-}
-
-#[derive(Args)]
-pub(crate) struct CheckArgs {
-    /// Sources, or folders of sources; - is standard input
-    #[arg(required = true, value_name = "FILE|DIR")]
-    pub(crate) paths: Vec<PathBuf>,
-
-    /// PMAC: prints for each statement whether it is computed in integers or in floating point, and
-    /// why in floating point
-    #[arg(long)]
-    pub(crate) explain_arithmetic: bool,
-
-    /// Prints for each task (scan, module, PLC) how many operations of the intermediate representation
-    /// one scan can execute at most, after optimisation, and the lines on the way, an object of JSON a
-    /// line; `null` and the line of the loop where a loop has no bound
-    #[arg(long, conflicts_with = "explain_arithmetic")]
-    pub(crate) bound: bool,
-
-    #[command(flatten)]
-    pub(crate) source: SourceArgs,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Emit {
-    /// What plcrt and `plcc run` take
-    #[default]
-    Artifact,
-    /// An object file for a linker (ELF), with line information
-    Obj,
-    /// plcc's own intermediate representation (IR) after optimisation, as text
-    Ir,
-    /// The intermediate representation of the code generator Cranelift (CLIF), as text
-    Clif,
-    /// Machine code, disassembled, as text
-    Asm,
-}
-
-#[derive(Subcommand)]
-pub(crate) enum KeyCommand {
-    /// Writes a new private key, which only its owner may read, and its public key beside it; prints
-    /// the public key, as `plcrt info` does of the artifacts that it signs
-    New {
-        /// The file of the private key; the public key gets the same name with .pub after it.
-        /// Neither may exist
-        #[arg(value_name = "PATH")]
-        path: PathBuf,
-    },
-}
-
-#[derive(Args)]
-pub(crate) struct BuildArgs {
-    /// The source, - is standard input; several files are one PMAC download, in their order
-    #[arg(required = true, value_name = "FILE")]
-    pub(crate) files: Vec<PathBuf>,
-
-    /// The output file [default: STEM.plcx or STEM.o in the current folder, where STEM is the first
-    /// source's name without its ending; with --target STEM-ARCH.plcx or STEM-ARCH.o; text goes to
-    /// standard output]
-    #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: Option<PathBuf>,
-
-    /// The form of the output
-    #[arg(long, value_name = "FORM", default_value = "artifact")]
-    pub(crate) emit: Emit,
-
-    /// The machine that runs the code, as in aarch64-unknown-linux-gnu [default: this architecture]
-    #[arg(long, value_name = "TRIPLE")]
-    pub(crate) target: Option<String>,
-
-    /// Signs the artifact with this private key, which `plcc key new` makes
-    #[arg(long, value_name = "KEY")]
-    pub(crate) sign: Option<PathBuf>,
-
-    /// How much the compiler optimises
-    #[arg(long, value_name = "LEVEL", default_value = "speed")]
-    pub(crate) opt: OptArg,
-
-    #[command(flatten)]
-    pub(crate) object: ObjectArgs,
-
-    #[command(flatten)]
-    pub(crate) source: SourceArgs,
 }
 
 #[derive(Args)]
