@@ -40,7 +40,10 @@ function languageClient() {
   const settings = vscode.workspace.getConfiguration('plcc');
   const server = { command: executable(folder), args: ['lsp'] };
   return new LanguageClient('plcc', 'plcc', server, {
-    documentSelector: ['pmi', 'nct', 'pmac'].map((language) => ({ language })),
+    documentSelector: [
+      ...['pmi', 'nct', 'pmac'].map((language) => ({ language })),
+      { scheme: 'file', pattern: '**/*.machine.toml' },
+    ],
     initializationOptions: {
       programs: settings.get('programs'),
       turbo: settings.get('turbo'),

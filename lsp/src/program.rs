@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{Location, Range, Uri};
-use plcc_abi::Dialect;
+use plcc_abi::{Dialect, GivenName};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::words::Word;
 use plcc_frontend::common::{FileLoader, Options, Words};
@@ -22,6 +22,8 @@ pub(crate) struct Program {
     pub(crate) words: Words,
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) checked: Option<Box<dyn CheckedProgram>>,
+    /// What people call the variables and say of them: in the machine file, then in the source.
+    pub(crate) given: Vec<GivenName>,
     pub(crate) options: Options,
     pub(crate) encoding: Encoding,
 }
@@ -54,7 +56,8 @@ impl Program {
         // Both have read the same files in the same order.
         let words = if again.len() == sources.len() { words } else { Words::default() };
         let named = files.len();
-        Self { dialect, sources, named, words, diagnostics, checked, options, encoding }
+        let given = checked.as_deref().map_or_else(Vec::new, |checked| given(checked, &options));
+        Self { dialect, sources, named, words, diagnostics, checked, given, options, encoding }
     }
 
     /// The file with a path, if it belongs to the program.
@@ -82,6 +85,15 @@ impl Program {
         let uri: Uri = documents.uri(self.path(span.file))?;
         Some(Location { uri, range: self.range(span) })
     }
+}
+
+/// What people call a program's variables and say of them.
+fn given(checked: &dyn CheckedProgram, options: &Options) -> Vec<GivenName> {
+    let own = options.machine.names.iter().filter_map(|it| {
+        let name = checked.canonical(&it.given.name)?;
+        Some(GivenName { name, ..it.given.clone() })
+    });
+    own.chain(checked.names_in_source()).collect()
 }
 
 /// A place in a program, which a request is about.

@@ -23,6 +23,7 @@ use crate::Compiler;
 use crate::capabilities::capabilities;
 use crate::documents::{Document, Documents, path_of};
 use crate::features::diagnostics;
+use crate::features::machine_file::{is_machine_file, problems};
 use crate::position::Encoding;
 use crate::workspace::{Settings, Workspace, dialect_of};
 
@@ -75,26 +76,29 @@ impl<'c> Server<'c> {
             untold: BTreeSet::new(),
             told: BTreeSet::new(),
         };
-        server.answer_all()
+        server.answer_all();
+        Ok(())
     }
 
     /// Answers until the editor has said that it is going.
-    fn answer_all(&mut self) -> Result<(), ProtocolError> {
+    fn answer_all(&mut self) {
         let mut waiting: VecDeque<Message> = VecDeque::new();
         loop {
             if waiting.is_empty() {
                 if self.connection.receiver.is_empty() {
                     self.tell_problems();
                 }
-                let Ok(message) = self.connection.receiver.recv() else { return Ok(()) };
+                let Ok(message) = self.connection.receiver.recv() else { return };
                 waiting.push_back(message);
             }
             waiting.extend(self.connection.receiver.try_iter());
             self.drop_cancelled(&mut waiting);
             match waiting.pop_front() {
                 Some(Message::Request(request)) => {
-                    if self.connection.handle_shutdown(&request)? {
-                        return Ok(());
+                    if request.method == "shutdown" {
+                        self.send(Response::new_ok(request.id, ()).into());
+                        self.wait_for_exit(&waiting);
+                        return;
                     }
                     let is_old =
                         asks_about(&request).is_some_and(|uri| is_changed_in(&waiting, &uri));
@@ -111,6 +115,15 @@ impl<'c> Server<'c> {
                 Some(Message::Response(_)) | None => {}
             }
         }
+    }
+
+    /// Waits until the editor has said that it is gone, or its stream has ended.
+    fn wait_for_exit(&self, waiting: &VecDeque<Message>) {
+        let is_exit = |message: &Message| match message {
+            Message::Notification(note) => note.method == "exit",
+            Message::Request(_) | Message::Response(_) => false,
+        };
+        let _ = waiting.iter().any(is_exit) || self.connection.receiver.iter().any(|it| is_exit(&it));
     }
 
     /// Answers requests that a later message cancels, and takes them out.
@@ -209,6 +222,15 @@ impl<'c> Server<'c> {
         let open: Vec<PathBuf> = self.documents.iter().map(|(path, _)| path.clone()).collect();
         let mut told = BTreeSet::new();
         for path in open {
+            if let Some(document) = self.documents.get(&path).filter(|_| is_machine_file(&path)) {
+                self.publish(
+                    document.uri.clone(),
+                    Some(document.version),
+                    problems(&document.text),
+                );
+                told.insert(path);
+                continue;
+            }
             let reading = || self.workspace.program(&path, &self.documents, self.encoding);
             let Some(program) = catch_unwind(AssertUnwindSafe(reading)).ok().flatten() else {
                 continue;
@@ -220,9 +242,9 @@ impl<'c> Server<'c> {
                     continue;
                 }
                 let Some(uri) = self.documents.uri(&of_file) else { continue };
-                let problems = diagnostics::of_file(&program, file, &self.documents, explains);
+                let found = diagnostics::of_file(&program, file, &self.documents, explains);
                 let version = self.documents.get(&of_file).map(|document| document.version);
-                self.publish(uri, version, problems);
+                self.publish(uri, version, found);
                 told.insert(of_file);
             }
         }

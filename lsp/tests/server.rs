@@ -134,9 +134,10 @@ impl Drop for Editor {
         if thread::panicking() {
             return;
         }
+        // Both at once, as some editors do.
         let id = self.send("shutdown", Value::Null);
-        let _ = self.answer(&id);
         self.tell("exit", Value::Null);
+        let _ = self.answer(&id);
         self.server.take().unwrap().join().unwrap();
     }
 }

@@ -1,6 +1,7 @@
 //! What a name is: its declaration, the comment beside it, what the language says of it, and how often it is used.
 
 use gen_lsp_types::{Contents, Hover, MarkupContent, MarkupKind};
+use plcc_abi::GivenName;
 use plcc_frontend::common::Controller;
 use plcc_frontend::common::words::WordKind;
 use plcc_frontend::language;
@@ -34,6 +35,16 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
         }
         text.push_str(&format!("  \n{}:{line}", file.unwrap_or_default()));
         parts.push(text);
+    }
+    let of_word = program.given.iter().filter(|it| Some(&it.name) == word.name.as_ref());
+    let mut said = GivenName::default();
+    of_word.for_each(|it| said.complete(it));
+    // The comment of a declaration is there already.
+    if parts.iter().any(|part| part.contains(&said.text)) {
+        said.text.clear();
+    }
+    if !said.line().is_empty() && word.defined_as.as_ref() != Some(&said.line()) {
+        parts.push(said.line());
     }
     // What a name of a #define stands for has a declaration of its own.
     if let (Some(_), Some(name)) = (&word.defined_as, &word.name) {

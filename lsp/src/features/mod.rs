@@ -11,6 +11,7 @@ pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod inline_values;
 pub(crate) mod links;
+pub(crate) mod machine_file;
 pub(crate) mod navigation;
 pub(crate) mod rename;
 pub(crate) mod selection;
