@@ -18,6 +18,7 @@
 
 mod names;
 mod nct;
+pub mod simulator;
 
 use alloc::{
     collections::BTreeMap,
@@ -31,6 +32,7 @@ use serde::Deserialize;
 
 use crate::nct::NctSettings;
 use nct::NctFile;
+use simulator::SimulatorTable;
 
 pub use names::MachineName;
 
@@ -46,6 +48,8 @@ pub struct Machine {
     pub lints: Vec<(String, String)>,
     /// `[names]`: what people call the variables, in the order of the lines.
     pub names: Vec<MachineName>,
+    /// `[simulator]`: the other side of the control, where the file has that table.
+    pub simulator: Option<SimulatorTable>,
 }
 
 /// An executive variable that the machine file adds or changes.
@@ -140,7 +144,7 @@ impl Machine {
     pub fn parse(text: &str) -> Result<Self, MachineError> {
         let table: toml::Table = text.parse().map_err(|e| Self::refusal(&e))?;
         let known = |key: &&String| {
-            ["variables", "lints", "names"].contains(&key.as_str())
+            ["variables", "lints", "names", "simulator"].contains(&key.as_str())
                 || NctFile::KEYS.contains(&key.as_str())
         };
         if let Some(key) = table.keys().find(|key| !known(key)) {
@@ -171,7 +175,9 @@ impl Machine {
             return Err(MachineError(format!("{} is there twice", a.name)));
         }
         let names = names::read(text).map_err(MachineError)?;
-        Ok(Self { variables, nct, lints: file.lints.into_iter().collect(), names })
+        let simulator = simulator::read(text).map_err(MachineError)?;
+        let lints = file.lints.into_iter().collect();
+        Ok(Self { variables, nct, lints, names, simulator })
     }
 }
 
