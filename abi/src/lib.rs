@@ -71,7 +71,9 @@ pub use natural_order::natural_cmp;
 pub use number::number;
 pub use outcome::{OutOfBoundsAccess, Outcome, SourceLine, Trap, TrapCode, TrapSite};
 pub use printable::printable;
-pub use program::{Dialect, DialectTables, DialectVariable, Program, Region, Tables, Task};
+pub use program::{
+    Dialect, DialectTables, DialectVariable, Program, Region, SimulatorVariable, Tables, Task,
+};
 pub use resume::ResumeLabels;
 #[cfg(feature = "suggest")]
 pub use suggest::closest;

@@ -25,6 +25,17 @@ pub trait DialectTables {
     }
 }
 
+/// A name of the simulator, which takes the machine's place with `--simulate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum SimulatorVariable {
+    /// `SIM.LINE`: the line of the block that is executed.
+    Line,
+    /// `SIM.name`: the device with this number.
+    Device(u32),
+    /// `KEY.name`: the key with this number.
+    Key(u32),
+}
+
 /// Writes [`Dialect`], [`Tables`], [`DialectVariable`] and `for_tables!` from one list of the languages, so that none can be in one and
 /// not in the others.
 macro_rules! dialects {
@@ -65,6 +76,8 @@ macro_rules! dialects {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum DialectVariable {
             $($(#[$doc])* $variant(<$tables as DialectTables>::Variable),)*
+            /// None of the program's: a name of the other side (`--simulate`).
+            Simulator(SimulatorVariable),
         }
 
         impl Tables {

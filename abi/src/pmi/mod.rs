@@ -10,8 +10,8 @@ pub mod tables;
 pub use layout::PORTS;
 pub use name::{PmiName, PmiNameError, PmiVariable};
 pub use tables::{
-    Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,
-    TimerKind, Type,
+    Announcement, DeclaredCode, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol,
+    TextItem, Timer, TimerKind, Type,
 };
 
 impl crate::DialectTables for PmiTables {

@@ -3,7 +3,7 @@
 //! Logicals are a byte of 0 or 1 in the image, INTEGERs 16 bits, LONGs 32, arrays contiguous.
 //! All offsets are in bytes from the image's start.
 
-use alloc::{string::String, vec::Vec};
+use alloc::{format, string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
@@ -169,6 +169,25 @@ pub struct Announcement {
     pub text: Vec<TextItem>,
 }
 
+/// An M or G code that the program declares, for the control to raise (PMI 3.1.8).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeclaredCode {
+    /// `M` or `G`.
+    pub letter: char,
+    /// Its number.
+    pub number: u16,
+    /// Whether the control raises it after the block's movement (/D), not before it (/P).
+    pub delayed: bool,
+}
+
+impl DeclaredCode {
+    /// The name of its variable: `@M03`, `@G175`.
+    pub fn name(self) -> String {
+        let Self { letter, number, .. } = self;
+        format!("@{letter}{number:02}")
+    }
+}
+
 /// Offsets of the executive variables that the executive itself changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Special {
@@ -200,4 +219,6 @@ pub struct PmiTables {
     pub ports: u32,
     /// Values other than 0 at power-up: offset, type, value. Constants and idle counters.
     pub initial: Vec<(u32, Type, i32)>,
+    /// The M and G codes that the program declares, in the source's order.
+    pub codes: Vec<DeclaredCode>,
 }

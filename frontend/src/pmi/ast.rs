@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 pub(crate) use plcc_abi::pmi::arithmetic::Binary;
-use plcc_abi::pmi::{Lines, TimerKind, Type};
+use plcc_abi::pmi::{DeclaredCode, Lines, TimerKind, Type};
 use plcc_diag::Span;
 
 /// An index into [`Checked::symbols`].
@@ -171,6 +171,8 @@ pub(crate) struct Checked {
     pub(crate) keys: Vec<(String, String)>,
     /// The lines of `$AUXAXIS`: name and numbers.
     pub(crate) auxiliary: Vec<(String, Vec<i32>)>,
+    /// The M and G codes that `$MCODE` and `$GCODE` declare, in order.
+    pub(crate) codes: Vec<DeclaredCode>,
     pub(crate) ops: Vec<Op>,
     pub(crate) steps: Vec<Step>,
 }

@@ -33,6 +33,7 @@ pub(crate) fn program(
         special: special(checked, layout)?,
         ports: layout.ports,
         initial: initial(checked, layout)?,
+        codes: checked.codes.clone(),
     };
     Ok(Program {
         files,

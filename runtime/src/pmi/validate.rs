@@ -10,8 +10,17 @@ use crate::table_check::{Check, Image, ensure};
 /// Checks that every place in the tables is inside the image, and every index inside its table.
 pub(super) fn tables(tables: &PmiTables, program: &Program) -> Check {
     let image = Image::new(program.image_size);
-    let PmiTables { symbols, timers, flipflops, faults, messages, special, ports, initial } =
-        tables;
+    let PmiTables {
+        symbols,
+        timers,
+        flipflops,
+        faults,
+        messages,
+        special,
+        ports,
+        initial,
+        codes: _,
+    } = tables;
     for Symbol { name, ty, offset, elements, role, dumped: _, retained: _ } in symbols {
         let length = u64::from(elements.unwrap_or(1)) * u64::from(ty.size());
         ensure(u64::from(*offset) + length <= image.size, || {

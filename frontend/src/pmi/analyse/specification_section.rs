@@ -1,7 +1,7 @@
 //! The specification section (PMI 3.1): directives, faults, messages, keys, M and G codes, and what
 //! all declarations share. `declaration.rs` and `ports.rs` check the others.
 
-use plcc_abi::pmi::Type;
+use plcc_abi::pmi::{DeclaredCode, Type};
 use plcc_diag::{Diagnostic, Span};
 
 use crate::common::Limits;
@@ -229,9 +229,14 @@ impl<'a> SpecificationSection<'a> {
     }
 
     /// M or G codes.
-    fn codes(&mut self, cursor: &Cursor<'_>, codes: &[Token], form: Result) -> Result {
-        for code in codes {
-            self.declare(cursor, *code, Type::Logical, None, Meaning::ResetOnly)?;
+    fn codes(&mut self, cursor: &Cursor<'_>, codes: &[(Token, bool)], form: Result) -> Result {
+        for &(code, delayed) in codes {
+            self.declare(cursor, code, Type::Logical, None, Meaning::ResetOnly)?;
+            let mut name = cursor.slice(code).chars();
+            let letter = name.nth(1);
+            if let (Some(letter), Ok(number)) = (letter, name.as_str().parse()) {
+                self.checked.codes.push(DeclaredCode { letter, number, delayed });
+            }
         }
         form
     }

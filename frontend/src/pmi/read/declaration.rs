@@ -378,7 +378,12 @@ fn key(cursor: &mut Cursor<'_>, name: &mut Option<Token>, text: &mut Option<Stri
 }
 
 /// `@M03/P, @M05/D…`: M or G codes from 00 to `last`.
-fn codes(cursor: &mut Cursor<'_>, letter: char, last: u32, found: &mut Vec<Token>) -> Result {
+fn codes(
+    cursor: &mut Cursor<'_>,
+    letter: char,
+    last: u32,
+    found: &mut Vec<(Token, bool)>,
+) -> Result {
     loop {
         let span = cursor.span();
         let Some(token) = cursor.token().filter(|token| token.kind == Kind::Executive) else {
@@ -397,8 +402,8 @@ fn codes(cursor: &mut Cursor<'_>, letter: char, last: u32, found: &mut Vec<Token
                 .into());
         }
         cursor.at += 1;
-        found.push(token);
         let when = if cursor.eat(Kind::Slash) { cursor.name() } else { None };
+        found.push((token, matches!(when, Some(("D", _)))));
         if !matches!(when, Some(("P" | "D", _))) {
             let place = when.map_or(cursor.span(), |(_, span)| span);
             let what = format!("{name} needs /P (prompt) or /D (delayed)");

@@ -73,8 +73,8 @@ pub(crate) enum DeclarationForm {
         name: Option<Token>,
         text: Option<String>,
     },
-    /// M or G codes.
-    Codes(Vec<Token>),
+    /// M or G codes, each with whether it is delayed (/D).
+    Codes(Vec<(Token, bool)>),
     Timer(Timer),
     /// The pins of a flip-flop.
     FlipFlop(Vec<Token>),
