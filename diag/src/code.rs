@@ -16,8 +16,9 @@ pub struct CodeInfo {
     pub fix: &'static str,
 }
 
-/// The pages of all codes: one table for each language.
-pub static TABLES: &[&[CodeInfo]] = &[codes::pmi::CODES, codes::nct::CODES, codes::pmac::CODES];
+/// The pages of all codes: one table for each language, and one for part programs.
+pub static TABLES: &[&[CodeInfo]] =
+    &[codes::pmi::CODES, codes::nct::CODES, codes::pmac::CODES, codes::sim::CODES];
 
 /// Finds the page of a code, which may be in upper or lower case; `None` if no code is so called.
 pub fn find_code(code: &str) -> Option<&'static CodeInfo> {

@@ -3,3 +3,4 @@
 pub mod nct;
 pub mod pmac;
 pub mod pmi;
+pub mod sim;

@@ -1,0 +1,39 @@
+//! The other side of a control, for the desk (`--simulate`): a CNC for PMI and NCT programs, and small machines such as
+//! contactors, cylinders and turrets for programs of every language.
+//!
+//! The crate knows neither executives nor languages. Whoever runs a program offers it the program's variables
+//! ([`Access`]): find a name, read, write. In every tick, after the stimulus and before everything else, it does a
+//! [step](Simulator::step). Time is counted in ticks and arithmetic is done in integers, so that every run is the same.
+//!
+//! - [`Setup`] is what a run is made from: the table `[simulator]` of the machine file with its defaults, and the part
+//!   program, which [`read_part_program`] reads with diagnostics.
+//! - [`Simulator`] is one run's: what never changes in it, and its [`State`], which is all that it remembers.
+//!
+//! In the crate, `pmi` and `nct` are the two controls, `device` the small machines, `part_program` the reader, and `way`
+//! the movement of axes.
+
+mod access;
+mod context;
+mod device;
+mod event;
+mod history;
+mod keys;
+mod length;
+mod modal;
+mod nct;
+mod part_program;
+mod pmi;
+mod positions;
+mod ramp;
+mod setup;
+mod simulator;
+#[cfg(test)]
+mod tests;
+mod way;
+
+pub use access::{Access, Handle, Use};
+pub use event::{Awaited, Refusal, Requested, Told};
+pub use keys::Key;
+pub use part_program::{MAX_PART_PROGRAM, read_part_program};
+pub use setup::{Rules, Setup};
+pub use simulator::{Simulator, State, Strictness};

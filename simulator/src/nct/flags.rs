@@ -1,0 +1,220 @@
+//! The NC's flags and registers, and how they are found, read and written.
+
+use crate::access::{Access, Handle, Use, Variable};
+use crate::context::Context;
+
+use super::Step;
+
+/// How many bytes of flags there are.
+const BYTES: usize = 100;
+/// How many registers RH there are.
+const REGISTERS: usize = 200;
+
+/// Flags, a byte each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flags([u8; BYTES]);
+
+impl Default for Flags {
+    fn default() -> Self {
+        Self([0; BYTES])
+    }
+}
+
+impl Flags {
+    pub(super) fn is_on(&self, byte: usize, bit: usize) -> bool {
+        self.byte(byte) >> (bit & 7) & 1 != 0
+    }
+
+    pub(super) fn byte(&self, byte: usize) -> u8 {
+        self.0.get(byte).copied().unwrap_or(0)
+    }
+
+    pub(super) fn set(&mut self, byte: usize, bit: usize, on: bool) {
+        if let Some(flags) = self.0.get_mut(byte) {
+            *flags = *flags & !(1 << (bit & 7)) | u8::from(on) << (bit & 7);
+        }
+    }
+
+    fn set_byte(&mut self, byte: usize, value: u8) {
+        if let Some(flags) = self.0.get_mut(byte) {
+            *flags = value;
+        }
+    }
+}
+
+/// Registers RH.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Registers([u16; REGISTERS]);
+
+impl Default for Registers {
+    fn default() -> Self {
+        Self([0; REGISTERS])
+    }
+}
+
+impl Registers {
+    pub(super) fn set(&mut self, number: usize, value: u16) {
+        if let Some(register) = self.0.get_mut(number) {
+            *register = value;
+        }
+    }
+
+    fn get(&self, number: usize) -> u16 {
+        self.0.get(number).copied().unwrap_or(0)
+    }
+}
+
+/// The bytes of output flags that the NC reads: modes, states, keys' selections, axes, spindles; and the messages.
+const READ: [std::ops::RangeInclusive<usize>; 2] = [40..=67, 70..=89];
+/// The output flags of messages.
+pub(super) const MESSAGES: std::ops::RangeInclusive<usize> = 70..=89;
+
+/// The flags that the NC holds: byte, and its bits.
+const HELD: [(usize, &[usize]); 17] = [
+    (51, &[1]),
+    (52, &[0, 1, 2, 3, 4, 5, 6, 7]),
+    (53, &[0, 1, 2, 7]),
+    (54, &[0, 1, 2, 5, 6, 7]),
+    (55, &[0, 1, 2, 3, 4]),
+    (56, &[0, 1, 2, 3, 4, 5, 6, 7]),
+    (60, &[6, 7]),
+    (61, &[0, 1, 2, 3, 4, 5, 6, 7]),
+    (62, &[0, 1, 2, 3, 4, 5, 6, 7]),
+    (65, &[0, 1, 2, 6, 7]),
+    (66, &[0, 1, 2, 3, 4, 6, 7]),
+    (67, &[5, 6, 7]),
+    (90, AXIS),
+    (91, AXIS),
+    (92, AXIS),
+    (93, AXIS),
+    (94, AXIS),
+];
+/// The flags of an axis.
+const AXIS: &[usize] = &[0, 1, 3, 7];
+/// The flags of the last axes.
+const HELD_TOO: [(usize, &[usize]); 3] = [(95, AXIS), (96, AXIS), (97, AXIS)];
+
+/// The registers that the NC holds.
+fn held_registers() -> impl Iterator<Item = usize> {
+    let of_axes =
+        (0..super::state::AXES).flat_map(|axis| (0..4).map(move |at| 100 + 5 * axis + at));
+    (0..=11).chain([15, 16, 20, 30, 31, 32]).chain(of_axes)
+}
+
+/// Everything that the control reads and writes.
+#[derive(Clone, Debug)]
+pub(super) struct Variables {
+    bytes: Vec<(usize, Variable)>,
+    reset_key: Variable,
+    spindle_codes: [(Variable, Variable); 2],
+    feed_code: Variable,
+    spindle_override_code: Variable,
+    rapid_code: Variable,
+    flags: Vec<(usize, usize, Variable)>,
+    registers: Vec<(usize, Variable)>,
+    /// I700 to I897.
+    messages: Vec<Variable>,
+    /// RH028, RH029, RH039.
+    overrides: [Variable; 3],
+}
+
+impl Variables {
+    pub(super) fn find(access: &mut dyn Access) -> Self {
+        let mut read = |name: &str| Variable::find(access, name, Use::Read);
+        let reset_key = read("I477");
+        let spindle_codes = [(read("RH060"), read("RH061")), (read("RH065"), read("RH066"))];
+        let (feed_code, spindle_override_code) = (read("RH078"), read("RH079"));
+        let rapid_code = read("RH089");
+        let bytes = READ
+            .into_iter()
+            .flatten()
+            .map(|byte| (byte, Variable::find(access, &format!("Y{byte:02}0"), Use::Byte)));
+        let bytes = bytes.collect();
+        let mut write = |name: &str| Variable::find(access, name, Use::Write);
+        let held = HELD.iter().chain(&HELD_TOO);
+        let held = held.flat_map(|(byte, bits)| bits.iter().map(|bit| (*byte, *bit)));
+        let flags = held.map(|(byte, bit)| (byte, bit, write(&format!("I{byte:02}{bit}"))));
+        let flags = flags.collect();
+        let registers = held_registers().map(|number| (number, write(&format!("RH{number:03}"))));
+        let registers = registers.collect();
+        let messages = MESSAGES.flat_map(|byte| (0..8).map(move |bit| format!("I{byte:02}{bit}")));
+        let messages = messages.map(|name| write(&name)).collect();
+        let overrides = ["RH028", "RH029", "RH039"].map(write);
+        Self {
+            bytes,
+            reset_key,
+            spindle_codes,
+            feed_code,
+            spindle_override_code,
+            rapid_code,
+            flags,
+            registers,
+            messages,
+            overrides,
+        }
+    }
+
+    /// What is written.
+    pub(super) fn writes(&self) -> Vec<Handle> {
+        let flags = self.flags.iter().map(|(.., flag)| *flag);
+        let registers = self.registers.iter().map(|(_, register)| *register);
+        let all = flags.chain(registers).chain(self.messages.iter().copied()).chain(self.overrides);
+        all.filter_map(Variable::handle).collect()
+    }
+
+    /// Step 0 gives the overrides 100 %.
+    pub(super) fn first_overrides(&self, access: &mut dyn Access, has_few_rapid_steps: bool) {
+        let [feed, spindle, rapid] = self.overrides;
+        feed.write(access, 13);
+        spindle.write(access, 5);
+        rapid.write(access, if has_few_rapid_steps { 3 } else { 13 });
+    }
+
+    /// What a step sees.
+    pub(super) fn see<'a, 'c>(&self, now: &'a mut Context<'c>) -> Step<'a, 'c> {
+        let access = &*now.access;
+        let mut y = Flags::default();
+        for (byte, variable) in &self.bytes {
+            y.set_byte(*byte, variable.read(access) as u8);
+        }
+        let codes = |(value, voltage): (Variable, Variable)| {
+            (i64::from(value.read(access) as u16), i64::from(voltage.read(access) as u16 as i16))
+        };
+        Step {
+            y,
+            reset_key: self.reset_key.is_on(access),
+            spindle_codes: self.spindle_codes.map(codes),
+            feed_code: self.feed_code.read(access),
+            spindle_override_code: self.spindle_override_code.read(access),
+            rapid_code: self.rapid_code.read(access),
+            strobes: Flags::default(),
+            now,
+        }
+    }
+
+    pub(super) fn write(&self, access: &mut dyn Access, flags: &Flags, registers: &Registers) {
+        for (byte, bit, variable) in &self.flags {
+            variable.write(access, flags.is_on(*byte, *bit).into());
+        }
+        for (number, variable) in &self.registers {
+            variable.write(access, registers.get(*number).into());
+        }
+    }
+
+    /// Writes the flag of the message that is shown, and takes that of the one before away.
+    pub(super) fn write_message(
+        &self,
+        access: &mut dyn Access,
+        (shown, before): (Option<usize>, Option<usize>),
+    ) {
+        let flag = |at: Option<usize>| at.and_then(|at| self.messages.get(at)).copied();
+        if before != shown
+            && let Some(variable) = flag(before)
+        {
+            variable.write(access, 0);
+        }
+        if let Some(variable) = flag(shown) {
+            variable.write(access, 1);
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The simulated control beside an NCT program (cnc-side 3).
+
+mod block;
+mod buffer;
+mod flags;
+mod messages;
+mod movement;
+mod panel;
+mod reset;
+mod speed;
+mod spindle;
+mod state;
+
+use std::sync::Arc;
+
+use crate::access::{Access, Handle};
+use crate::context::Context;
+use crate::event::Awaited;
+use crate::length::ticks;
+use crate::setup::Setup;
+use flags::{Flags, Registers, Variables};
+pub(crate) use panel::panel;
+pub(crate) use state::{Fault, State};
+
+/// The control of an NCT program: what never changes in a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Nct {
+    setup: Arc<Setup>,
+    variables: Variables,
+    stop_ticks: u64,
+}
+
+/// What a step sees and what it gives.
+struct Step<'a, 'c> {
+    now: &'a mut Context<'c>,
+    /// The output flags that the program has set, a byte each.
+    y: Flags,
+    reset_key: bool,
+    /// The registers that the program writes and the NC reads.
+    spindle_codes: [(i64, i64); 2],
+    feed_code: i64,
+    spindle_override_code: i64,
+    rapid_code: i64,
+    /// The strobes of this slice, by byte and bit.
+    strobes: Flags,
+}
+
+impl Step<'_, '_> {
+    /// Whether the output flag Ypqr is 1: byte `pq`, bit `r`.
+    fn y(&self, byte: usize, bit: usize) -> bool {
+        self.y.is_on(byte, bit)
+    }
+
+    /// START without STOP.
+    fn runs(&self) -> bool {
+        self.y(47, 0) && !self.y(47, 1)
+    }
+
+    /// Automatic mode.
+    fn is_automatic(&self) -> bool {
+        self.y(40, 6)
+    }
+}
+
+impl Nct {
+    pub(crate) fn new(setup: Arc<Setup>, tick_ns: u64, access: &mut dyn Access) -> Self {
+        let variables = Variables::find(access);
+        let stop_ticks = ticks(setup.stop_ns, tick_ns);
+        Self { setup, variables, stop_ticks }
+    }
+
+    /// The state at power-up.
+    pub(crate) fn at_power_up(&self, tick_ns: u64) -> State {
+        State::new(&self.setup, tick_ns)
+    }
+
+    /// What it writes.
+    pub(crate) fn writes(&self) -> Vec<Handle> {
+        self.variables.writes()
+    }
+
+    /// What a block still waits for, with its line.
+    pub(crate) fn waits(&self, state: &State) -> Option<(Awaited, i64)> {
+        state
+            .block
+            .as_ref()
+            .and_then(|_| state.waits.first())
+            .map(|awaited| (awaited, self.line(state)))
+    }
+
+    /// The line of the block that is executed, 0 without; of the entered block n it is -n.
+    pub(crate) fn line(&self, state: &State) -> i64 {
+        let Some(executed) = &state.block else { return 0 };
+        let line = executed.block(&self.setup).map_or(0, |block| i64::from(block.line));
+        if executed.is_entered() { -line } else { line }
+    }
+
+    /// Does a step: machine on; what drops a block; I547 and answers; block; buffer; spindles; messages.
+    pub(crate) fn step(&self, state: &mut State, now: &mut Context<'_>) {
+        if now.tick == 0 {
+            self.variables.first_overrides(now.access, self.setup.rapid_override.is_some());
+        }
+        let mut step = self.variables.see(now);
+        let falls = self.machine_on(state, &step);
+        self.drops(state, &mut step, falls);
+        if !step.y(47, 0) {
+            state.blocks_held = false;
+        }
+        self.block(state, &mut step);
+        self.buffer(state, &step);
+        self.spindles(state, &step);
+        state.positions.delay();
+        self.messages(state, &step);
+        state.before = state::Before::of(&step);
+        self.write(state, &mut step);
+    }
+
+    /// Whether I540 falls in this step.
+    fn machine_on(&self, state: &mut State, step: &Step<'_, '_>) -> bool {
+        let was_on = state.machine_on;
+        // 6.7 has the NOT that the printed formula of I540 lacks.
+        state.machine_on = step.y(54, 0) && state.fault.is_none();
+        was_on && !state.machine_on
+    }
+
+    /// Writes everything that the control holds.
+    fn write(&self, state: &State, step: &mut Step<'_, '_>) {
+        let mut flags = Flags::default();
+        self.nc_flags(state, step, &mut flags);
+        let mut registers = Registers::default();
+        self.registers(state, &mut registers);
+        self.variables.write(step.now.access, &flags, &registers);
+        self.variables.write_message(step.now.access, state.shown_flag());
+    }
+
+    fn nc_flags(&self, state: &State, step: &Step<'_, '_>, flags: &mut Flags) {
+        *flags = step.strobes;
+        let faulty = state.fault.is_some();
+        for (byte, bit, on) in [
+            (53, 7, state.message.is_some()),
+            (54, 0, state.machine_on),
+            (54, 1, true),
+            (54, 2, faulty),
+            (54, 5, state.home_block),
+            (54, 6, state.buffer_full),
+            (54, 7, state.blocks_held),
+            (55, 0, state.stopped),
+            (55, 1, state.interpolation_done),
+            (55, 2, state.ignores_stop),
+            (55, 3, state.is_feed),
+            (55, 4, state.is_thread),
+            (51, 1, state.interrupted),
+            (67, 7, true),
+        ] {
+            flags.set(byte, bit, on);
+        }
+        for (spindle, byte) in state.spindles.iter().zip([65, 66]) {
+            flags.set(byte, 0, spindle.has_command);
+            flags.set(byte, 1, spindle.is_oriented);
+            flags.set(byte, 2, spindle.is_positioned);
+            flags.set(byte, 6, spindle.is_at_speed);
+            flags.set(byte, 7, spindle.stands);
+        }
+        for axis in 0..state::AXES {
+            let (_, lag) = self.increments(state, axis);
+            flags.set(56, axis, lag.abs() <= self.setup.in_position);
+            flags.set(61, axis, state.moves >> axis & 1 != 0);
+            flags.set(62, axis, state.moves_rapidly >> axis & 1 != 0);
+            let homed = state.homed >> axis & 1 != 0;
+            for (bit, on) in [(0, true), (1, true), (3, homed), (7, state.machine_on)] {
+                flags.set(90 + axis, bit, on);
+            }
+        }
+    }
+
+    /// The actual position of an axis in increments, and by how much it lags.
+    fn increments(&self, state: &State, axis: usize) -> (i64, i64) {
+        let Some(entry) = self.setup.axes.get(axis) else { return (0, 0) };
+        let of = |position| crate::length::counts(position, entry.counts, entry.unit);
+        let actual = of(state.positions.actual(axis));
+        (actual, of(state.positions.command(axis)) - actual)
+    }
+
+    fn registers(&self, state: &State, registers: &mut Registers) {
+        for (number, value) in state.registers.iter().enumerate() {
+            registers.set(number, *value);
+        }
+        for (spindle, (speed, value)) in state.spindles.iter().zip([(10, 11), (15, 16)]) {
+            registers.set(speed, spindle.actual.unsigned_abs() as u16);
+            registers.set(value, spindle.commanded);
+        }
+        registers.set(20, state.message.unwrap_or(0));
+        let number = match &self.setup.program {
+            Some(_) => self.setup.table.program_number.unwrap_or(1),
+            None => 0,
+        };
+        let is_executed = state.block.as_ref().is_some_and(|block| !block.is_entered());
+        registers.set(30, if is_executed || state.interrupted { number } else { 0 });
+        registers.set(31, number);
+        registers.set(32, 0);
+        for axis in 0..state::AXES {
+            let (actual, lag) = self.increments(state, axis);
+            let first = 100 + 5 * axis;
+            for (at, word) in [actual, actual >> 16, lag, lag >> 16].into_iter().enumerate() {
+                registers.set(first + at, word as u16);
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Which words a control takes.
+
+use plcc_abi::Dialect;
+use plcc_abi::pmi::DeclaredCode;
+
+use crate::setup::Rules;
+
+/// What a letter is for a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Letter {
+    /// G.
+    Code,
+    /// M.
+    Function,
+    /// The axis with this number.
+    Axis(usize),
+    /// A (0), B (1) or C (2) as a function.
+    Misc(usize),
+    /// F.
+    Feed,
+    /// S.
+    Speed,
+    /// T.
+    Tool,
+    /// N.
+    Number,
+    /// P.
+    Parameter,
+    /// X of a control whose table has no axis X, for G61 to G66.
+    AuxPosition,
+}
+
+/// What a G code is for a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Code {
+    /// G0.
+    Rapid,
+    /// G1.
+    Line,
+    /// G4.
+    Dwell,
+    /// G90 (true) or G91.
+    Absolute(bool),
+    /// A code without effect; the number of its group.
+    Nothing(u8),
+    /// G61 to G66: the number of the auxiliary axis.
+    Aux(u8),
+    /// One that only the program declares.
+    Declared,
+}
+
+impl Code {
+    /// Two codes of a group can't be in one block.
+    pub(super) fn group(self, number: i128) -> i128 {
+        match self {
+            Self::Rapid | Self::Line => -1,
+            Self::Dwell => -2,
+            Self::Absolute(_) => -3,
+            Self::Nothing(group) => -10 - i128::from(group),
+            Self::Aux(_) => -4,
+            Self::Declared => number,
+        }
+    }
+}
+
+impl Rules {
+    /// What a letter is; `None` for one that the control or the table lacks.
+    pub(super) fn letter(&self, letter: char) -> Option<Letter> {
+        if let Some(misc) = "ABC".find(letter).filter(|_| self.misc.contains(letter)) {
+            return Some(Letter::Misc(misc));
+        }
+        if let Some(axis) = self.letters.iter().position(|name| *name == Some(letter)) {
+            return Some(Letter::Axis(axis));
+        }
+        Some(match letter {
+            'G' => Letter::Code,
+            'M' => Letter::Function,
+            'F' => Letter::Feed,
+            'S' => Letter::Speed,
+            'T' => Letter::Tool,
+            'N' => Letter::Number,
+            'P' => Letter::Parameter,
+            'X' if self.aux > 0 => Letter::AuxPosition,
+            _ => return None,
+        })
+    }
+
+    /// What a G code does that is not the program's own: the code by its number.
+    fn built_in(&self, number: i128) -> Option<Code> {
+        let inch = self.is_inch;
+        Some(match number {
+            0 => Code::Rapid,
+            1 => Code::Line,
+            4 => Code::Dwell,
+            90 => Code::Absolute(true),
+            91 => Code::Absolute(false),
+            17..=19 => Code::Nothing(0),
+            20 if inch => Code::Nothing(1),
+            21 if !inch => Code::Nothing(1),
+            40 => Code::Nothing(2),
+            49 => Code::Nothing(3),
+            54 => Code::Nothing(4),
+            64 => Code::Nothing(5),
+            94 => Code::Nothing(6),
+            97 => Code::Nothing(7),
+            _ => return None,
+        })
+    }
+
+    /// What a G code is, and its number in the program's list if that declares it; `None` for one that is not taken.
+    pub(super) fn code(&self, number: i128) -> Option<(Code, Option<u16>)> {
+        let declared = self.declared('G', number);
+        let aux = match number {
+            61..=66 if declared.is_some() => Some(Code::Aux((number - 61) as u8)),
+            _ => None,
+        };
+        let code = aux.or(self.built_in(number)).or(declared.map(|_| Code::Declared))?;
+        Some((code, declared))
+    }
+
+    /// The number in the program's list of a code that it declares (PMI).
+    pub(super) fn declared(&self, letter: char, number: i128) -> Option<u16> {
+        let is_it =
+            |code: &DeclaredCode| code.letter == letter && i128::from(code.number) == number;
+        let at = self.codes.iter().position(is_it)?;
+        u16::try_from(at).ok()
+    }
+
+    /// The largest number of S, T and the functions.
+    pub(super) fn largest(&self) -> i128 {
+        if self.dialect == Dialect::Nct { 65_535 } else { 0x7FFF_FFFF }
+    }
+
+    /// The largest M.
+    pub(super) fn largest_m(&self) -> i128 {
+        if self.dialect == Dialect::Pmi { 299 } else { 999 }
+    }
+}

@@ -1,0 +1,1 @@
+//! Tests with variables that are nothing but a table of names.
