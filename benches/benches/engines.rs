@@ -128,8 +128,10 @@ fn tick(
     else {
         return;
     };
-    let stimulus =
-        subject.stimulus.as_ref().map(|path| session::stimulus(path, &*executive.names()));
+    let stimulus = subject
+        .stimulus
+        .as_ref()
+        .map(|path| session::stimulus(path, &*executive.names(), executive.tick_ns()));
     let stimulus: Stimulus = stimulus.and_then(Result::ok).unwrap_or_default();
     let mut player = Player::new(stimulus, true);
     let mut events = Vec::new();

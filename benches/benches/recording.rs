@@ -91,8 +91,9 @@ impl Control {
         let executive = session::executive(program, &ControlArgs::default(), false, None);
         let executive = ReplaceableExecutive::new(executive.map_err(|e| e.to_string())?);
         let stimulus = subject.stimulus.as_ref();
-        let stimulus =
-            stimulus.map(|path| session::stimulus(path, &*executive.names())).transpose();
+        let stimulus = stimulus
+            .map(|path| session::stimulus(path, &*executive.names(), executive.tick_ns()))
+            .transpose();
         let stimulus: Stimulus = stimulus.map_err(|error| error.to_string())?.unwrap_or_default();
         let player = Player::new(stimulus, true);
         let (events, rounds) = (Vec::with_capacity(64), vec![]);

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use clap::Parser;
 use plcc_dap::LaunchArguments;
+use plcc_host::args::RunArgs;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_host::session::replay::recorded_executive;
@@ -62,13 +63,14 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
         return Err(Failure::usage(format!("the program has errors:\n{}", lines.join("\n"))));
     };
     let tables = checked.lower().map_err(Failure::from)?.program;
+    let run = RunArgs { machine_path: settings.machine.clone(), ..command.run.clone() };
     let make = || {
-        session::executive(&tables, &command.run.control, false, settings.machine_file())
+        session::simulated_executive(&tables, &run, settings.machine_file())
             .map_err(|error| Failure::usage(error.to_string()))
     };
     let (executive, view) = (make()?, make()?);
     let stimulus = match &command.run.stimulus {
-        Some(path) => session::stimulus(path, &*executive.names())
+        Some(path) => session::stimulus(path, &*executive.names(), executive.tick_ns())
             .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };

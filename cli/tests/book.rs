@@ -259,11 +259,17 @@ const MADE: &str =
 /// The page of a language's diagnostics.
 fn diagnostics(codes: &[CodeInfo]) -> String {
     let title = codes[0].code.split_once('-').unwrap().0;
-    let mut page = format!(
-        "{MADE}\n# Diagnostics of {title}\n\n\
-         What `plcc explain CODE` says of each. Numbers without a letter are those of the manual. With X begin \
-         errors that plcc has added, with W warnings and with N notes.\n"
-    );
+    let mut page = match title {
+        "SIM" => format!(
+            "{MADE}\n# Diagnostics of part programs\n\n\
+             What `plcc explain CODE` says of each. A [simulated control](../simulate.md) reads part programs.\n"
+        ),
+        _ => format!(
+            "{MADE}\n# Diagnostics of {title}\n\n\
+             What `plcc explain CODE` says of each. Numbers without a letter are those of the manual. With X begin \
+             errors that plcc has added, with W warnings and with N notes.\n"
+        ),
+    };
     for CodeInfo { code, title, meaning, fix } in codes {
         let _ =
             write!(page, "\n## {code}: {}\n\n{}\n", markdown(title), markdown(meaning.trim_end()));
@@ -310,7 +316,10 @@ fn pages_made_from_tables_are_up_to_date() {
     for codes in TABLES {
         let language = codes[0].code.split_once('-').unwrap().0.to_lowercase();
         made.push((format!("docs/diagnostics/{language}.md").into(), diagnostics(codes)));
-        made.push((format!("docs/names/{language}.md").into(), names(&language)));
+        // Part programs are no language of PLCs.
+        if language != "sim" {
+            made.push((format!("docs/names/{language}.md").into(), names(&language)));
+        }
     }
     let bless = std::env::var_os("BLESS").is_some();
     for (path, text) in made {

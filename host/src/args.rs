@@ -16,6 +16,7 @@ use plcc_load::signature::PublicKey;
 use plcc_protocol::Permission;
 
 use crate::run::OverrunPolicy;
+use crate::simulation::Simulation;
 use plcc_record::{Keep, RecordedProgram};
 use plcc_runtime::safe_outputs::SafeOutput;
 use plcc_runtime::watchdog::WatchdogLimit;
@@ -63,6 +64,23 @@ pub struct RunArgs {
     /// Begins the stimulus again after its last tick, for as long as the run lasts
     #[arg(long)]
     pub repeat: bool,
+
+    /// The other side answers: a simulated control for PMI and NCT, and small machines, as the table [simulator] of the machine
+    /// file says. The stimulus may then press keys: KEY.CYCLE START
+    #[arg(long)]
+    pub simulate: bool,
+
+    /// The part program that a simulated control executes, in the place of the machine file's
+    #[arg(long, value_name = "FILE", requires = "simulate")]
+    pub part_program: Option<PathBuf>,
+
+    /// The path of the machine file.
+    #[arg(skip)]
+    pub machine_path: Option<PathBuf>,
+
+    /// What the simulator is made from, once that was read.
+    #[arg(skip)]
+    pub simulation: Option<Arc<Simulation>>,
 
     /// Variables for the trace and the dump.
     #[arg(

@@ -40,6 +40,7 @@ pub mod retain;
 pub mod run;
 pub mod session;
 mod signal_listener;
+pub mod simulation;
 pub mod socket;
 #[cfg(target_os = "linux")]
 pub mod supervisor;

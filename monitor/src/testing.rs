@@ -24,7 +24,8 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let make = || session::executive(&tables, &ControlArgs::default(), false, None).unwrap();
     let (executive, view) = (make(), make());
     let stimulus = format!("tick,name,value\n{stimulus}");
-    let stimulus = Stimulus::parse(stimulus.as_bytes(), &*executive.names()).unwrap();
+    let stimulus =
+        Stimulus::parse(stimulus.as_bytes(), &*executive.names(), executive.tick_ns()).unwrap();
     let player = Player::new(stimulus, false);
     let history = Launched::new(executive, checked.interpreter(), player, None);
     let program = DebuggedProgram::new(checked, sources, tables);

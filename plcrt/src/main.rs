@@ -162,7 +162,9 @@ fn run_here(args: &RunCommand, started: Instant) -> Result<u8, String> {
     }
     let program = artifact.into_program();
     let machine = args.machine.as_deref().map(|path| machine(path, &program)).transpose()?;
-    let reads = args.machine.iter().chain(&args.artifact).chain(&args.config).cloned().collect();
+    let machine_path = args.machine.clone();
+    let reads = args.machine.iter().chain(&args.artifact).chain(&args.config);
+    let reads = reads.chain(&args.run.part_program).cloned().collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let supervised = args.supervised;
     let wiring = check_wiring(&args.wiring, &program, &args.run.control)?;
@@ -173,8 +175,15 @@ fn run_here(args: &RunCommand, started: Instant) -> Result<u8, String> {
     let since = since.map(|at| supervisor::monotonic().saturating_sub(at));
     let started = since.and_then(|since| Instant::now().checked_sub(since)).unwrap_or(started);
     let started = Some(started);
-    let run =
-        RunArgs { reads, supervised, started, program: recorded, input_rules, ..args.run.clone() };
+    let run = RunArgs {
+        reads,
+        machine_path,
+        supervised,
+        started,
+        program: recorded,
+        input_rules,
+        ..args.run.clone()
+    };
     Ok(session::run(&program, &mut engine, &run, machine.as_ref()))
 }
 
@@ -200,9 +209,10 @@ fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let text = String::from_utf8_lossy(&bytes);
     let machine = Machine::parse(text.strip_prefix('\u{feff}').unwrap_or(&text))
         .map_err(|error| named(&format!("it is not a valid machine file: {error}")))?;
-    if !machine.variables.is_empty() || !session::takes_machine_file(program) {
+    let is_used = session::takes_machine_file(program) || machine.simulator.is_some();
+    if !machine.variables.is_empty() || !is_used {
         let fixed = "what it says was fixed when the program was compiled; when an artifact is run, \
-                     a machine file can set only an NCT control's parameters and tables";
+                     a machine file can set only an NCT control's parameters and tables, and [simulator]";
         return Err(named(&fixed));
     }
     Ok(machine)

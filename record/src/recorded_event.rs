@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use plcc_runtime::{DisplayedText, EventBody};
+use plcc_runtime::{DisplayedText, EventBody, SimulatorEvent};
 
 /// An event's body; the fields are those of [`EventBody`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,22 @@ pub(super) enum RecordedEvent<'a> {
     },
     Macro {
         text: Cow<'a, str>,
+    },
+    SimulatorBlock {
+        line: Option<u32>,
+        entry: Option<u32>,
+    },
+    SimulatorEnd,
+    SimulatorRefused {
+        requested: Cow<'a, str>,
+        why: Cow<'a, str>,
+    },
+    SimulatorLimit {
+        axis: Cow<'a, str>,
+        positive: bool,
+    },
+    SimulatorWaits {
+        awaited: Cow<'a, str>,
     },
     Stop {
         code: Cow<'a, str>,
@@ -90,6 +106,21 @@ impl<'a> From<&'a EventBody> for RecordedEvent<'a> {
                 Self::Command { text: borrowed(text), error: error.as_deref().map(borrowed) }
             }
             EventBody::Macro { text } => Self::Macro { text: borrowed(text) },
+            EventBody::Simulator(event) => match event {
+                SimulatorEvent::Block { line, entry } => {
+                    Self::SimulatorBlock { line: *line, entry: *entry }
+                }
+                SimulatorEvent::End => Self::SimulatorEnd,
+                SimulatorEvent::Refused { requested, why } => {
+                    Self::SimulatorRefused { requested: borrowed(requested), why: borrowed(why) }
+                }
+                SimulatorEvent::Limit { axis, direction } => {
+                    Self::SimulatorLimit { axis: borrowed(axis), positive: *direction == "+" }
+                }
+                SimulatorEvent::Waits { awaited } => {
+                    Self::SimulatorWaits { awaited: borrowed(awaited) }
+                }
+            },
             EventBody::Stop { code, file, line } => Self::Stop {
                 code: borrowed(code),
                 file: file.as_deref().map(borrowed),
@@ -127,6 +158,21 @@ impl From<RecordedEvent<'_>> for EventBody {
                 Self::Command { text: (*text).into(), error: shared(error) }
             }
             RecordedEvent::Macro { text } => Self::Macro { text: (*text).into() },
+            RecordedEvent::SimulatorBlock { line, entry } => {
+                Self::Simulator(SimulatorEvent::Block { line, entry })
+            }
+            RecordedEvent::SimulatorEnd => Self::Simulator(SimulatorEvent::End),
+            RecordedEvent::SimulatorRefused { requested, why } => {
+                let (requested, why) = ((*requested).into(), (*why).into());
+                Self::Simulator(SimulatorEvent::Refused { requested, why })
+            }
+            RecordedEvent::SimulatorLimit { axis, positive } => {
+                let direction = if positive { "+" } else { "-" };
+                Self::Simulator(SimulatorEvent::Limit { axis: (*axis).into(), direction })
+            }
+            RecordedEvent::SimulatorWaits { awaited } => {
+                Self::Simulator(SimulatorEvent::Waits { awaited: (*awaited).into() })
+            }
             RecordedEvent::Stop { code, file, line } => {
                 Self::Stop { code: code.into(), file: owned(file), line }
             }

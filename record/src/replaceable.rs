@@ -245,6 +245,10 @@ impl Executive for ReplaceableExecutive {
         self
     }
 
+    fn notes_at_end(&self) -> Vec<String> {
+        self.executive.notes_at_end()
+    }
+
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         self.executive.take_over(old, plan)
     }

@@ -28,7 +28,7 @@ use plcc_abi::Fnv;
 
 const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -110,6 +110,40 @@ pub fn seal(fingerprint: u64, image: &[u8], state: &[u8]) -> Vec<u8> {
     bytes.extend(crc32fast::hash(&sealed).to_le_bytes());
     bytes.extend(sealed);
     bytes
+}
+
+/// Takes a checkpoint apart whose state has another one behind it, and the length of that at its end: gives the checkpoint
+/// without it, and it.
+///
+/// # Errors
+/// When the bytes are no checkpoint, or are damaged.
+pub(crate) fn split(checkpoint: &[u8]) -> Result<(Vec<u8>, &[u8]), CheckpointError> {
+    const HEADER: usize = MAGIC.len() + 8;
+    let header = checkpoint.get(..HEADER).ok_or(CheckpointError::NoCheckpoint)?;
+    if !header.starts_with(&MAGIC) {
+        return Err(CheckpointError::NoCheckpoint);
+    }
+    let number = |at: usize| {
+        let bytes = header.get(at..).and_then(|bytes| bytes.first_chunk());
+        bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes))
+    };
+    let (version, sum) = (number(MAGIC.len()), number(MAGIC.len() + 4));
+    if version != VERSION {
+        return Err(CheckpointError::Version(version));
+    }
+    let sealed = checkpoint.get(HEADER..).unwrap_or_default();
+    if crc32fast::hash(sealed) != sum {
+        return Err(CheckpointError::Damaged);
+    }
+    let (rest, length) = sealed.split_last_chunk::<4>().ok_or(CheckpointError::Damaged)?;
+    let length = u32::from_le_bytes(*length) as usize;
+    let at = rest.len().checked_sub(length).ok_or(CheckpointError::Damaged)?;
+    let (inner, own) = rest.split_at(at);
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(crc32fast::hash(inner).to_le_bytes());
+    bytes.extend(inner);
+    Ok((bytes, own))
 }
 
 /// The parts of a range that are outside some others, which are sorted and do not overlap.

@@ -96,6 +96,8 @@ pub enum EventBody {
         /// What is written.
         text: Arc<str>,
     },
+    /// The simulated other side tells something (`--simulate`).
+    Simulator(SimulatorEvent),
     /// The program was stopped.
     Stop {
         /// Why.
@@ -107,6 +109,58 @@ pub enum EventBody {
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<u32>,
     },
+}
+
+/// What the simulated other side tells. The fields stand in the order in which JSON has them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "what", rename_all = "lowercase")]
+pub enum SimulatorEvent {
+    /// A block begins.
+    Block {
+        /// Its line in the part program.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        line: Option<u32>,
+        /// The number of an entered block.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        entry: Option<u32>,
+    },
+    /// The part program has ended.
+    End,
+    /// A request was refused.
+    Refused {
+        /// What was requested.
+        #[serde(rename = "for")]
+        requested: Arc<str>,
+        /// Why it was refused.
+        why: Arc<str>,
+    },
+    /// A jog has come to a limit.
+    Limit {
+        /// The axis.
+        axis: Arc<str>,
+        /// `+` or `-`.
+        direction: &'static str,
+    },
+    /// A block has waited for this for 500 ticks.
+    Waits {
+        /// A variable's name.
+        #[serde(rename = "for")]
+        awaited: Arc<str>,
+    },
+}
+
+impl fmt::Display for SimulatorEvent {
+    /// For people.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Block { line: Some(line), .. } => write!(f, "block of line {line}"),
+            Self::Block { entry, .. } => write!(f, "entered block {}", entry.unwrap_or(0)),
+            Self::End => f.write_str("end of the part program"),
+            Self::Refused { requested, why } => write!(f, "{requested} is refused: {why}"),
+            Self::Limit { axis, direction } => write!(f, "{axis} is at its limit {direction}"),
+            Self::Waits { awaited } => write!(f, "the block waits for {awaited}"),
+        }
+    }
 }
 
 /// The text of a fault or message.

@@ -187,6 +187,11 @@ pub trait Executive {
     /// the control that the plan is for; if not, nothing is changed.
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool;
 
+    /// What people are to be told when the run has ended, such as what a simulated control still waits for.
+    fn notes_at_end(&self) -> Vec<String> {
+        vec![]
+    }
+
     /// The executive as a value of its own type, for an online change, which takes the state of one
     /// executive over into another one of the same control.
     fn as_any_mut(&mut self) -> &mut dyn Any;

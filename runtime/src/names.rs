@@ -60,6 +60,13 @@ impl Properties {
     }
 }
 
+/// What the value `press` of a key does: the key is pressed, and let go so many ticks later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Press {
+    /// The ticks.
+    pub ticks: u64,
+}
+
 /// The names of a program's variables, and what is known of each. See [`names_of`](crate::names_of).
 pub trait Names: Debug + Send + Sync {
     /// Finds a variable by its name in the dialect's spelling, or, in the table that an executive and
@@ -111,6 +118,16 @@ pub trait Names: Debug + Send + Sync {
     /// that always lie in the same place; a PMAC's can be moved, so that [`Executive::force`](crate::Executive::force)
     /// refuses them.
     fn share_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool;
+
+    /// Whether there are keys of a simulated machine.
+    fn has_keys(&self) -> bool {
+        false
+    }
+
+    /// What the value `press` does to a variable; `None` where it is no key of a simulated machine.
+    fn press(&self, _key: VariableKey) -> Option<Press> {
+        None
+    }
 }
 
 impl dyn Names + '_ {

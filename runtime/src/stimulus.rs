@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::{Executive, Names, Purpose, Setting, VariableKey};
+use crate::{Executive, NameError, Names, Purpose, Setting, VariableKey};
 
 /// At most this many mistakes of a stimulus are reported, the rest is counted.
 const MAX_ERRORS: usize = 20;
@@ -51,19 +51,24 @@ pub struct StimulusError {
 }
 
 impl Stimulus {
-    /// Reads a stimulus: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
+    /// Reads a stimulus for ticks of `tick_ns` nanoseconds: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
     /// CR, empty lines anywhere, fields plain or in double quotes. A Ctrl-Z at the end, which DOS
     /// programs write, is ignored.
     ///
     /// # Errors
-    /// A missing header, a row that has no three fields, a tick that is not a number, a name that
+    /// A missing header, a row that has no three fields, a tick that is neither a number nor a time, a name that
     /// the program does not have or that can't be set, a value that does not fit.
-    pub fn parse(bytes: &[u8], names: &dyn Names) -> Result<Self, StimulusError> {
+    pub fn parse(bytes: &[u8], names: &dyn Names, tick_ns: u64) -> Result<Self, StimulusError> {
         let text = String::from_utf8_lossy(bytes);
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
         let text = text.trim_end().strip_suffix('\u{1A}').unwrap_or(text);
-        let mut reader =
-            Reader { names, known: HashMap::new(), numbers: HashMap::new(), variables: vec![] };
+        let mut reader = Reader {
+            names,
+            tick_ns: tick_ns.max(1),
+            known: HashMap::new(),
+            numbers: HashMap::new(),
+            variables: vec![],
+        };
         let mut rows: Vec<Row> = vec![];
         let mut errors = StimulusError { lines: vec![], more: 0 };
         let mut has_header = false;
@@ -71,11 +76,13 @@ impl Stimulus {
             if line.trim().is_empty() {
                 continue;
             }
-            let row =
-                if has_header { reader.row(line).map(Some) } else { header(line).map(|()| None) };
+            let read = match has_header {
+                true => reader.rows(line),
+                false => header(line).map(|()| [None, None]),
+            };
             has_header = true;
-            match row {
-                Ok(row) => rows.extend(row),
+            match read {
+                Ok(read) => rows.extend(read.into_iter().flatten()),
                 Err(message) if errors.lines.len() < MAX_ERRORS => {
                     errors.lines.push(LineError { line: number, message });
                 }
@@ -220,9 +227,48 @@ fn shown(line: &str) -> String {
     }
 }
 
+/// The units of times, in nanoseconds. Longer names that end as shorter ones do come first.
+const UNITS: [(&str, u128); 6] = [
+    ("us", 1_000),
+    ("ms", 1_000_000),
+    ("min", 60_000_000_000),
+    ("m", 60_000_000_000),
+    ("h", 3_600_000_000_000),
+    ("s", 1_000_000_000),
+];
+
+/// The most digits of a time.
+const MAX_DIGITS: usize = 18;
+
+/// The tick that a field names: its number, or a time with its unit, rounded up to whole ticks.
+fn tick_of(field: &str, tick_ns: u64) -> Result<u64, String> {
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let wrong = || {
+        let field = shown(field);
+        format!(
+            "`{field}` is not a tick: ticks are whole numbers from 0, or times such as 2s, 1.5s and 40ms"
+        )
+    };
+    if !field.is_empty() && is_digits(field) {
+        return field.parse().map_err(|_| format!("tick {} is too large", shown(field)));
+    }
+    let lower = field.to_ascii_lowercase();
+    let time = UNITS.iter().find_map(|(unit, ns)| Some((lower.strip_suffix(unit)?.trim(), *ns)));
+    let (number, unit) = time.ok_or_else(wrong)?;
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let length = whole.len() + fraction.len();
+    if length == 0 || length > MAX_DIGITS || !is_digits(whole) || !is_digits(fraction) {
+        return Err(wrong());
+    }
+    let digits: u128 = format!("{whole}{fraction}").parse().map_err(|_| wrong())?;
+    let scale = 10_u128.pow(fraction.len() as u32) * u128::from(tick_ns);
+    u64::try_from((digits * unit).div_ceil(scale)).map_err(|_| wrong())
+}
+
 /// Reads rows.
 struct Reader<'a, 't> {
     names: &'a dyn Names,
+    tick_ns: u64,
     /// The spellings that were looked up already, with the indices of their variables, and these.
     known: HashMap<&'t str, (usize, VariableKey)>,
     /// The index of each variable.
@@ -231,15 +277,12 @@ struct Reader<'a, 't> {
 }
 
 impl<'t> Reader<'_, 't> {
-    fn row(&mut self, line: &'t str) -> Result<Row, String> {
+    /// The row of a line; two where a key is pressed and let go.
+    fn rows(&mut self, line: &'t str) -> Result<[Option<Row>; 2], String> {
         let Some([tick, name, value]) = fields(line) else {
             return Err(format!("`{}` is not a row of three fields tick,name,value", shown(line)));
         };
-        if tick.is_empty() || !tick.bytes().all(|byte| byte.is_ascii_digit()) {
-            let tick = shown(tick);
-            return Err(format!("`{tick}` is not a tick: ticks are whole numbers from 0"));
-        }
-        let tick = tick.parse().map_err(|_| format!("tick {} is too large", shown(tick)))?;
+        let tick = tick_of(tick, self.tick_ns)?;
         if name.len() > MAX_NAME {
             return Err(format!("`{}` is too long for a name", shown(name)));
         }
@@ -247,7 +290,14 @@ impl<'t> Reader<'_, 't> {
             Some(known) => *known,
             None => {
                 let found = self.names.find(name, Purpose::Stimulus);
-                let key = found.map_err(|error| error.to_string())?;
+                let key = found.map_err(|error| match (&error, name.get(..4)) {
+                    (NameError::Unknown { .. } | NameError::Unfit { .. }, Some(prefix))
+                        if prefix.eq_ignore_ascii_case("KEY.") && !self.names.has_keys() =>
+                    {
+                        format!("`{}`: keys are there with --simulate alone", shown(name))
+                    }
+                    _ => error.to_string(),
+                })?;
                 let variable = *self.numbers.entry(key).or_insert_with(|| {
                     self.variables.push(key);
                     self.variables.len() - 1
@@ -256,11 +306,35 @@ impl<'t> Reader<'_, 't> {
                 (variable, key)
             }
         };
+        if value.eq_ignore_ascii_case("press")
+            && let Some(press) = self.names.press(key)
+        {
+            let row = |tick, value| Some(Row { tick, variable, value: Setting::Int(value) });
+            return Ok([row(tick, 1), row(tick.saturating_add(press.ticks), 0)]);
+        }
         let value = self.names.parse(key, value);
         let value = value.map_err(|mut error| {
             error.value = shown(&error.value);
             format!("{name}: {error}")
         })?;
-        Ok(Row { tick, variable, value })
+        Ok([Some(Row { tick, variable, value }), None])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tick_of;
+
+    #[test]
+    fn a_time_is_rounded_up_to_whole_ticks() {
+        let tick = |field| tick_of(field, 20_000_000).ok();
+        assert_eq!(tick("7"), Some(7));
+        assert_eq!(tick("2s"), Some(100));
+        assert_eq!(tick("1.5S"), Some(75));
+        assert_eq!((tick("40ms"), tick("41ms"), tick("0.001 ms")), (Some(2), Some(3), Some(1)));
+        assert_eq!((tick("1min"), tick("1h"), tick("0s")), (Some(3000), Some(180_000), Some(0)));
+        for field in ["", "s", "-1s", "1.2.3s", "1e3s", "ten", "1 tick", "9999999999999999999s"] {
+            assert_eq!(tick(field), None, "{field}");
+        }
     }
 }

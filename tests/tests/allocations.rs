@@ -141,7 +141,8 @@ fn ticks_allocate_nothing() {
             let (program, mut engine) = compiled.engine(way).unwrap();
             let control = ControlArgs::default();
             let mut executive = executive(&program, &control, false, None).unwrap();
-            let stimulus = Stimulus::parse(&table, &*executive.names()).unwrap();
+            let stimulus =
+                Stimulus::parse(&table, &*executive.names(), executive.tick_ns()).unwrap();
             let ticks = stimulus.period() * 2;
             let mut player = Player::new(stimulus, true);
             let mut events = Vec::with_capacity(64);

@@ -18,7 +18,8 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-pages", &[]),
     ("plcc-protocol", &["plcc-abi"]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
-    ("plcc-runtime", &["plcc-abi"]),
+    ("plcc-simulator", &["plcc-abi", "plcc-diag"]),
+    ("plcc-runtime", &["plcc-abi", "plcc-simulator"]),
     ("plcc-load", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     ("plcc-record", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     (
@@ -26,12 +27,14 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         &[
             "plcc-abi",
             "plcc-configuration",
+            "plcc-diag",
             "plcc-files",
             "plcc-image",
             "plcc-load",
             "plcc-protocol",
             "plcc-record",
             "plcc-runtime",
+            "plcc-simulator",
         ],
     ),
     (
@@ -123,6 +126,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-record",
     "plcc-replay",
     "plcc-runtime",
+    "plcc-simulator",
 ];
 
 /// Which of ours a crate's own tests may use besides. Random numbers are for all; the tests of

@@ -155,7 +155,7 @@ fn run(
     let executive = session::executive(program, &args.control, false, settings.machine_file());
     let executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
-        Some(path) => session::stimulus(path, &*executive.names())
+        Some(path) => session::stimulus(path, &*executive.names(), executive.tick_ns())
             .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };

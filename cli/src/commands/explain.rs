@@ -13,6 +13,9 @@ use crate::args::ExplainArgs;
 use crate::failure::{DONE, Failure};
 use crate::output;
 
+/// What the codes of part programs begin with.
+const PART_PROGRAMS: &str = "SIM";
+
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let controller = args.controller.map(Controller::from);
     let languages = asked_about(args.dialect, controller);
@@ -66,6 +69,13 @@ fn codes_of(language: &dyn Language) -> impl Iterator<Item = &'static CodeInfo> 
 /// names as `LANGUAGE NAME: meaning`. Only lines for which `wanted` is true are taken.
 fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
     let mut text = String::new();
+    let of_part_programs = TABLES.iter().flat_map(|table| table.iter());
+    let of_part_programs = of_part_programs.filter(|info| info.code.starts_with(PART_PROGRAMS));
+    let of_part_programs = of_part_programs.map(|info| format!("{}: {}", info.code, info.title));
+    for line in of_part_programs.filter(|line| wanted(line)) {
+        text.push_str(&line);
+        text.push('\n');
+    }
     for language in languages {
         let codes = codes_of(*language).map(|info| match lint_of_code(info.code) {
             Some(lint) => format!("{}: {} (lint {})", info.code, info.title, lint.name),
@@ -86,7 +96,10 @@ fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
 fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>) -> Vec<String> {
     let titles: Vec<&str> = languages.iter().map(|language| language.title()).collect();
     let of_wanted = |info: &&CodeInfo| {
-        info.code.split_once('-').is_some_and(|(title, _)| titles.contains(&title))
+        // Part programs belong to no language of PLCs.
+        info.code
+            .split_once('-')
+            .is_some_and(|(title, _)| title == PART_PROGRAMS || titles.contains(&title))
     };
     let mut pages: Vec<String> = codes(what).into_iter().filter(of_wanted).map(page).collect();
     for language in languages {
@@ -114,7 +127,10 @@ fn codes(what: &str) -> Vec<&'static CodeInfo> {
     let number = word.parse::<u32>().ok();
     let all = TABLES.iter().flat_map(|table| table.iter());
     all.filter(|info| match number {
-        Some(number) => info.code.split_once('-').is_some_and(|(_, n)| n.parse() == Ok(number)),
+        Some(number) => info
+            .code
+            .split_once('-')
+            .is_some_and(|(of, n)| of != PART_PROGRAMS && n.parse() == Ok(number)),
         None => plain(info.code) == word,
     })
     .collect()

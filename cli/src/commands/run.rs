@@ -76,7 +76,8 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
         Ok(engine) => engine,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
-    let reads = settings.machine.iter().cloned().collect();
+    let machine_path = settings.machine.clone();
+    let reads = settings.machine.iter().chain(&args.run.part_program).cloned().collect();
     let recorded = match (&args.run.record, &settings.machine) {
         (None, _) => None,
         (Some(_), path) => {
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
             Some(Arc::new(RecordedProgram::Sources(sources)))
         }
     };
-    let run = RunArgs { reads, program: recorded, ..args.run.clone() };
+    let run = RunArgs { reads, machine_path, program: recorded, ..args.run.clone() };
     in_session(&tables, engine.as_mut(), run, settings.machine_file(), args, report)
 }
 
@@ -236,8 +237,10 @@ fn run_artifact(
     if args.run.gdb {
         artifact.show_to_gdb(&mut engine).map_err(|error| Failure::file(path, error))?;
     }
-    let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
+    let machine_path = source.machine.clone();
+    let read = source.machine.iter().chain(&args.run.part_program).cloned();
+    let reads = read.chain([path.to_owned()]).collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
-    let run = RunArgs { reads, program: recorded, ..args.run.clone() };
+    let run = RunArgs { reads, machine_path, program: recorded, ..args.run.clone() };
     in_session(&artifact.program, &mut engine, run, machine.as_ref(), args, report)
 }

@@ -19,6 +19,7 @@ use plcc_load::Artifact;
 use plcc_load::signature::PublicKey;
 use plcc_record::{RecordedProgram, RecordedPrograms, RecorderProgram};
 use plcc_runtime::{Executive, NativeEngine, VariableKey};
+use plcc_simulator::Strictness;
 
 use super::SessionError;
 use super::predecessor::Predecessor;
@@ -38,9 +39,17 @@ fn configured(
     program: &Program,
     args: &RunArgs,
     machine: Option<&Machine>,
+    journal: &Journal,
 ) -> Result<Box<dyn Executive + Send>, String> {
     let made = executive(program, &args.control, args.realtime, machine);
     let mut executive = made.map_err(|error| error.to_string())?;
+    if let Some(simulation) = &args.simulation {
+        let made =
+            simulation.beside(executive, program, &args.control, machine, Strictness::SwitchOff);
+        let made = made.map_err(|errors| errors.join("; "))?;
+        made.notes.into_iter().for_each(|note| journal.note(note));
+        executive = Box::new(made.executive);
+    }
     let lines = executive.names().safe_lines(&args.safe).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
         errors.join("; ")
@@ -163,7 +172,7 @@ impl Interfaces {
             let names = executive.names();
             let canonical = |key: VariableKey| names.canonical(key);
             let (for_scan, for_socket) = queues();
-            let (options, machine) = (args.clone(), machine.cloned());
+            let (options, machine, told) = (args.clone(), machine.cloned(), journal.clone());
             let (timing, timing_of_swapped) =
                 (Arc::clone(sources.timing), Arc::clone(sources.timing));
             let key = args.public_key().map_err(SessionError)?;
@@ -182,7 +191,7 @@ impl Interfaces {
                     load(path, key.as_ref(), gdb, &timing_of_swapped, recorded.as_ref())
                 }),
                 make_executive: Box::new(move |program| {
-                    configured(program, &options, machine.as_ref())
+                    configured(program, &options, machine.as_ref(), &told)
                 }),
                 timing: Box::new(move || timing.summary()),
                 recorder_program: Box::new(move |number, executive| {

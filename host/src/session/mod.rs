@@ -11,6 +11,7 @@ mod reports;
 mod retained_data;
 mod retained_writer;
 mod signals;
+mod simulated;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write as _};
@@ -49,6 +50,7 @@ use record::{IdleCheckpoints, Record};
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
+pub use simulated::simulated_executive;
 
 /// Runs a program as the options say, with messages on standard error, and gives the exit status.
 ///
@@ -121,6 +123,7 @@ fn session(
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
     let _open_until_the_plot_is_written = args.plot.as_deref().map(check_writable).transpose()?;
     args.retain.as_deref().map_or(Ok(()), check_retained)?;
+    let args = &simulated::with_simulation(args, machine)?;
     let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
     let mut to = Destinations::standard(log);
     if args.realtime && io::stderr().is_terminal() {
@@ -161,7 +164,7 @@ impl Job<'_> {
         hook: Option<&mut dyn Hook>,
     ) -> Result<u8, SessionError> {
         let Self { program, args, machine, clock, journal } = *self;
-        let executive = executive(program, &args.control, args.realtime, machine)?;
+        let executive = simulated::executive(program, args, machine, journal)?;
         let mut replaceable = ReplaceableExecutive::new(executive);
         let executive: &mut dyn Executive = &mut replaceable;
         let names = executive.names();
@@ -175,7 +178,7 @@ impl Job<'_> {
         let dialect = program.dialect();
         let mut retained = RetainedData::start(args, dialect, executive, &predecessor, journal)?;
         let stimulus = match &args.stimulus {
-            Some(path) => stimulus(path, &*names)?,
+            Some(path) => stimulus(path, &*names, executive.tick_ns())?,
             None => Stimulus::default(),
         };
         warn_of_idle_options(args, journal);
@@ -279,6 +282,7 @@ impl Job<'_> {
 
         let recorded = record.finish(&mut replaceable, &end, journal);
         let executive: &mut dyn Executive = &mut replaceable;
+        executive.notes_at_end().into_iter().for_each(|note| journal.note(note));
         if args.realtime {
             journal.write(EntryKind::Timing { summary: Box::new(timing.summary()) });
         }
@@ -376,16 +380,16 @@ fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-/// Reads a stimulus file for a program with these names.
+/// Reads a stimulus file for a program with these names and ticks of `tick_ns` nanoseconds.
 ///
 /// # Errors
 /// When it can't be read, or with the first lines that are wrong and the number of the others.
-pub fn stimulus(path: &Path, names: &dyn Names) -> Result<Stimulus, SessionError> {
+pub fn stimulus(path: &Path, names: &dyn Names, tick_ns: u64) -> Result<Stimulus, SessionError> {
     let shown = path.display();
     let bytes = read_regular(path, MAX_STIMULUS).map_err(|error| {
         SessionError(format!("{shown} can't be read: {}", why_not_read(&error)))
     })?;
-    Stimulus::parse(&bytes, names).map_err(|errors| {
+    Stimulus::parse(&bytes, names, tick_ns).map_err(|errors| {
         let mut lines: Vec<String> =
             errors.lines.iter().map(|e| format!("{shown}:{}: {}", e.line, e.message)).collect();
         if errors.more > 0 {

@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 use super::SessionError;
 use crate::args::{ControlArgs, RunArgs};
 use crate::control_args::executive;
+use crate::simulation::Simulation;
 use plcc_record::ReplaceableExecutive;
 use plcc_record::RunHeader;
 use plcc_runtime::Executive;
 use plcc_runtime::safe_outputs::SafeOutput;
+use plcc_simulator::Strictness;
 
 /// The options on which depends what a tick does.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,6 +23,8 @@ pub struct RunSettings {
     safe: Vec<SafeOutput>,
     /// What a machine file of the run said, where one was given.
     machine: Option<NctSettings>,
+    /// What the simulator was made from, where there was one.
+    simulation: Option<Simulation>,
 }
 
 impl RunSettings {
@@ -31,6 +35,7 @@ impl RunSettings {
             realtime: args.realtime,
             safe: args.safe.clone(),
             machine: machine.map(|machine| machine.nct.clone()),
+            simulation: args.simulation.as_deref().cloned(),
         }
     }
 
@@ -55,9 +60,17 @@ pub fn recorded_executive(
                     recorded it";
         SessionError(text.into())
     })?;
-    let RunSettings { control, realtime, safe, machine } = settings;
+    let RunSettings { control, realtime, safe, machine, simulation } = settings;
     let machine = machine.map(|nct| Machine { nct, ..Machine::default() });
     let made = executive(program, &control, realtime, machine.as_ref())?;
+    let made = match simulation {
+        None => made,
+        Some(simulation) => {
+            let strictness = Strictness::SwitchOff;
+            let made = simulation.beside(made, program, &control, machine.as_ref(), strictness);
+            Box::new(made.map_err(|errors| SessionError(errors.join("; ")))?.executive)
+        }
+    };
     let mut executive = ReplaceableExecutive::new(made);
     let lines = executive.names().safe_lines(&safe).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();

@@ -115,6 +115,7 @@ fn line(event: &Event) -> EventLine {
             (EventKind::Command, None, format!("COMMAND {text}{error}"))
         }
         EventBody::Macro { text } => (EventKind::Command, None, format!("MACRO {text}")),
+        EventBody::Simulator(event) => (EventKind::Text, None, format!("simulator: {event}")),
         EventBody::Stop { code, file, line } => {
             let place = match (file, line) {
                 (Some(file), Some(line)) => format!(" at line {line} of {file}"),

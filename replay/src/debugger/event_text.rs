@@ -20,6 +20,7 @@ pub(super) fn shown(event: &Event) -> String {
             None => format!("tick {tick}: COMMAND {text}"),
         },
         EventBody::Macro { text } => format!("tick {tick}: MACRO {text}"),
+        EventBody::Simulator(event) => format!("tick {tick}: simulator: {event}"),
         EventBody::Stop { code, .. } => format!("tick {tick}: stopped: {code}"),
     }
 }

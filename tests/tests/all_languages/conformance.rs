@@ -87,8 +87,8 @@ fn run(
     let mut executive = executive(&program, &args.run.control, false, None).unwrap();
     let executive = executive.as_mut();
     let table = fs::read(case.join("stimulus.csv")).unwrap_or_else(|_| b"tick,name,value\n".into());
-    let stimulus =
-        Stimulus::parse(&table, &*executive.names()).unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
+    let stimulus = Stimulus::parse(&table, &*executive.names(), executive.tick_ns())
+        .unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
     let watch = Watch::parse(&args.run.watch, &*executive.names());
     let watch = watch.unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
     let (mut trace, mut events, mut state) = (vec![], vec![], vec![]);

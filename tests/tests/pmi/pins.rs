@@ -63,7 +63,8 @@ fn values(compiled: &Compiled, way: EngineKind, table: &str, names: &[&str]) -> 
     let (program, mut engine) = compiled.engine(way).unwrap();
     let mut executive = executive(&program, &ControlArgs::default(), false, None).unwrap();
     let executive = executive.as_mut();
-    let stimulus = Stimulus::parse(table.as_bytes(), &*executive.names()).unwrap();
+    let stimulus =
+        Stimulus::parse(table.as_bytes(), &*executive.names(), executive.tick_ns()).unwrap();
     let mut player = Player::new(stimulus, false);
     let watched: Vec<_> =
         names.iter().map(|name| executive.names().find(name, Purpose::Watch).unwrap()).collect();

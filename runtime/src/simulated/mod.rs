@@ -1,0 +1,115 @@
+//! An executive with the other side beside it (`--simulate`): [`SimulatedExecutive`].
+//!
+//! It has an executive of any language do the ticks, and in front of each a step of the [`Simulator`]. The executive
+//! knows nothing of it, so that nothing is paid where nothing is simulated.
+
+mod bits;
+mod events;
+mod executive;
+mod names;
+mod slots;
+
+use std::sync::Arc;
+
+use plcc_abi::{DialectVariable, SimulatorVariable};
+use plcc_simulator::{Setup, Simulator, Strictness};
+use serde::{Deserialize, Serialize};
+
+use crate::event::{Event, EventBody};
+use crate::executive::Executive;
+use crate::names::Names;
+use crate::value::Value;
+use crate::variable::{Setting, VariableKey};
+
+use events::EventTexts;
+use names::SimulatedNames;
+use slots::{Bound, Remembered, Slots};
+
+/// An executive whose machine is simulated.
+pub struct SimulatedExecutive {
+    inner: Box<dyn Executive + Send>,
+    simulator: Simulator,
+    slots: Slots,
+    names: Arc<SimulatedNames>,
+    texts: EventTexts,
+    /// The number of the next tick.
+    tick: u64,
+}
+
+/// What a checkpoint holds besides that of the executive.
+#[derive(Serialize, Deserialize)]
+struct State {
+    tick: u64,
+    simulator: plcc_simulator::State,
+    slots: Remembered,
+}
+
+impl SimulatedExecutive {
+    /// Puts the simulator of a setup beside an executive at power-up. Gives it with notes about what is switched off.
+    ///
+    /// # Errors
+    /// Everything of the table that does not fit the program, with the lines.
+    pub fn new(
+        mut inner: Box<dyn Executive + Send>,
+        setup: &Arc<Setup>,
+        strictness: Strictness,
+    ) -> Result<(Self, Vec<String>), Vec<String>> {
+        let tick_ns = inner.tick_ns();
+        let names = inner.names();
+        let mut slots = Slots::new(names.clone());
+        let mut bound = Bound { slots: &mut slots, executive: inner.as_mut() };
+        let made = Simulator::new(Arc::clone(setup), tick_ns, &mut bound, strictness);
+        let (simulator, notes) = made?;
+        let keys = simulator.keys().iter().map(|key| key.name.clone()).collect();
+        let devices = simulator.devices().map(str::to_owned).collect();
+        let names = Arc::new(SimulatedNames::new(names, keys, devices, &simulator));
+        let texts = EventTexts::new(&simulator);
+        Ok((Self { inner, simulator, slots, names, texts, tick: 0 }, notes))
+    }
+
+    /// Whether the simulator writes a bit of a variable.
+    pub fn writes(&self, variable: VariableKey) -> bool {
+        let names: &dyn Names = &*self.names;
+        let bits = bits::Bits::of(variable, names);
+        self.simulator.writes().iter().any(|handle| self.slots.shares(*handle, variable, bits))
+    }
+
+    /// Does the step of a tick.
+    fn step(&mut self) {
+        let mut bound = Bound { slots: &mut self.slots, executive: self.inner.as_mut() };
+        self.simulator.step(&mut bound);
+        self.slots.end_tick();
+    }
+
+    /// Tells what the simulator has told, as events of this tick.
+    fn tell(&mut self, events: &mut Vec<Event>) {
+        let tick = self.tick;
+        for told in self.simulator.take_told() {
+            let body = EventBody::Simulator(self.texts.event(told));
+            events.push(Event { tick, body });
+        }
+    }
+
+    /// The value of a name of the simulator.
+    fn own_value(&self, variable: SimulatorVariable) -> Value {
+        Value::Int(match variable {
+            SimulatorVariable::Line => self.simulator.line(),
+            SimulatorVariable::Device(device) => self.simulator.device(device as usize),
+            SimulatorVariable::Key(_) => 0,
+        })
+    }
+
+    fn set(&mut self, variable: VariableKey, value: Setting) {
+        match variable.0 {
+            DialectVariable::Simulator(SimulatorVariable::Key(key)) => {
+                let mut bound = Bound { slots: &mut self.slots, executive: self.inner.as_mut() };
+                self.simulator.key(key as usize, value.integer(), &mut bound);
+            }
+            DialectVariable::Simulator(_) => {}
+            _ => {
+                self.slots.row(variable, value, &*self.names);
+                self.inner.write(variable, value);
+            }
+        }
+    }
+}
