@@ -9,6 +9,27 @@
 //!   program, which [`read_part_program`] reads with diagnostics.
 //! - [`Simulator`] is one run's: what never changes in it, and its [`State`], which is all that it remembers.
 //!
+//! A part program is read with all its mistakes, each at its place:
+//!
+//! ```
+//! use plcc_abi::machine::simulator::SimulatorTable;
+//! use plcc_abi::{Program, Tables, pmi::PmiTables};
+//! use plcc_diag::SourceMap;
+//! use plcc_simulator::{Rules, read_part_program};
+//!
+//! let tables = Tables::Pmi(PmiTables::default());
+//! let program =
+//!     Program { files: vec![], image_size: 0, regions: vec![], tasks: vec![], tables, names: vec![] };
+//! let rules = Rules::new(&SimulatorTable::default(), &program);
+//! let mut sources = SourceMap::new();
+//! let file = sources.add("shaft.nc", b"N10 G90 G0 X1\nN20 G1 X1.5\nN30 M30\n");
+//!
+//! let (_, diagnostics) = read_part_program(&rules, &sources, file);
+//! let [no_feed] = diagnostics.as_slice() else { panic!("one mistake") };
+//! assert_eq!(no_feed.code, "SIM-8");
+//! assert_eq!(sources.line_col(file, no_feed.span.start), (2, 8));
+//! ```
+//!
 //! In the crate, `pmi` and `nct` are the two controls, `device` the small machines, `part_program` the reader, and `way`
 //! the movement of axes.
 
