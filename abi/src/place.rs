@@ -176,6 +176,30 @@ impl Place {
         })
     }
 
+    /// The bits of a value in such a place, the lowest one first, where it is some bits; as many of them as it has. The value
+    /// is one of [`range`](Self::range).
+    pub fn bits_of(self, value: i64) -> u64 {
+        match self.ty {
+            Type::Bcd => {
+                let digit = |n: u32| (value / 10_i64.pow(n) % 10) as u64;
+                let highest = u32::from(self.width).div_ceil(4).saturating_sub(1).min(7);
+                // The highest digit may have fewer than four bits.
+                (0..=highest).fold(0, |bits, n| bits | digit(n) << (4 * n))
+            }
+            _ => value as u64,
+        }
+    }
+
+    /// The place of each of its bits, the lowest one first; none for a number with a fraction.
+    pub fn each_bit(self) -> impl Iterator<Item = Self> {
+        let width = if self.ty == Type::Double { 0 } else { self.width };
+        let first = u32::from(self.bit);
+        (0..u32::from(width)).map(move |bit| {
+            let bit = first + bit;
+            Self::bits(self.offset.saturating_add(bit / 8), Type::Bits, (bit % 8) as u8, 1)
+        })
+    }
+
     /// The integers that such a place can hold; `None` for numbers with a fraction.
     pub fn range(self) -> Option<RangeInclusive<i64>> {
         let width = u32::from(self.width).min(32);
@@ -198,6 +222,8 @@ impl Place {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec::Vec;
+
     use super::*;
 
     #[test]
@@ -218,6 +244,21 @@ mod tests {
         assert_eq!(bytes(12, Type::Long), None);
         assert_eq!(bits(14, Type::Bits, 4, 8), None);
         assert_eq!(bytes(u32::MAX, Type::Logical), None);
+    }
+
+    #[test]
+    fn a_place_has_bits() {
+        let bits = Place::bits(3, Type::Bcd, 6, 4).each_bit();
+        let bits: Vec<_> = bits.map(|bit| (bit.offset, bit.bit, bit.width)).collect();
+        assert_eq!(bits, [(3, 6, 1), (3, 7, 1), (4, 0, 1), (4, 1, 1)]);
+        assert_eq!(Place::bytes(0, Type::Double).each_bit().count(), 0);
+        for (ty, width, value) in
+            [(Type::Bcd, 8, 92), (Type::Bcd, 6, 39), (Type::SignedBits, 4, -3)]
+        {
+            let place = Place::bits(0, ty, 0, width);
+            let image = place.bits_of(value).to_le_bytes();
+            assert_eq!(place.read(&image), Some(Number::Int(value)));
+        }
     }
 
     #[test]

@@ -120,3 +120,27 @@ fn a_wrong_name_is_refused_with_its_line() {
         }
     }
 }
+
+/// A bit of a word of a PMAC's memory: in lists, in CSV files, as a safe value.
+#[test]
+fn bits_of_words_are_names() {
+    let folder = Folder::with(&[(
+        "byte.pmc",
+        "M9->Y:$FFC2,8,8\nM2->Y:$FFC2,0\nI5=2\nOPEN PLC 1 CLEAR\nIF (M2=1)\nM9=5\nENDIF\nCLOSE\nENABLE PLC 1\n",
+    )]);
+    folder.write("s.csv", "tick,name,value\n3,\"y:$ffc2, 0\",1\n");
+    let run = "run byte.pmc --ticks 40 --stimulus s.csv --watch Y:$FFC2,8,M9,Y:$FFC2,8,4,y:$ffc2,9";
+    let trace = folder.plcc(run).exits(0).stdout;
+    assert!(trace.contains("0,\"Y:$FFC2,8\",0\n0,M9,0\n0,\"Y:$FFC2,8,4\",0\n"), "{trace}");
+    assert!(trace.contains(",\"Y:$FFC2,8\",1\n") && trace.contains(",M9,5\n"), "{trace}");
+    assert!(trace.contains(",\"Y:$FFC2,8,4\",5\n"), "{trace}");
+    folder.plcc("run byte.pmc --ticks 1 --safe Y:$FFC2,8=1").exits(0);
+    folder
+        .plcc("run byte.pmc --ticks 1 --safe Y:$FFC2,24=1")
+        .exits(2)
+        .says(&["beyond those of a word"]);
+    // A picture of such a trace has the name.
+    folder.plcc(&format!("{run} --trace t.csv")).exits(0);
+    folder.plcc("plot t.csv -o t.svg").exits(0);
+    assert!(folder.read("t.svg").contains("Y:$FFC2,8"));
+}

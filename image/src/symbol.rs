@@ -47,7 +47,7 @@ fn decode_place(bytes: &[u8]) -> Option<Place> {
 pub struct Symbol {
     /// The name in the language's canonical spelling.
     pub name: String,
-    /// Names that people gave to it, the one that is shown first.
+    /// Other names: those that people gave to it, the one that is shown first, and that of its line.
     pub aliases: Vec<String>,
     /// Where the value lies that the program sees.
     pub value: Place,

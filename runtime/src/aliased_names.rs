@@ -81,6 +81,10 @@ impl Names for WithGiven {
         self.own.shown_in_image()
     }
 
+    fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
+        self.own.lines(key)
+    }
+
     fn safe_lines(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
         let own = |output: &SafeOutput| {
             let is_own = self.own.find(&output.name, Purpose::Watch).is_ok();

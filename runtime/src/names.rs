@@ -107,6 +107,12 @@ pub trait Names: Debug + Send + Sync {
     /// [value](Properties::value) in the process image.
     fn shown_in_image(&self) -> Vec<VariableKey>;
 
+    /// The physical lines of an input or output, the lowest first, each a variable of one bit with a name of its own; of a line
+    /// itself that line. Empty for what has none.
+    fn lines(&self, _key: VariableKey) -> Vec<VariableKey> {
+        vec![]
+    }
+
     /// Where the physical outputs lie in the process image, and what they become at a stop: what `outputs` say,
     /// and all others off.
     ///

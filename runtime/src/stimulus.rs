@@ -196,7 +196,12 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
 
 /// The three fields of a line, without blanks and quotes around them; `None` where there are not three.
 fn fields(line: &str) -> Option<[&str; 3]> {
-    let mut parts = line.split(',').map(|part| {
+    let mut quoted = false;
+    let is_end = move |c: char| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    };
+    let mut parts = line.split(is_end).map(|part| {
         let part = part.trim();
         part.strip_prefix('"').and_then(|part| part.strip_suffix('"')).unwrap_or(part).trim()
     });

@@ -359,6 +359,14 @@ fn plcctl_shows_and_sets() {
     assert_eq!(control.plcctl(&["force", "DOOR=1"]).status.code(), Some(0));
     let status = text(&control.plcctl(&["status"]));
     assert!(status.contains("DOOR=1") && status.contains("running"), "{status}");
+    // The line of DOOR, which can't be held in two ways at once.
+    assert_eq!(control.plcctl(&["unforce", "DOOR"]).status.code(), Some(0));
+    assert_eq!(control.plcctl(&["force", "PORT0.0=1"]).status.code(), Some(0));
+    control.tick();
+    assert_eq!(text(&control.plcctl(&["get", "DOOR", "PORT0.0"])), "DOOR=1\nPORT0.0=0\n");
+    let shares = control.plcctl(&["force", "DOOR=0"]);
+    assert!(String::from_utf8_lossy(&shares.stderr).contains("shares bits with `PORT0.0`"));
+    assert!(text(&control.plcctl(&["status"])).contains("PORT0.0=1"));
     let list = text(&control.plcctl(&["list"]));
     assert_eq!(list, "A[3]\nCOUNT\nDOOR\nLAMP\nLEVEL\n");
     let refused = control.plcctl(&["stop"]);

@@ -5,6 +5,7 @@
 //! | `P1`, `M11`, `I15`, `L3` | a variable |
 //! | `Q5`, `&2Q5` | a Q-variable of coordinate system 1, and of system 2 |
 //! | `X:$0700`, `Y:65474` | a word of memory |
+//! | `Y:$FFC2,8`, `Y:$FFC2,8,4` | a bit of a word, and several bits from one on |
 //! | `D:$28`, `DP:$D200`, `L:$1001`, `F:$D200` | two words of memory, in that format |
 //! | `PLC3`, `PLCC3` | whether a PLC or PLCC is enabled: see [`PlcOp`](super::PlcOp) for what setting it does |
 
@@ -20,7 +21,7 @@ use super::{Controller, Definition, Field, Kind, Layout, Variable};
 pub enum PmacName {
     /// A variable.
     Variable(Variable),
-    /// Memory: an `X:` or `Y:` word, or two words as `D:`, `DP:`, `L:` or `F:` take them.
+    /// Memory: an `X:` or `Y:` word or bits of one, or two words as `D:`, `DP:`, `L:` or `F:` take them.
     Memory(Definition),
     /// The state of a PLC: 0 disabled, 1 enabled, 2 paused.
     Plc {
@@ -64,11 +65,19 @@ impl PmacName {
             .map(|c| c.to_ascii_uppercase())
             .collect();
         if let Some((space, address)) = upper.split_once(':') {
+            let (address, bits) = match address.split_once(',') {
+                Some((address, bits)) => (address, Some(bits)),
+                None => (address, None),
+            };
             let address = address_of(address).ok_or(PmacNameError::Malformed)?;
             if address > layout.address_mask() {
                 return Err(beyond(layout, &format!("address ${:X}", layout.address_mask())));
             }
-            let field = Field::WORD;
+            let field = match bits {
+                None => Field::WORD,
+                Some(bits) if matches!(space, "X" | "Y") => bits_of(bits)?,
+                Some(_) => return Err(PmacNameError::Malformed),
+            };
             return Ok(Self::Memory(match space {
                 "X" => Definition::X { address, field },
                 "Y" => Definition::Y { address, field },
@@ -119,6 +128,15 @@ impl PmacName {
         Ok(Self::Variable(Variable { kind, number, system }))
     }
 
+    /// The order of lines: by words, then by bits.
+    pub fn line_order(&self) -> (bool, u32, u8) {
+        match *self {
+            Self::Memory(Definition::X { address, field }) => (false, address, field.offset),
+            Self::Memory(Definition::Y { address, field }) => (true, address, field.offset),
+            _ => (false, 0, 0),
+        }
+    }
+
     /// The order of a dump: Q-variables of the coordinate systems from 2 on, then the others by
     /// letter and number. A dump has neither places of memory nor PLCs; by address and number they come
     /// among the Q-variables and the P-variables.
@@ -153,7 +171,18 @@ impl fmt::Display for PmacName {
                     Definition::F { .. } => "F",
                     Definition::Star | Definition::Tw { .. } => "M",
                 };
-                write!(f, "{prefix}:${:X}", definition.address())
+                write!(f, "{prefix}:${:X}", definition.address())?;
+                match definition {
+                    Definition::X { field, .. } | Definition::Y { field, .. }
+                        if field != Field::WORD =>
+                    {
+                        match field.width {
+                            1 => write!(f, ",{}", field.offset),
+                            width => write!(f, ",{},{width}", field.offset),
+                        }
+                    }
+                    _ => Ok(()),
+                }
             }
             Self::Plc { compiled, number } => {
                 write!(f, "{}{number}", if compiled { "PLCC" } else { "PLC" })
@@ -178,6 +207,19 @@ pub fn suggest(text: &str) -> Option<String> {
     let digits: String = chars.filter(char::is_ascii_digit).collect();
     let number = decimal(&digits)?;
     "ILMPQ".contains(letter).then(|| format!("{letter}{number}"))
+}
+
+/// The bits behind the address of a word: the first one, and how many there are if they are several.
+fn bits_of(text: &str) -> Result<Field, PmacNameError> {
+    let (offset, width) = text.split_once(',').unwrap_or((text, "1"));
+    let number = |text| decimal(text).and_then(|number| u8::try_from(number).ok());
+    let (offset, width) = number(offset).zip(number(width)).ok_or(PmacNameError::Malformed)?;
+    if width == 0 || offset.checked_add(width).is_none_or(|end| end > 24) {
+        return Err(PmacNameError::Beyond(
+            "has bits beyond those of a word, which are 0 to 23".into(),
+        ));
+    }
+    Ok(Field { offset, width, ..Field::WORD })
 }
 
 fn decimal(text: &str) -> Option<u32> {
@@ -214,6 +256,9 @@ mod tests {
             ("&02q5", "&2Q5"),
             ("X:$0700", "X:$700"),
             ("y:65474", "Y:$FFC2"),
+            ("y:$ffc2, 08", "Y:$FFC2,8"),
+            ("X:$700,4,4", "X:$700,4,4"),
+            ("X:$700,0,24", "X:$700"),
             ("L:$1001", "L:$1001"),
             ("d p:$d2 00", "DP:$D200"),
             ("plc 3", "PLC3"),
@@ -228,9 +273,22 @@ mod tests {
     #[test]
     fn a_wrong_name_is_refused_with_the_reason() {
         let pmac = Layout::new(Controller::Pmac);
-        for text in
-            ["", "P", "P-1", "P1.5", "PUMP", "&2P5", "&Q5", "X:", "X:$G", "Z:0", "P4294967296"]
-        {
+        for text in [
+            "",
+            "P",
+            "P-1",
+            "P1.5",
+            "PUMP",
+            "&2P5",
+            "&Q5",
+            "X:",
+            "X:$G",
+            "Z:0",
+            "L:0,1",
+            "X:0,",
+            "X:0,1,",
+            "P4294967296",
+        ] {
             let error = PmacName::parse(text, &pmac);
             assert_eq!(error, Err(PmacNameError::Malformed), "{text}");
         }
@@ -241,6 +299,10 @@ mod tests {
         }
         for text in ["PLC", "PLCC", "PLCD1", "PLC-1"] {
             assert_eq!(PmacName::parse(text, &pmac), Err(PmacNameError::Malformed), "{text}");
+        }
+        for text in ["X:$700,24", "Y:0,20,5", "X:0,3,0"] {
+            let error = PmacName::parse(text, &pmac);
+            assert!(matches!(error, Err(PmacNameError::Beyond(_))), "{text}");
         }
         for text in ["P1024", "&9Q1", "X:$10000"] {
             let error = PmacName::parse(text, &pmac);

@@ -106,7 +106,7 @@ fn row(line: &str, unit: TimeUnit) -> Result<Row<'_>, String> {
     let value =
         |text: &str| number(text).ok_or_else(|| format!("`{}` is not a number", shown(text)));
     let values = values.into_iter().map(value).collect::<Result<_, _>>()?;
-    Ok(Row { tick, time, name: name.trim(), values, is_array })
+    Ok(Row { tick, time, name: name.trim().trim_matches('"'), values, is_array })
 }
 
 /// A number as traces have it.

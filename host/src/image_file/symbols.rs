@@ -1,6 +1,7 @@
 //! The table of symbols of a program, as the image file has it: its variables, where their values and their physical
 //! lines lie in the process image, and which of them other processes can give.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use plcc_image::{Direction, Symbol};
@@ -20,7 +21,9 @@ impl SymbolTable {
     /// The table of a program with these names.
     pub fn new(names: &dyn Names) -> Self {
         let mut table = Self::default();
-        for key in names.shown_in_image() {
+        let keys = names.shown_in_image();
+        let shown: HashSet<VariableKey> = keys.iter().copied().collect();
+        for key in keys {
             let Properties { elements, direction, value, line, unit, .. } = names.properties(key);
             let Some(value) = value else { continue };
             let name = names.canonical(key);
@@ -31,7 +34,13 @@ impl SymbolTable {
                 table.slots.len() as u32 - 1
             });
             let (elements, unit) = (elements.unwrap_or(1), unit.to_owned());
-            let aliases = names.given().aliases_of(&name).into_iter().map(str::to_owned).collect();
+            let given = names.given().aliases_of(&name).into_iter().map(str::to_owned);
+            // A variable of one line has the line's name too, unless the line is shown itself.
+            let of_line = match *names.lines(key).as_slice() {
+                [line] if !shown.contains(&line) => Some(names.canonical(line)),
+                _ => None,
+            };
+            let aliases = given.chain(of_line).collect();
             table.symbols.push(Symbol {
                 name,
                 aliases,

@@ -261,9 +261,12 @@ fn row(
     if let Some(ns) = time_ns {
         write!(out, "{},", milliseconds(ns))?;
     }
+    // The name of bits of a word, as in `Y:$FFC2,8`.
+    let quoted = if name.contains(',') { "\"" } else { "" };
+    write!(out, "{quoted}{name}{quoted},")?;
     match value {
-        Value::Array(_) => writeln!(out, "{name},\"{value}\""),
-        Value::Int(_) | Value::Float(_) => writeln!(out, "{name},{value}"),
+        Value::Array(_) => writeln!(out, "\"{value}\""),
+        Value::Int(_) | Value::Float(_) => writeln!(out, "{value}"),
     }
 }
 

@@ -103,16 +103,30 @@ impl Watch {
     }
 }
 
-/// The names of a list. Commas inside brackets separate nothing.
+/// The names of a list. Commas inside brackets separate nothing, nor do those in front of the bits of a word of memory, as in
+/// `Y:$FFC2,8`.
 fn split(list: &str) -> impl Iterator<Item = &str> {
-    let mut depth = 0u32;
-    list.split(move |c: char| {
-        match c {
-            '[' => depth += 1,
-            ']' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        c == ',' && depth == 0
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let mut rest = Some(list);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        let (mut depth, mut is_word) = (0u32, false);
+        let end = text.char_indices().find(|&(at, c)| {
+            match c {
+                '[' => depth += 1,
+                ']' => depth = depth.saturating_sub(1),
+                ':' => is_word = true,
+                _ => {}
+            }
+            let next = text.get(at + 1..).unwrap_or("").split(',').next().unwrap_or("").trim();
+            c == ',' && depth == 0 && !(is_word && is_number(next))
+        });
+        let Some((at, _)) = end else {
+            rest = None;
+            return Some(text);
+        };
+        rest = text.get(at + 1..);
+        text.get(..at)
     })
     .map(str::trim)
 }
@@ -125,5 +139,7 @@ mod tests {
     fn names_are_split_at_commas() {
         let names: Vec<&str> = split("A[3], X:$0700,&2Q5 ,B[1,2],").collect();
         assert_eq!(names, ["A[3]", "X:$0700", "&2Q5", "B[1,2]", ""]);
+        let names: Vec<&str> = split("Y:$FFC2,8,P1,X:0, 4,4 ,PORT1.0,7").collect();
+        assert_eq!(names, ["Y:$FFC2,8", "P1", "X:0, 4,4", "PORT1.0", "7"]);
     }
 }

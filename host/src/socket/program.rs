@@ -255,6 +255,11 @@ impl ServedProgram {
             if self.names.properties(key).elements.is_some() {
                 return Err(missing("it is an array".into()));
             }
+            let sides = [other.names.properties(old.key), self.names.properties(key)];
+            let [was, is] = sides.map(|properties| properties.direction);
+            if was != is {
+                return Err(missing(format!("it is {} there and {} here", is.name(), was.name())));
+            }
             let forced = executive.force(key, Some(old.setting));
             forced.map_err(|why| missing(format!("it {why}")))?;
             texts.push((key, old.text.clone()));

@@ -232,6 +232,27 @@ impl Names for NctNames {
         names.into_iter().filter(shown).map(key).collect()
     }
 
+    /// `P012` of I012, `O012` of Y012; of a word those of its two bytes.
+    fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
+        type Line = fn(u8, u8) -> NctName;
+        let input: Line = |byte, bit| NctName::P { byte, bit: Some(bit) };
+        let output: Line = |byte, bit| NctName::O { byte, bit: Some(bit) };
+        let (line, byte, bit) = match name(key) {
+            Some(NctName::I { byte, bit } | NctName::P { byte, bit }) => (input, byte, bit),
+            Some(NctName::Y { byte, bit } | NctName::O { byte, bit }) => (output, byte, bit),
+            _ => return vec![],
+        };
+        let bits = match bit {
+            Some(bit) => vec![(byte, bit)],
+            None => [byte, byte.saturating_add(1)]
+                .into_iter()
+                .flat_map(|byte| (0..8).map(move |bit| (byte, bit)))
+                .collect(),
+        };
+        let wired = bits.into_iter().filter(|(byte, _)| *byte < self.line_bytes());
+        wired.map(|(byte, bit)| self::key(line(byte, bit))).collect()
+    }
+
     fn safe_lines(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
         self.lines_at_stop(outputs)
     }

@@ -25,7 +25,7 @@ pub(super) struct Forces {
 }
 
 /// Whether two variables have bits of a word of memory in common.
-fn share_bits(a: Definition, b: Definition) -> bool {
+pub(super) fn share_bits(a: Definition, b: Definition) -> bool {
     let bits = |definition| match definition {
         Definition::X { address, field } => Some((true, address, field)),
         Definition::Y { address, field } => Some((false, address, field)),

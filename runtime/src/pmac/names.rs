@@ -1,5 +1,7 @@
 //! The names of a PMAC's variables, as users write them ([`PmacName`]), and the values of a stimulus.
 
+use std::collections::HashSet;
+
 use plcc_abi::DialectVariable;
 use plcc_abi::image::read_u64;
 use plcc_abi::place::{Direction, Place, Type};
@@ -9,6 +11,7 @@ use plcc_abi::pmac::{
     Space, Variable, field_place,
 };
 
+use super::forces::share_bits;
 use crate::names::{Class, Names, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{NameError, Purpose, Setting, ValueError, VariableKey};
@@ -114,7 +117,8 @@ impl PmacNames {
         let Some(definition) = self.definition(name) else { return Direction::Internal };
         let is_output = |output: &Output| match name {
             PmacName::Variable(variable) => output.variable == Some(variable),
-            _ => output.definition == definition,
+            _ if is_whole_word(definition) => output.definition == definition,
+            _ => share_bits(output.definition, definition),
         };
         match definition {
             _ if self.outputs.iter().any(is_output) => Direction::Output,
@@ -188,13 +192,39 @@ impl Names for PmacNames {
         Self::ordered(self.outputs.iter().map(name).collect())
     }
 
-    /// P, Q and I that the download names, and M and L that are bits of words.
+    /// P, Q and I that the download names, M and L that are bits of words, and the lines of those that are several lines.
     fn shown_in_image(&self) -> Vec<VariableKey> {
         let is_pointer = |variable: &&Variable| matches!(variable.kind, Kind::M | Kind::L);
         let values = self.named.iter().filter(|variable| !is_pointer(variable));
         let names = values.chain(self.named.iter().filter(is_pointer));
         let names = names.map(|variable| PmacName::Variable(*variable));
-        names.filter(|name| self.place(*name).is_some()).map(key).collect()
+        let mut shown: Vec<VariableKey> =
+            names.filter(|name| self.place(*name).is_some()).map(key).collect();
+        let lines = shown.iter().map(|key| self.lines(*key));
+        let (single, several): (Vec<_>, Vec<_>) = lines.partition(|lines| lines.len() == 1);
+        let mut lines: Vec<VariableKey> = several.into_iter().flatten().collect();
+        lines.sort_by_key(|line| name(*line).map(|name| name.line_order()));
+        lines.dedup();
+        let single: HashSet<VariableKey> = single.into_iter().flatten().collect();
+        shown.extend(lines.into_iter().filter(|line| !single.contains(line)));
+        shown
+    }
+
+    /// The bits of words of I/O memory, `Y:$FFC2,8` and on.
+    fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
+        let definition = name(key).and_then(|name| self.definition(name));
+        let (space, address, field) = match definition {
+            Some(Definition::X { address, field }) => (Space::X, address, field),
+            Some(Definition::Y { address, field }) => (Space::Y, address, field),
+            _ => return vec![],
+        };
+        if !self.layout.is_io(space, address) {
+            return vec![];
+        }
+        let bits = field.offset..field.offset.saturating_add(field.width).min(24);
+        let line =
+            |offset| Definition::word(space, address, Field { offset, width: 1, ..Field::WORD });
+        bits.map(|bit| self::key(PmacName::Memory(line(bit)))).collect()
     }
 
     fn safe_lines(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
@@ -204,6 +234,14 @@ impl Names for PmacNames {
     /// Where variables lie can change, so that the executive compares their bits.
     fn share_forced_bits(&self, _: VariableKey, _: VariableKey) -> bool {
         false
+    }
+}
+
+/// Whether a definition is a word of memory, rather than bits of one.
+fn is_whole_word(definition: Definition) -> bool {
+    match definition {
+        Definition::X { field, .. } | Definition::Y { field, .. } => field == Field::WORD,
+        _ => true,
     }
 }
 
@@ -298,6 +336,18 @@ mod tests {
             (Direction::Input, Direction::Internal)
         );
         assert!(!of("M7").can_be_forced && of("M7").value.is_none());
+        let line =
+            |name: &str| (of(name).direction, of(name).value.map(|place| (place.bit, place.width)));
+        assert_eq!(line("Y:$C000,4"), (Direction::Output, Some((4, 1))));
+        assert_eq!(line("Y:$C000,5"), (Direction::Input, Some((5, 1))));
+        let lines = |name: &str| {
+            let lines = names.lines(names.find(name, Purpose::Watch).unwrap()).into_iter();
+            lines.map(|line| names.canonical(line)).collect::<Vec<_>>()
+        };
+        assert_eq!(lines("L3"), ["Y:$C000,4"]);
+        assert_eq!(lines("Y:$C000,20,2"), ["Y:$C000,20", "Y:$C000,21"]);
+        assert_eq!(lines("Y:$C000").len(), 24);
+        assert_eq!(lines("Q5"), [""; 0]);
     }
 
     #[test]

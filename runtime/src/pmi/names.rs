@@ -1,12 +1,12 @@
 //! The names of a PMI program's variables, as users write them ([`PmiName`]).
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use plcc_abi::DialectVariable;
 use plcc_abi::closest;
 use plcc_abi::place::{Direction, Place, Type as PlaceType};
 use plcc_abi::pmi::{
-    Format, Lines, PmiName, PmiNameError, PmiTables, PmiVariable, Role, Symbol, Timer, Type,
+    Format, Lines, PORTS, PmiName, PmiNameError, PmiTables, PmiVariable, Role, Symbol, Timer, Type,
 };
 
 use crate::names::{Class, Names, Properties};
@@ -162,6 +162,34 @@ impl PmiNames {
         }
     }
 
+    /// Whether a line is one that an input of the program latches, or one of a port on which it has outputs.
+    pub(super) fn direction_of_line(&self, port: u16, bit: u8) -> Direction {
+        let at = (u32::from(port) < PORTS).then_some(1 << bit);
+        let Some(line) = at else { return Direction::Internal };
+        let mut inputs = self.symbols.iter().filter_map(|symbol| symbol.role.input());
+        let mut outputs = self.symbols.iter().filter_map(|symbol| symbol.role.output());
+        if inputs.any(|lines| lines.port == port && port_lines::mask(lines) & line != 0) {
+            Direction::Input
+        } else if outputs.any(|lines| lines.port == port) {
+            Direction::Output
+        } else {
+            Direction::Internal
+        }
+    }
+
+    /// The port of an input, an output or a line, and its bits there.
+    fn bits(&self, variable: PmiVariable) -> Option<(u16, u8)> {
+        match variable {
+            PmiVariable::Symbol(index) => {
+                let role = self.symbol(index)?.role;
+                let lines = role.input().or_else(|| role.output())?;
+                Some((lines.port, port_lines::mask(lines)))
+            }
+            PmiVariable::Line(port, bit) => Some((port, 1 << bit)),
+            PmiVariable::Element(..) | PmiVariable::Counter(_) => None,
+        }
+    }
+
     /// The symbols that pass a test, by their names.
     fn chosen(&self, test: impl Fn(&Symbol) -> bool) -> Vec<(String, VariableKey)> {
         let symbols = self.symbols.iter().zip(0..).filter(|(symbol, _)| test(symbol));
@@ -195,7 +223,10 @@ impl Names for PmiNames {
             PmiVariable::Line(port, bit) => {
                 let at = self.ports + u32::from(port);
                 let place = Place::bits(at, PlaceType::Bits, bit, 1);
-                Some(Properties::internal(Class::Logical, Some(place)))
+                let direction = self.direction_of_line(port, bit);
+                let can_be_forced = direction != Direction::Internal;
+                let line = Properties::internal(Class::Logical, Some(place));
+                Some(Properties { direction, can_be_forced, ..line })
             }
         });
         known.unwrap_or(Properties::internal(Class::Integer, None))
@@ -235,17 +266,45 @@ impl Names for PmiNames {
         self.chosen(|symbol| symbol.role.output().is_some())
     }
 
+    fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
+        let Some((port, bits)) = variable(key).and_then(|variable| self.bits(variable)) else {
+            return vec![];
+        };
+        let lines = (0..8).filter(|bit| bits >> bit & 1 != 0);
+        lines.map(|bit| self::key(PmiVariable::Line(port, bit))).collect()
+    }
+
+    /// All variables, and the lines that are not a single variable's: those of groups, and those of ports with outputs that no
+    /// output declares.
     fn shown_in_image(&self) -> Vec<VariableKey> {
         let symbols = self.symbols.iter().zip(0..);
-        symbols.map(|(_, index)| key(PmiVariable::Symbol(index))).collect()
+        let mut shown: Vec<VariableKey> =
+            symbols.map(|(_, index)| key(PmiVariable::Symbol(index))).collect();
+        let mut single: BTreeMap<u16, u8> = BTreeMap::new();
+        let mut lines: BTreeMap<u16, u8> = BTreeMap::new();
+        for symbol in &self.symbols {
+            let Some(own) = symbol.role.input().or_else(|| symbol.role.output()) else { continue };
+            let bits = port_lines::mask(own);
+            let all = if symbol.role.output().is_some() { 0xFF } else { bits };
+            *lines.entry(own.port).or_default() |= all;
+            if own.format == Format::Bit {
+                *single.entry(own.port).or_default() |= bits;
+            }
+        }
+        for (port, bits) in lines {
+            let rest = bits & !single.get(&port).copied().unwrap_or(0);
+            let rest = (0..8).filter(|bit| rest >> bit & 1 != 0);
+            shown.extend(rest.map(|bit| key(PmiVariable::Line(port, bit))));
+        }
+        shown
     }
 
     fn safe_lines(&self, outputs: &SafeOutputs) -> Result<SafeLines, Vec<NameError>> {
         self.lines_at_stop(outputs)
     }
 
-    /// Each input and output has lines of its own.
-    fn share_forced_bits(&self, _: VariableKey, _: VariableKey) -> bool {
-        false
+    fn share_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
+        let bits = |key| variable(key).and_then(|variable| self.bits(variable));
+        bits(a).zip(bits(b)).is_some_and(|(a, b)| a.0 == b.0 && a.1 & b.1 != 0)
     }
 }

@@ -516,9 +516,44 @@ fn a_forced_output_has_its_value_on_the_lines_alone() {
 }
 
 #[test]
+fn a_forced_line_is_latched_or_driven() {
+    let mut control = Control::new();
+    let names = control.executive.names();
+    let tool = names.find("TOOL", Purpose::Watch).unwrap();
+    let lines: Vec<String> =
+        names.lines(tool).into_iter().map(|line| names.canonical(line)).collect();
+    control.set("TOOL", 0);
+    control.force(&lines[1], Some(1)).unwrap();
+    control.force("PORT0.3", Some(1)).unwrap();
+    control.force("PORT1.0", Some(1)).unwrap();
+    control.idle();
+    assert_eq!((control.get("TOOL"), control.get(&lines[1])), (2, 0), "the line stays what it is");
+    assert_eq!(control.get("BUTTON"), 1);
+    assert_eq!((control.get("LAMP"), control.get("PORT1.0")), (0, 1));
+    assert!(control.force("PORT1.0", Some(2)).is_err());
+    let forced: Vec<_> =
+        control.executive.forces().into_iter().map(|(key, _)| names.canonical(key)).collect();
+    assert_eq!(forced, [lines[1].as_str(), "PORT0.3", "PORT1.0"]);
+    let line = names.find(&lines[1], Purpose::Watch).unwrap();
+    assert!(names.share_forced_bits(line, tool));
+    assert!(!names.share_forced_bits(line, names.find("BUTTON", Purpose::Watch).unwrap()));
+    for name in [lines[1].as_str(), "PORT0.3", "PORT1.0"] {
+        control.force(name, None).unwrap();
+    }
+    control.idle();
+    assert_eq!((control.get("TOOL"), control.get("BUTTON"), control.get("PORT1.0")), (0, 0, 0));
+    let shown = names.shown_in_image();
+    assert!(shown.contains(&line), "a line of a group has a symbol of its own");
+    assert!(
+        !shown.contains(&names.find("PORT0.3", Purpose::Watch).unwrap()),
+        "BUTTON is this line"
+    );
+}
+
+#[test]
 fn only_inputs_and_outputs_can_be_forced_to_what_their_lines_carry() {
     let mut control = Control::new();
-    for name in ["TOTAL", "LIST", "TC#COUNT", "PORT1.0", "@ESTOP"] {
+    for name in ["TOTAL", "LIST", "TC#COUNT", "PORT7.0", "PORT0.7", "@ESTOP"] {
         assert!(control.force(name, Some(1)).is_err(), "{name}");
     }
     for value in [7, 2, -1] {

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
+use plcc_abi::place::Direction;
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, PmiVariable, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TimeLimit, TrapCode};
 use thiserror::Error;
@@ -150,6 +151,7 @@ impl PmiExecutive {
     fn latch(&mut self) {
         for &(lines, offset) in &self.inputs {
             let port = read_u8(&self.image, self.ports + u32::from(lines.port));
+            let port = self.state.forces.latched(lines.port, port);
             let value = port_lines::decode(lines, port);
             let ty = port_lines::variable_type(lines);
             write(&mut self.image, ty, offset, value.into());
@@ -335,26 +337,34 @@ impl Executive for PmiExecutive {
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let Some(PmiVariable::Symbol(index)) = names::variable(key) else {
-            return Err("is neither an input nor an output, and can't be forced");
+        let neither = "is neither an input nor an output, and can't be forced";
+        let variable = names::variable(key).ok_or(neither)?;
+        let forces = &mut self.state.forces;
+        let Some(value) = value else {
+            forces.remove(variable);
+            return Ok(());
         };
-        match (value, self.names.symbol(index)) {
-            (Some(value), Some(symbol)) => self.state.forces.set(index, symbol, value.integer()),
-            _ => {
-                self.state.forces.remove(index);
-                Ok(())
+        match variable {
+            PmiVariable::Symbol(index) => {
+                let symbol = self.names.symbol(index).ok_or(neither)?;
+                forces.set(index, symbol, value.integer())
             }
+            PmiVariable::Line(port, bit) => match self.names.direction_of_line(port, bit) {
+                Direction::Internal => Err("is a line of no input or output of the program"),
+                side => forces.set_line((port, bit), side == Direction::Input, value.integer()),
+            },
+            PmiVariable::Element(..) | PmiVariable::Counter(_) => Err(neither),
         }
     }
 
     fn each_force(&self, see: &mut dyn FnMut(VariableKey, Setting)) {
-        for (index, value) in self.state.forces.values() {
-            see(names::key(PmiVariable::Symbol(index)), Setting::Int(value.into()));
+        for (variable, value) in self.state.forces.values() {
+            see(names::key(variable), Setting::Int(value.into()));
         }
     }
 
     fn is_held(&self, key: VariableKey) -> bool {
-        matches!(names::variable(key), Some(PmiVariable::Symbol(index)) if self.state.forces.holds(index))
+        names::variable(key).is_some_and(|variable| self.state.forces.holds(variable))
     }
 
     fn fingerprint(&self) -> u64 {

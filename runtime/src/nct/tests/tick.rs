@@ -261,6 +261,13 @@ fn physical_lines_and_words_have_names() {
     for wrong in ["V012", ":003", "X1", "I9", "RH200"] {
         assert!(executive.names().find(wrong, Purpose::Watch).is_err(), "{wrong}");
     }
+    let lines = |name: &str| {
+        let names = executive.names();
+        let lines = names.lines(names.find(name, Purpose::Watch).unwrap()).into_iter();
+        lines.map(|line| names.canonical(line)).collect::<Vec<_>>()
+    };
+    assert_eq!((lines("I012"), lines("Y013")), (vec!["P012".into()], vec!["O013".into()]));
+    assert_eq!((lines("O02").len(), lines("Y547").len(), lines("RH060").len()), (16, 0, 0));
     let variable = executive.names().find("i002", Purpose::Stimulus).unwrap();
     assert_eq!(executive.names().canonical(variable), "I002");
     assert!(executive.names().parse(variable, "1.5").is_err());
