@@ -1,13 +1,15 @@
 //! Compares entries with the variables of a program.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use plcc_abi::closest;
 use plcc_image::latch::Safe;
-use plcc_image::{Direction, Place, Symbol};
+use plcc_image::{Direction, Number, Place, Symbol, Type};
 
+use crate::addresses::Addresses;
 use crate::range::names;
-use crate::{Entry, Mistake, Point, Warning, drivers, outside_range};
+use crate::{Address, Entry, Mistake, Point, Warning, drivers, outside_range};
 
 /// How many points a configuration may have.
 const MAX_POINTS: usize = 1 << 16;
@@ -48,6 +50,7 @@ pub fn points(
     let mut checked = Checked::default();
     // The lines of entries that give a variable, and that take a value for a point outside.
     let mut given: HashMap<Place, usize> = HashMap::new();
+    let by_line = by_line(symbols);
     let mut driven: HashMap<String, usize> = HashMap::new();
     let mut hints = 0;
     for entry in entries {
@@ -72,14 +75,17 @@ pub fn points(
                 continue;
             }
         };
-        let first = match entry.driver.address(&entry.address) {
-            Ok(address) => address,
+        let addresses = match Addresses::read(entry.driver, &entry.address) {
+            Ok(addresses) => addresses,
             Err(message) => {
                 wrong(message);
                 continue;
             }
         };
-        for (index, name) in names.iter().enumerate() {
+        // How many of the addresses are taken.
+        let mut next = 0;
+        let mut is_clean = true;
+        'names: for name in &names {
             let upper = name.to_ascii_uppercase();
             let symbol = by_name.get(name.as_str()).or_else(|| by_name.get(upper.as_str()));
             let symbol = symbol.or_else(|| by_alias.get(&upper));
@@ -94,47 +100,70 @@ pub fn points(
                     .flatten();
                 let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
                 wrong(format!("the program has no variable named `{name}`{hint}"));
+                (next, is_clean) = (next + 1, false);
                 continue;
-            };
-            let address = match &first {
-                Some(first) => match first.nth(index) {
-                    Some(address) => Some(address),
-                    None => {
-                        wrong(first.is_too_long(&entry.name, name));
-                        break;
-                    }
-                },
-                None => None,
             };
             let is_input = entry.is_input.unwrap_or(symbol.direction == Direction::Input);
-            let point = Point { entry: entry.clone(), symbol: symbol.clone(), address, is_input };
-            if let Some(message) = unfit(&point) {
-                wrong(format!("`{name}` {message}"));
-                continue;
-            }
-            if is_input {
-                if let Some(line) = given.insert(symbol.outside(), entry.line) {
-                    wrong(format!("`{name}` is given by the entry of line {line} already"));
+            let parts = match lines(entry, symbol, addresses.get(next), &addresses, &by_line) {
+                Ok(parts) => parts,
+                Err(message) => {
+                    wrong(format!("`{name}` {message}"));
+                    (next, is_clean) = (next + 1, false);
+                    continue;
                 }
-            } else if let Some(address) = &point.address {
-                let line = *driven.entry(address.place()).or_insert(entry.line);
-                if line != entry.line {
-                    wrong(format!(
-                        "the point of `{name}` is driven by the entry of line {line} already"
-                    ));
+            };
+            let count = parts.len();
+            for (index, (entry, symbol)) in parts.into_iter().enumerate() {
+                let address = addresses.get(next + index);
+                if address.is_none() && !matches!(addresses, Addresses::None) {
+                    wrong(addresses.is_too_short(&entry.name, &symbol.name));
+                    is_clean = false;
+                    break 'names;
                 }
+                let point = Point { entry, symbol: symbol.clone(), address, is_input };
+                if let Some(message) = unfit(&point) {
+                    let shown = if count == 1 { name } else { &symbol.name };
+                    wrong(format!("`{shown}` {message}{}", lines_wanted(&point, &addresses)));
+                    continue;
+                }
+                let shown = if count == 1 { name } else { &symbol.name };
+                if is_input {
+                    let bits = bits_of(symbol.outside());
+                    let line = bits
+                        .into_iter()
+                        .fold(None, |found, bit| found.or(given.insert(bit, point.entry.line)));
+                    if let Some(line) = line {
+                        wrong(format!("`{shown}` is given by the entry of line {line} already"));
+                    }
+                } else if let Some(address) = &point.address {
+                    let line = *driven.entry(address.place()).or_insert(point.entry.line);
+                    if line != point.entry.line {
+                        wrong(format!(
+                            "the point of `{shown}` is driven by the entry of line {line} already"
+                        ));
+                    }
+                }
+                checked.points.push(point);
             }
-            checked.points.push(point);
+            next += count;
+        }
+        if let Some(count) = addresses.count().filter(|&count| is_clean && count > next) {
+            wrong(format!(
+                "`address` has {count} points, but `{}` has {next} lines: one bit goes to each",
+                entry.name
+            ));
         }
     }
     for driver in drivers::all() {
         checked.mistakes.extend(driver.mistakes(&checked.points));
     }
     checked.warnings = outside_range::warnings(&checked.points);
-    let taken: HashSet<Place> =
-        checked.points.iter().filter(|point| !point.is_input).map(|p| p.symbol.outside()).collect();
+    let points = checked.points.iter().filter(|point| !point.is_input);
+    let taken: HashSet<Place> = points.flat_map(|p| bits_of(p.symbol.outside())).collect();
     let is_taken = |name: &String| {
-        by_name.get(name.as_str()).is_none_or(|symbol| taken.contains(&symbol.outside()))
+        by_name
+            .get(name.as_str())
+            .is_none_or(|symbol| bits_of(symbol.outside()).iter().all(|bit| taken.contains(bit)))
     };
     if !entries.is_empty() {
         let free: Vec<&str> =
@@ -151,6 +180,77 @@ pub fn points(
         }
     }
     checked
+}
+
+/// The places of the bits of a place, or the place itself if it has none.
+fn bits_of(place: Place) -> Vec<Place> {
+    let bits: Vec<Place> = place.each_bit().collect();
+    if bits.is_empty() { vec![place] } else { bits }
+}
+
+/// The symbols of single bits, by their places outside; inputs count before others.
+fn by_line(symbols: &[Symbol]) -> HashMap<Place, &Symbol> {
+    let mut by_line: HashMap<Place, &Symbol> = HashMap::new();
+    for symbol in symbols.iter().filter(|symbol| symbol.outside().ty == Type::Bits) {
+        if let [bit] = *bits_of(symbol.outside()).as_slice() {
+            let known = by_line.entry(bit).or_insert(symbol);
+            if known.slot.is_none() {
+                *known = symbol;
+            }
+        }
+    }
+    by_line
+}
+
+/// What an entry wires of a variable: the variable itself, or each of its lines where the points outside are bits that it
+/// lists.
+fn lines<'s>(
+    entry: &Entry,
+    symbol: &'s Symbol,
+    address: Option<Arc<dyn Address>>,
+    addresses: &Addresses,
+    by_line: &HashMap<Place, &'s Symbol>,
+) -> Result<Vec<(Entry, &'s Symbol)>, String> {
+    let place = symbol.outside();
+    let is_for_bits = |address: Arc<dyn Address>| {
+        address.formats().is_none() && address.unfit(entry.is_input == Some(true), false).is_some()
+    };
+    let has_lines = matches!(place.ty, Type::Bits | Type::SignedBits | Type::Bcd);
+    let is_list = matches!(addresses, Addresses::List(_));
+    if place.is_bit() || !has_lines || !is_list || !address.is_some_and(is_for_bits) {
+        return Ok(vec![(entry.clone(), symbol)]);
+    }
+    let safe = match entry.safe {
+        Safe::Value(Number::Int(value)) if place.range().is_some_and(|r| r.contains(&value)) => {
+            Some(place.bits_of(value))
+        }
+        Safe::Value(value) => return Err(format!("can't be {value}, its `safe`")),
+        Safe::Off | Safe::Hold => None,
+    };
+    let line = |(bit, at): (u32, Place)| {
+        let symbol =
+            by_line.get(&at).ok_or("has lines without names, which can't be wired one by one")?;
+        let safe = safe.map(|bits| Safe::Value(Number::Int((bits >> bit & 1) as i64)));
+        Ok((Entry { safe: safe.unwrap_or(entry.safe), ..entry.clone() }, *symbol))
+    };
+    (0..).zip(place.each_bit()).map(line).collect()
+}
+
+/// The advice for several lines whose entry names one point for a bit.
+fn lines_wanted(point: &Point, addresses: &Addresses) -> String {
+    let place = point.symbol.outside();
+    let fits_bits = || {
+        let address = point.address.as_ref();
+        address.is_some_and(|address| address.unfit(point.is_input, true).is_none())
+    };
+    let is_group = !place.is_bit() && matches!(place.ty, Type::Bits | Type::SignedBits | Type::Bcd);
+    match is_group && matches!(addresses, Addresses::From(_)) && fits_bits() {
+        true => format!(
+            "; it has {} lines: a range or a list of so many addresses gives each line a point",
+            place.width
+        ),
+        false => String::new(),
+    }
 }
 
 /// Why a point can't be, if it can't; the reason follows the variable's name.

@@ -35,6 +35,11 @@ pub trait Driver: fmt::Debug + Sync {
         }
     }
 
+    /// Whether an address may be a list of points and ranges of them, one for each line: `gpiochip0/17,27,22`.
+    fn lists_addresses(&self) -> bool {
+        false
+    }
+
     /// What is wrong with the points of a program taken together, among which are those of other drivers.
     fn mistakes(&self, _points: &[Point]) -> Vec<Mistake> {
         vec![]

@@ -22,7 +22,7 @@ pub struct Entry {
     pub name: String,
     /// What connects it.
     pub driver: &'static dyn Driver,
-    /// The point outside, of a range the first one; empty where the driver needs none.
+    /// The point outside, of a range of names the first one, or a list of points; empty where the driver needs none.
     pub address: String,
     /// Whether a bit is 1 in the program when it is 0 at the point outside.
     pub invert: bool,
@@ -135,7 +135,7 @@ fn entry(
         line,
         name: name.unwrap_or_default(),
         driver: driver.unwrap_or(drivers::other()),
-        address: keys.read("address", value::text).unwrap_or_default(),
+        address: keys.read("address", value::list).unwrap_or_default().join(","),
         description: keys.read("description", value::text).unwrap_or_default(),
         invert: keys.read("invert", value::bool).unwrap_or(false),
         scale: keys.read("scale", scale).unwrap_or(1.0),

@@ -34,6 +34,7 @@
 //! | `outside_range.rs` | variables whose values the format of their point can't hold |
 //! | `plcio.rs` | the table `[plcio]` |
 
+mod addresses;
 mod check;
 mod driver;
 pub mod drivers;

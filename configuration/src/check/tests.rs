@@ -85,6 +85,121 @@ fn ranges_become_points_that_follow_each_other() {
     assert_eq!(checked.points[4].inside(f64::NAN), None);
 }
 
+/// TPOS, an input of four lines in BCD with the lines L0 to L3, and the output GEAR of three lines.
+fn groups() -> Vec<Symbol> {
+    let symbol = |name: &str, value: Place, direction| Symbol {
+        name: name.into(),
+        aliases: vec![],
+        value,
+        line: Some(value),
+        elements: 1,
+        direction,
+        slot: (direction == Direction::Input).then_some(0),
+        unit: String::new(),
+    };
+    let line = |number: u8| {
+        let place = Place::bits(9, Type::Bits, number, 1);
+        symbol(&format!("L{number}"), place, Direction::Input)
+    };
+    let gear = |number: u8| {
+        let place = Place::bits(12, Type::Bits, number + 1, 1);
+        symbol(&format!("G{number}"), place, Direction::Output)
+    };
+    let mut all = vec![
+        symbol("TPOS", Place::bits(9, Type::Bcd, 0, 4), Direction::Input),
+        symbol("GEAR", Place::bits(12, Type::SignedBits, 1, 3), Direction::Output),
+    ];
+    all.extend((0..4).map(line));
+    all.extend((0..3).map(gear));
+    all
+}
+
+fn check_groups(text: &str) -> Checked {
+    let (configuration, findings) = Configuration::read(text, Path::new("c.toml"));
+    assert_eq!(findings.file, []);
+    points(&configuration.entries, &groups(), false, &["GEAR".to_owned()])
+}
+
+#[test]
+fn each_line_of_a_group_gets_a_point() {
+    let checked = check_groups(
+        "[[io]]\nname = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4,5..6,9\"\nsafe = 6\ninvert = true\n\
+         [[io]]\nname = \"GEAR\"\ndriver = \"modbus-tcp\"\naddress = [\"h/1/coil/8..9\", \"h/1/holding/7.3\"]\n",
+    );
+    assert_eq!((checked.mistakes.as_slice(), checked.warnings.as_slice()), (&[][..], &[][..]));
+    let shown: Vec<_> = checked
+        .points
+        .iter()
+        .map(|point| {
+            let place = point.address.as_ref().unwrap().place();
+            let place = place.rsplit("number: ").next().unwrap().to_owned();
+            (point.symbol.name.as_str(), place, point.entry.safe)
+        })
+        .collect();
+    let safe = |bit| Safe::Value(Number::Int(bit));
+    let expected = [
+        ("L0", "gpio gpiochip0/4", safe(0)),
+        ("L1", "gpio gpiochip0/5", safe(1)),
+        ("L2", "gpio gpiochip0/6", safe(1)),
+        ("L3", "gpio gpiochip0/9", safe(0)),
+        ("G0", "8, format: Bit }", Safe::Off),
+        ("G1", "9, format: Bit }", Safe::Off),
+        ("G2", "7, format: BitOf(3) }", Safe::Off),
+    ];
+    assert_eq!(shown, expected.map(|(name, place, safe)| (name, place.to_owned(), safe)));
+    assert_eq!(checked.points[0].inside(1.0), Some(Number::Int(0)), "each line is inverted");
+}
+
+#[test]
+fn what_is_wrong_with_a_group_is_told() {
+    let io = |rest: &str| format!("[[io]]\n{rest}\n");
+    for (text, parts) in [
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4\""),
+            &["it has 4 lines: a range or a list of so many addresses"][..],
+        ),
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..6\""),
+            &["`address` has no point for `L3`"],
+        ),
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..8\""),
+            &["`address` has 5 points, but `TPOS` has 4 lines"],
+        ),
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..7\"\nsafe = 10"),
+            &["`TPOS` can't be 10, its `safe`"],
+        ),
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..7\"\nscale = 2"),
+            &["`L0` is a bit", "`L1` is a bit", "`L2` is a bit", "`L3` is a bit"],
+        ),
+        (
+            io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..7\"")
+                + &io("name = \"L2\"\ndriver = \"gpio\"\naddress = \"gpiochip0/9\""),
+            &["`L2` is given by the entry of line 1 already"],
+        ),
+        (
+            io("name = \"L2\"\ndriver = \"gpio\"\naddress = \"gpiochip0/9\"")
+                + &io("name = \"TPOS\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/holding/9\""),
+            &["`TPOS` is given by the entry of line 1 already"],
+        ),
+        (
+            io("name = \"GEAR\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/discrete/0..2\""),
+            &["`G0` goes outside", "`G1` goes outside", "`G2` goes outside"],
+        ),
+    ] {
+        let found = check_groups(&text).mistakes;
+        assert_eq!(found.len(), parts.len(), "{text}{found:#?}");
+        for (mistake, part) in found.iter().zip(parts) {
+            assert!(mistake.message.contains(part), "{mistake:?} {part}");
+        }
+    }
+    let partly = io("name = \"G0\"\ndriver = \"gpio\"\naddress = \"gpiochip0/1\"");
+    let message = check_groups(&partly).warnings.into_iter().map(|warning| warning.message).next();
+    assert!(message.is_some_and(|message| message.contains("output GEAR is not wired")));
+}
+
 #[test]
 fn values_that_a_point_can_not_hold_are_a_warning() {
     let io = |name: &str, rest: &str| {

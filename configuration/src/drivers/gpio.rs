@@ -24,6 +24,10 @@ impl Driver for Gpio {
         Ok(Some(Arc::new(GpioLine::parse(text)?)))
     }
 
+    fn lists_addresses(&self) -> bool {
+        true
+    }
+
     /// Finds lines that one entry reads and another drives: a line has one direction.
     fn mistakes(&self, points: &[Point]) -> Vec<Mistake> {
         let own = points.iter().filter_map(|point| Some((point, point.address::<GpioLine>()?)));

@@ -228,3 +228,34 @@ fn the_server_listens_as_soon_as_its_port_is_free() {
     Client::new(port).works(&plant);
     plant.end();
 }
+
+/// Four coils are a number in the program, and its lines go to coils and to bits of a register.
+#[test]
+fn the_lines_of_a_group_are_bits_of_a_client() {
+    let port = free_port();
+    let configuration = format!(
+        "modbus-server = \"127.0.0.1:{port}\"\n\
+         [[io]]\nname = \"LEVEL\"\ndriver = \"modbus-server\"\naddress = \"coil/10..13\"\nsafe = 5\ntimeout = \"off\"\n\
+         [[io]]\nname = \"COPY\"\ndriver = \"modbus-server\"\naddress = \"coil/23,22,21,20\"\n\
+         [[io]]\nname = \"COPY\"\ndriver = \"modbus-server\"\naddress = \"holding/7.4..7.7\"\n\
+         [[io]]\nname = \"PORT0.0\"\ndriver = \"modbus-server\"\naddress = \"holding/8.3\"\n"
+    );
+    let plant = Plant::with("modbus-group", &configuration);
+    let client = Client::new(port);
+    // LEVEL is 9: its lines 0 and 3.
+    wait_until("the number comes from its bits", || {
+        client.ask(&[15, 0, 10, 0, 4, 1, 0b1001]).is_some_and(|answer| answer[0] == 15)
+            && plant.line("COPY") == Number::Int(9)
+    });
+    // The list goes backwards: line 0 is coil 23.
+    wait_until("the coils follow", || client.ask(&[1, 0, 20, 0, 4]) == Some(vec![1, 1, 0b1001]));
+    assert_eq!(client.ask(&[3, 0, 7, 0, 1]), Some(vec![3, 2, 0, 0x90]));
+    wait_until("the number comes from its bits", || {
+        client.ask(&[15, 0, 10, 0, 4, 1, 0b0011]).is_some() && plant.line("COPY") == Number::Int(3)
+    });
+    wait_until("the coils follow", || client.ask(&[1, 0, 20, 0, 4]) == Some(vec![1, 1, 0b1100]));
+    assert_eq!(plant.line("PUMP"), Number::Int(1), "the door is closed");
+    client.ask(&[6, 0, 8, 0, 8]);
+    wait_until("the door is open", || plant.line("PUMP") == Number::Int(0));
+    plant.end();
+}

@@ -30,6 +30,10 @@ impl Driver for Ethercat {
         Ok(Some(Arc::new(EthercatPoint::parse(text)?)))
     }
 
+    fn lists_addresses(&self) -> bool {
+        true
+    }
+
     fn mistakes(&self, points: &[Point]) -> Vec<Mistake> {
         point::mistakes(points)
     }

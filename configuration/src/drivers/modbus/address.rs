@@ -7,7 +7,7 @@
 //! | `modbus-server` | `TABLE/NUMBER[:FORMAT]` | `holding/0` |
 //!
 //! TABLE is `coil`, `discrete` (input), `input` (register) or `holding` (register). Numbers count from 0. FORMAT is
-//! for registers; [`Format`] has it.
+//! for registers; [`Format`] has it. `holding/7.3` is bit 3 of a register, the same as `holding/7:bit3`.
 
 use std::fmt;
 use std::net::Ipv6Addr;
@@ -125,7 +125,14 @@ impl ModbusAddress {
             None => (number, None),
         };
         let is_bit = matches!(table, Table::Coil | Table::Discrete);
-        let format = match format {
+        let (number, bit) = match number.split_once('.') {
+            Some((number, bit)) => (number, Some(format!("bit{bit}"))),
+            None => (number, None),
+        };
+        if let (Some(_), Some(format)) = (&bit, format) {
+            return Err(format!("a bit of a register has no format `{format}`"));
+        }
+        let format = match format.or(bit.as_deref()) {
             None if is_bit => Format::Bit,
             None => Format::DEFAULT,
             Some(format) if is_bit => return Err(format!("a single bit has no format `{format}`")),
@@ -256,6 +263,7 @@ mod tests {
         }
         let bit = tcp("h/1/holding/5:bit14").unwrap().after(3).unwrap();
         assert_eq!((bit.number, bit.format), (6, Format::BitOf(1)));
+        assert_eq!(tcp("h/1/holding/5.14"), tcp("h/1/holding/5:bit14"));
         assert_eq!(tcp("h/1/input/65535").unwrap().after(1), None);
         let serial = ModbusAddress::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
         assert_eq!(serial.medium, Medium::Serial("/dev/ttyS0".into(), 9600, 'N'));
@@ -282,6 +290,10 @@ mod tests {
             "/1/coil/0",
             "h/1/input/0:u16-swapped",
             "h/1/input/0:bit16",
+            "h/1/input/0.16",
+            "h/1/input/0.",
+            "h/1/input/0.1:bit1",
+            "h/1/coil/0.1",
         ] {
             assert!(tcp(text).is_err(), "{text}");
         }

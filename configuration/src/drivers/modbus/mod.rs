@@ -39,6 +39,10 @@ impl Driver for ModbusTcp {
     fn address(&self, text: &str) -> Result<Option<Arc<dyn Address>>, String> {
         parsed(text, true, false)
     }
+
+    fn lists_addresses(&self) -> bool {
+        true
+    }
 }
 
 impl Driver for ModbusRtu {
@@ -49,6 +53,10 @@ impl Driver for ModbusRtu {
     fn address(&self, text: &str) -> Result<Option<Arc<dyn Address>>, String> {
         parsed(text, false, true)
     }
+
+    fn lists_addresses(&self) -> bool {
+        true
+    }
 }
 
 impl Driver for ModbusServer {
@@ -58,6 +66,10 @@ impl Driver for ModbusServer {
 
     fn address(&self, text: &str) -> Result<Option<Arc<dyn Address>>, String> {
         parsed(text, false, false)
+    }
+
+    fn lists_addresses(&self) -> bool {
+        true
     }
 
     fn missing_setting(&self, settings: &DriverSettings) -> Option<&'static str> {
