@@ -175,6 +175,8 @@ pub(crate) struct Program {
     pub(crate) dialect: Dialect,
     pub(crate) checked: Option<Checked>,
     pub(crate) diagnostics: Vec<Diagnostic>,
+    /// The part program that the machine file names, where that was read, with what is to be said of it.
+    pub(crate) part_program: Option<(SourceMap, Vec<Diagnostic>)>,
 }
 
 impl Input {
@@ -243,7 +245,8 @@ impl Input {
             let machine = settings.machine.as_deref().unwrap_or(Path::new(""));
             named.map_err(|why| Failure::file(machine, why))?;
         }
-        Ok(Program { sources, named_files: files.len(), dialect, checked, diagnostics })
+        let named_files = files.len();
+        Ok(Program { sources, named_files, dialect, checked, diagnostics, part_program: None })
     }
 }
 

@@ -199,7 +199,7 @@ fn wrong_tables_and_keys_are_told_with_their_place() {
         (
             "[simulator]\npart_program = \"bad.nc\"\n",
             "--simulate",
-            &["bad.nc:1:4: SIM-2", "bad.nc:2:1: SIM-5", "bad.nc:3:4: SIM-8"],
+            &["bad.nc:1:4", "SIM-2", "bad.nc:2:1", "SIM-5", "bad.nc:3:4", "SIM-8"],
         ),
     ] {
         let folder = Folder::with(&[
@@ -222,4 +222,27 @@ fn nothing_changes_without_the_option() {
     assert_eq!((folder.plcc(run).exits(0).stdout, folder.read("d.json")), before);
     assert_eq!(rows(&before.0, "A"), [(0, 0), (2, 1)]);
     folder.plcc("run a.pmi --ticks 3 --part-program x.nc").exits(2).says(&["--simulate"]);
+}
+
+#[test]
+fn check_reads_the_part_program_that_the_table_names() {
+    let folder = Folder::with(&[
+        ("a.pmi", COUNTER),
+        ("a.machine.toml", "[simulator]\npart_program = \"p.nc\"\n"),
+        ("p.nc", "M8\nG1 X1\nM30\n"),
+    ]);
+    let done = folder.plcc("check a.pmi --message-format json").exits(1);
+    let found = done.json();
+    let place = |at: usize| {
+        let found = &found[at];
+        (found["code"].as_str().unwrap(), found["line"].as_u64(), found["column"].as_u64())
+    };
+    assert_eq!(place(0), ("SIM-11", Some(1), Some(1)));
+    assert_eq!(place(1), ("SIM-8", Some(2), Some(4)));
+    folder.write("p.nc", "G1 X1 F5\nM30\n");
+    folder.plcc("check a.pmi").exits(0);
+    folder.write("a.machine.toml", "[simulator.keys]\nDOOR = \"NN\"\n");
+    folder.plcc("check a.pmi").exits(2).says(&["a.machine.toml", "line 2"]);
+    let explained = folder.plcc("explain sim-8").exits(0);
+    assert!(explained.stdout.starts_with("SIM-8: a feed without F\n"), "{}", explained.stdout);
 }

@@ -13,7 +13,7 @@ use plcc_abi::{Program, Tables};
 use plcc_diag::{Diagnostic, SourceMap};
 use plcc_files::{read_regular, why_not_read};
 use plcc_runtime::{Executive, SimulatedExecutive};
-use plcc_simulator::{MAX_PART_PROGRAM, Setup, Strictness};
+use plcc_simulator::{MAX_PART_PROGRAM, Rules, Setup, Strictness, read_part_program};
 use serde::{Deserialize, Serialize};
 
 use crate::args::ControlArgs;
@@ -86,6 +86,46 @@ impl Simulation {
         Ok(machine.simulator.unwrap_or_default())
     }
 
+    /// A sentence about the table, with the name of its file.
+    fn named(&self, why: &str) -> String {
+        let file = self.machine.as_ref().map_or("[simulator]", |(name, _)| name.as_str());
+        format!("{file}: {why}")
+    }
+
+    /// Reads the part program, if there is one, for the control of a program: gives its text and all that is to be said of
+    /// it.
+    ///
+    /// # Errors
+    /// What is wrong with the table.
+    pub fn diagnostics(
+        &self,
+        program: &Program,
+    ) -> Result<Option<(SourceMap, Vec<Diagnostic>)>, Vec<String>> {
+        let rules = Rules::new(&self.table()?, program);
+        Ok(self.part_program.as_ref().map(|(name, bytes)| {
+            let mut sources = SourceMap::new();
+            let file = sources.add(name, bytes);
+            let (_, diagnostics) = read_part_program(&rules, &sources, file);
+            (sources, diagnostics)
+        }))
+    }
+
+    /// Checks the table against a program: whether all names are there, and nothing has two writers.
+    ///
+    /// # Errors
+    /// All that is wrong, with the lines.
+    pub fn check_table(
+        &self,
+        program: &Program,
+        control: &ControlArgs,
+        machine: Option<&Machine>,
+    ) -> Result<(), Vec<String>> {
+        let made = crate::control_args::executive(program, control, false, machine);
+        let executive = made.map_err(|error| vec![error.to_string()])?;
+        let table = Self { part_program: None, ..self.clone() };
+        table.beside(executive, program, control, machine, Strictness::Refuse).map(drop)
+    }
+
     /// Puts the simulator beside an executive of a program at power-up. `control` and `machine` are the options and the
     /// machine file with which that was made.
     ///
@@ -101,8 +141,7 @@ impl Simulation {
     ) -> Result<Simulated, Vec<String>> {
         let table = self.table()?;
         let parameters = parameters(program, control, machine);
-        let file = self.machine.as_ref().map_or("[simulator]", |(name, _)| name.as_str());
-        let named = |why: String| format!("{file}: {why}");
+        let named = |why: String| self.named(&why);
         let setup = Setup::new(&table, program, &parameters, executive.tick_ns());
         let mut setup = setup.map_err(|why| vec![named(why)])?;
         let mut warnings = vec![];

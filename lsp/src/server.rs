@@ -123,7 +123,8 @@ impl<'c> Server<'c> {
             Message::Notification(note) => note.method == "exit",
             Message::Request(_) | Message::Response(_) => false,
         };
-        let _ = waiting.iter().any(is_exit) || self.connection.receiver.iter().any(|it| is_exit(&it));
+        let _ =
+            waiting.iter().any(is_exit) || self.connection.receiver.iter().any(|it| is_exit(&it));
     }
 
     /// Answers requests that a later message cancels, and takes them out.

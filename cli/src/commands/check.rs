@@ -5,10 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, natural_cmp};
-use plcc_diag::{FileId, Severity};
+use plcc_diag::{Diagnostic, FileId, Severity, SourceMap};
 use plcc_files::why_not_read;
 use plcc_frontend::detect::{self, Ending, ending};
 use plcc_frontend::language;
+use plcc_host::args::ControlArgs;
+use plcc_host::simulation::Simulation;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::commands::bound;
@@ -64,8 +66,15 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
         }
         check_folder(&path, &found, args, report, &mut results);
     }
-    let findings: Vec<_> =
-        results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
+    let findings: Vec<_> = results
+        .programs
+        .iter()
+        .flat_map(|program| {
+            let part_program = program.part_program.iter();
+            let part_program = part_program.map(|(sources, found)| (sources, found.as_slice()));
+            [(&program.sources, program.diagnostics.as_slice())].into_iter().chain(part_program)
+        })
+        .collect();
     let count = report.show_all(&findings, Destination::from(args.source.message_format))?;
     if args.source.message_format == FormatArg::Human {
         results
@@ -143,7 +152,32 @@ fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Prog
             diagnostic.severity = Severity::Note;
         }
     }
+    program.part_program = part_program(&program, &settings)?;
     Ok(program)
+}
+
+/// Checks the table `[simulator]` of a program's machine file, and reads the part program that it names.
+///
+/// # Errors
+/// When the table does not fit the program, or the part program can't be read.
+fn part_program(
+    program: &Program,
+    settings: &SourceSettings,
+) -> Result<Option<(SourceMap, Vec<Diagnostic>)>, Failure> {
+    let Some((path, machine)) = settings.machine.as_deref().zip(settings.machine_file()) else {
+        return Ok(None);
+    };
+    let has_errors = program.diagnostics.iter().any(Diagnostic::is_error);
+    let Some(checked) = program.checked.as_ref().filter(|_| !has_errors) else { return Ok(None) };
+    if machine.simulator.is_none() {
+        return Ok(None);
+    }
+    let tables = checked.lower()?.program;
+    let simulation = Simulation::read(Some((path, machine)), None).map_err(Failure::Usage)?;
+    let wrong = |errors: Vec<String>| Failure::Usage(errors.join("\nerror: "));
+    let control = ControlArgs::default();
+    simulation.check_table(&tables, &control, Some(machine)).map_err(wrong)?;
+    simulation.diagnostics(&tables).map_err(wrong)
 }
 
 /// Checks files that were named: each on its own, but all files of a language that joins files

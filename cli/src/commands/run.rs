@@ -7,10 +7,12 @@ use std::sync::Arc;
 use plcc_abi::machine::Machine;
 use plcc_abi::{Engine, Program};
 use plcc_codegen::emit::ObjectOptions;
+use plcc_diag::Diagnostic;
 use plcc_files::open_regular;
 use plcc_frontend::language;
 use plcc_host::args::RunArgs;
 use plcc_host::session::{self, Surroundings, USAGE};
+use plcc_host::simulation::Simulation;
 use plcc_load::Artifact;
 use plcc_record::RecordedProgram;
 use plcc_runtime::NativeEngine;
@@ -77,6 +79,9 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
     let machine_path = settings.machine.clone();
+    if args.run.simulate && refuses_part_program(&tables, args, &settings, report, to)? {
+        return Ok(USAGE);
+    }
     let reads = settings.machine.iter().chain(&args.run.part_program).cloned().collect();
     let recorded = match (&args.run.record, &settings.machine) {
         (None, _) => None,
@@ -117,6 +122,41 @@ fn in_session(
         write_plot(path, recorder.picture(), report)?;
     }
     Ok(status)
+}
+
+/// At most so many mistakes of a part program are drawn, the rest is counted.
+const MAX_MISTAKES: usize = 20;
+
+/// Draws the mistakes of the part program that the simulator would read. Gives whether there are any.
+///
+/// # Errors
+/// When it can't be read, or the table does not fit.
+fn refuses_part_program(
+    tables: &Program,
+    args: &RunCommand,
+    settings: &SourceSettings,
+    report: &Report,
+    to: Destination,
+) -> Result<bool, Failure> {
+    let machine = settings.machine.as_deref().zip(settings.machine_file());
+    let read = Simulation::read(machine, args.run.part_program.as_deref());
+    let found = read.map_err(Failure::Usage)?.diagnostics(tables);
+    let found = found.map_err(|errors| Failure::Usage(errors.join("\nerror: ")))?;
+    let Some((sources, mut found)) = found else { return Ok(false) };
+    found.retain(Diagnostic::is_error);
+    if found.is_empty() {
+        return Ok(false);
+    }
+    let more = found.len().saturating_sub(MAX_MISTAKES);
+    found.truncate(MAX_MISTAKES);
+    report.show(&sources, &found, to)?;
+    let count = count_of(found.len() + more, "error");
+    let shown = match more {
+        0 => String::new(),
+        _ => format!(", of which the first {MAX_MISTAKES} are shown"),
+    };
+    report.message(&format!("the part program has {count}{shown}: the program is not run"));
+    Ok(true)
 }
 
 /// The engine that the options name, with the tables of the program.

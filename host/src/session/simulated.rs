@@ -46,10 +46,8 @@ pub(super) fn executive(
     let failed = |errors: Vec<String>| SessionError(errors.join("\nerror: "));
     let Some(simulation) = &args.simulation else {
         if let Some(machine) = machine.filter(|machine| machine.simulator.is_some()) {
-            let spare = control_args::executive(program, &args.control, false, Some(machine))?;
             let table = Simulation::table_alone(args.machine_path.as_deref(), machine);
-            let checked = table.beside(spare, program, &args.control, Some(machine), strict);
-            checked.map_err(failed)?;
+            table.check_table(program, &args.control, Some(machine)).map_err(failed)?;
         }
         return Ok(made);
     };
