@@ -73,26 +73,19 @@ fn line<'s>() -> impl Parser<'s, &'s str, Vec<Placed>> {
         .then_ignore(gap)
         .ignore_then(digits.or_not())
         .map(|digits| Item::Skip(digits.map(|digits: String| digits.parse().unwrap_or(u32::MAX))));
-    let bad = any().to(Item::Bad);
-    let item = choice((word, skip, bad))
-        .map_with(|item, e| {
-            let span: SimpleSpan = e.span();
-            (item, span.start, span.end)
-        })
-        .map(Some);
+    let placed = |item: Item, span: SimpleSpan| (item, span.start, span.end);
+    let item = word.or(skip).map_with(move |item, e| Some(placed(item, e.span())));
     let nothing = comment.or(blank).to(None);
-    choice((nothing, item))
-        .repeated()
-        .collect::<Vec<Option<Placed>>>()
-        .map(|items| items.into_iter().flatten().collect())
+    let known = nothing.or(item).repeated().collect::<Vec<Option<Placed>>>();
+    // Behind the first place where no word begins nothing is read, so that no text takes long.
+    let bad = any().map_with(move |_, e| placed(Item::Bad, e.span()));
+    let rest = bad.then_ignore(any().repeated()).or_not();
+    known.then(rest).map(|(known, bad)| known.into_iter().flatten().chain(bad).collect())
 }
 
 /// Reads a line. The items stand in the line's order; behind an [`Item::Bad`] there is nothing more.
 pub(super) fn items(text: &str) -> Vec<Placed> {
     let mut items = line().parse(text).into_output().unwrap_or_default();
-    if let Some(bad) = items.iter().position(|(item, ..)| *item == Item::Bad) {
-        items.truncate(bad + 1);
-    }
     for (_, start, end) in &mut items {
         let first = text.get(*start..).and_then(|rest| rest.chars().next());
         *end = *start + first.map_or(1, char::len_utf8);
