@@ -1,0 +1,19 @@
+//! Test scripts for PLC programs (`*.plctest`).
+//!
+//! ```
+//! use plcc_diag::SourceMap;
+//! use plcc_plctest::parse;
+//!
+//! let mut sources = SourceMap::new();
+//! let script = b"program \"pump.pmi\"\ntest \"the pump starts\"\n  set START = 1\n  wait until PUMP within 1 s\nend\n";
+//! let file = sources.add("pump.plctest", script);
+//! let (script, mistakes) = parse(&sources, file);
+//! assert!(mistakes.is_empty());
+//! assert_eq!(script.tests.first().map(|test| test.statements.len()), Some(2));
+//! ```
+
+mod grammar;
+mod parse;
+pub mod script;
+
+pub use parse::parse;
