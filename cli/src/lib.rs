@@ -76,6 +76,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Run(args) => commands::run::run(&args, &passes, report),
         args::Command::Replay(args) => commands::replay::replay(&args, report),
         args::Command::Convert(args) => commands::convert::convert(&args, report),
+        args::Command::Test(args) => commands::test::test(&args, report),
         args::Command::Plot(args) => commands::plot::plot(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, &passes, report),
         args::Command::Dev { command } => commands::dev::dev(command, report),

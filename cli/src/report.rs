@@ -48,20 +48,23 @@ impl std::fmt::Display for Count {
 /// Writes diagnostics, messages and failures for the user.
 pub(crate) struct Report {
     color: bool,
+    /// Whether results on standard output are coloured.
+    colored_results: bool,
 }
 
 impl Report {
     pub(crate) fn new(color: ColorChoice) -> Self {
-        let color = match color {
+        let is_colored = |is_terminal: bool| match color {
             ColorChoice::Always => true,
             ColorChoice::Never => false,
             ColorChoice::Auto => {
-                io::stderr().is_terminal()
+                is_terminal
                     && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
                     && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
             }
         };
-        Self { color }
+        let color = is_colored(io::stderr().is_terminal());
+        Self { color, colored_results: is_colored(io::stdout().is_terminal()) }
     }
 
     /// Writes why a command failed, and gives its exit status.
@@ -90,6 +93,11 @@ impl Report {
     /// A warning of the command's own.
     pub(crate) fn warn(&self, message: &str) {
         self.line("warning", "33;1", message);
+    }
+
+    /// A word of a result for standard output, in colour in the style of an escape sequence.
+    pub(crate) fn paint_result(&self, word: &str, style: &str) -> String {
+        if self.colored_results { format!("\u{1b}[{style}m{word}\u{1b}[0m") } else { word.into() }
     }
 
     fn paint(&self, word: &str, style: &str) -> String {
@@ -240,7 +248,9 @@ mod tests {
         let mut found = vec![Diagnostic::warning("PMI-W1", span, "long line"); 150];
         found.push(Diagnostic::error("PMI-31", span, "what is it"));
         let mut text = Vec::new();
-        Report { color: false }.draw(&[(&sources, &found)], &mut text).unwrap();
+        Report { color: false, colored_results: false }
+            .draw(&[(&sources, &found)], &mut text)
+            .unwrap();
         let text = String::from_utf8(text).unwrap();
         assert_eq!(text.matches("[PMI-W1]").count(), 99);
         assert_eq!(text.matches("[PMI-31]").count(), 1);

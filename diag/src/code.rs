@@ -16,9 +16,14 @@ pub struct CodeInfo {
     pub fix: &'static str,
 }
 
-/// The pages of all codes: one table for each language, and one for part programs.
-pub static TABLES: &[&[CodeInfo]] =
-    &[codes::pmi::CODES, codes::nct::CODES, codes::pmac::CODES, codes::sim::CODES];
+/// The pages of all codes: one table for each language, one for part programs, and one for test scripts.
+pub static TABLES: &[&[CodeInfo]] = &[
+    codes::pmi::CODES,
+    codes::nct::CODES,
+    codes::pmac::CODES,
+    codes::sim::CODES,
+    codes::plctest::CODES,
+];
 
 /// Finds the page of a code, which may be in upper or lower case; `None` if no code is so called.
 pub fn find_code(code: &str) -> Option<&'static CodeInfo> {

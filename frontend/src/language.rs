@@ -9,8 +9,8 @@ use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter, Words,
+    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
+    Options, StatementInterpreter, Words,
 };
 use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
@@ -199,6 +199,12 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     /// [`Observer`](crate::common::Observer) is told of it. `None` for what is not a statement of its
     /// own to a reader: labels, the ends of conditions, the jump in front of an ELSE.
     fn statements(&self) -> Vec<Option<Span>>;
+
+    /// The logic of each condition and each logical assignment, by the statements' numbers; `None` for statements that have
+    /// none. `sources` are those that the program was read from.
+    fn logic(&self, _sources: &SourceMap) -> Vec<Option<Logic>> {
+        vec![]
+    }
 
     /// The numbers of the statements that called the subroutine in which the task that ran last
     /// is, outermost first. Empty in languages without subroutines.

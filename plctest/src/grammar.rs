@@ -69,7 +69,7 @@ pub(crate) trait Grammar<'t, O>: Parser<'t, &'t str, O, Extra<'t>> + Clone {}
 impl<'t, O, P: Parser<'t, &'t str, O, Extra<'t>> + Clone> Grammar<'t, O> for P {}
 
 fn blank<'t>() -> impl Grammar<'t, ()> {
-    one_of(" \t").repeated().at_least(1)
+    one_of(" \t").repeated().at_least(1).labelled("a blank")
 }
 
 /// A word, which ends where no letter or digit follows.

@@ -12,8 +12,16 @@
 //! assert_eq!(script.tests.first().map(|test| test.statements.len()), Some(2));
 //! ```
 
+mod condition;
+pub mod coverage;
 mod grammar;
 mod parse;
+mod plan;
+pub mod report;
+mod run;
 pub mod script;
 
+pub use condition::Condition;
 pub use parse::parse;
+pub use plan::{Plan, PlannedStatement, PlannedTest};
+pub use run::{Failure, Outcome, Station, run_test};

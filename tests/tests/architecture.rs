@@ -80,6 +80,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-runtime",
         ],
     ),
+    ("plcc-plctest", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-runtime"]),
     (
         "plcc",
         &[
@@ -96,6 +97,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-lsp",
             "plcc-monitor",
             "plcc-pages",
+            "plcc-plctest",
             "plcc-record",
             "plcc-replay",
             "plcc-runtime",

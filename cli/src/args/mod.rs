@@ -6,6 +6,7 @@ mod names;
 mod plot;
 mod recorded;
 mod source;
+mod test;
 mod values;
 
 use std::path::PathBuf;
@@ -20,6 +21,7 @@ pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use source::SourceArgs;
+pub(crate) use test::TestArgs;
 pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, OptArg, PassArgs};
 
 const STYLES: Styles = Styles::styled()
@@ -149,6 +151,20 @@ Examples:
   plcc convert lathe.plcrec --to fst -o lathe.fst
   plcc convert lathe.plcrec --to csv --watch 'SP*,@FRO' --from 1000 --until 2000")]
     Convert(Box<ConvertArgs>),
+
+    /// Runs test scripts (*.plctest)
+    #[command(after_help = "\
+A script names its program and has tests, each of which begins at power-up: what the machine and the operator \
+do, what is waited for and what is expected, in conditions of the program's own language. The chapter \
+`Test scripts` of the book explains the statements.
+
+Examples:
+  plcc test lathe.plctest
+  plcc test machine/ --filter turret --junit result.xml
+  plcc test lathe.plctest --message-format json | jq 'select(.result == \"failed\")'
+
+Exit status: 0 all tests passed; 1 one failed; 2 a script or a program is not valid.")]
+    Test(Box<TestArgs>),
 
     /// Draws a trace: numbers over time, a bar for each bit, the path of an axis system
     #[command(after_help = "\

@@ -13,9 +13,6 @@ use crate::args::ExplainArgs;
 use crate::failure::{DONE, Failure};
 use crate::output;
 
-/// What the codes of part programs begin with.
-const PART_PROGRAMS: &str = "SIM";
-
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let controller = args.controller.map(Controller::from);
     let languages = asked_about(args.dialect, controller);
@@ -65,16 +62,21 @@ fn codes_of(language: &dyn Language) -> impl Iterator<Item = &'static CodeInfo> 
     all.filter(move |info| info.code.split_once('-').is_some_and(|(of, _)| of == title))
 }
 
+/// Whether a code is of no language, but of another kind of text.
+fn is_of_no_language(info: &CodeInfo) -> bool {
+    let title = info.code.split_once('-').map_or("", |(title, _)| title);
+    LANGUAGES.iter().all(|language| language.title() != title)
+}
+
 /// A line for everything that can be explained in these languages: diagnostics as `CODE: title`,
 /// names as `LANGUAGE NAME: meaning`. Only lines for which `wanted` is true are taken.
 fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
     let mut text = String::new();
-    let of_part_programs = TABLES.iter().flat_map(|table| table.iter());
-    let of_part_programs = of_part_programs.filter(|info| info.code.starts_with(PART_PROGRAMS));
-    let of_part_programs = of_part_programs.map(|info| format!("{}: {}", info.code, info.title));
-    for line in of_part_programs.filter(|line| wanted(line)) {
-        text.push_str(&line);
-        text.push('\n');
+    if languages.len() == LANGUAGES.len() {
+        let all = TABLES.iter().flat_map(|table| table.iter());
+        let others = all.filter(|info| is_of_no_language(info));
+        let lines = others.map(|info| format!("{}: {}\n", info.code, info.title));
+        text.extend(lines.filter(|line| wanted(line)));
     }
     for language in languages {
         let codes = codes_of(*language).map(|info| match lint_of_code(info.code) {
@@ -96,10 +98,9 @@ fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
 fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>) -> Vec<String> {
     let titles: Vec<&str> = languages.iter().map(|language| language.title()).collect();
     let of_wanted = |info: &&CodeInfo| {
-        // Part programs belong to no language of PLCs.
-        info.code
-            .split_once('-')
-            .is_some_and(|(title, _)| title == PART_PROGRAMS || titles.contains(&title))
+        let of_language =
+            info.code.split_once('-').is_some_and(|(title, _)| titles.contains(&title));
+        of_language || is_of_no_language(info)
     };
     let mut pages: Vec<String> = codes(what).into_iter().filter(of_wanted).map(page).collect();
     for language in languages {
@@ -127,10 +128,10 @@ fn codes(what: &str) -> Vec<&'static CodeInfo> {
     let number = word.parse::<u32>().ok();
     let all = TABLES.iter().flat_map(|table| table.iter());
     all.filter(|info| match number {
-        Some(number) => info
-            .code
-            .split_once('-')
-            .is_some_and(|(of, n)| of != PART_PROGRAMS && n.parse() == Ok(number)),
+        Some(number) => {
+            let own = info.code.split_once('-').map(|(_, own)| own.parse());
+            !is_of_no_language(info) && own == Some(Ok(number))
+        }
         None => plain(info.code) == word,
     })
     .collect()
@@ -192,6 +193,8 @@ mod tests {
         assert_eq!(found("pmi31"), ["PMI-31"]);
         assert_eq!(found("Err003"), ["PMAC-3"]);
         assert_eq!(found("31"), ["PMI-31", "NCT-31"]);
+        assert_eq!(found("test5"), ["TEST-5"]);
+        assert_eq!(pages("TEST-5", LANGUAGES, None).len(), 1);
         assert!(found("PMI-48").is_empty());
         assert!(found("").is_empty());
     }

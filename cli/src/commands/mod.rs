@@ -18,4 +18,5 @@ pub(crate) mod monitor;
 pub(crate) mod plot;
 pub(crate) mod replay;
 pub(crate) mod run;
+pub(crate) mod test;
 pub(crate) mod xref;

@@ -118,6 +118,11 @@ impl Expression {
         &self.variables
     }
 
+    /// The value of an expression that reads no variable; `None` where it has none.
+    pub(crate) fn evaluate_without_image(&self) -> Option<Value> {
+        self.evaluator.evaluate(&vec![0; self.image_size]).ok()
+    }
+
     /// The value in an image of the program; nothing is written. Takes time in proportion to the
     /// expression's length.
     ///

@@ -4,6 +4,7 @@
 mod accessed;
 mod broken_invariant;
 mod comment_behind;
+mod contacts;
 mod cross_reference;
 pub mod expression;
 mod include;
@@ -24,6 +25,8 @@ pub mod words;
 pub use accessed::Accessed;
 pub use broken_invariant::{BrokenInvariant, OrMissing};
 pub(crate) use comment_behind::{comment_behind, split_comment};
+pub(crate) use contacts::LogicBuilder;
+pub use contacts::{Contact, Gate, Logic, Seen};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
 pub use expression::{Evaluate, EvaluationError, Expression, Value};
 pub use include::{Included, find_include};

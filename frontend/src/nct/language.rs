@@ -9,8 +9,8 @@ use super::presentation;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter, Words,
+    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
+    Options, StatementInterpreter, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Presentation;
@@ -150,6 +150,10 @@ impl CheckedProgram for Program {
 
     fn calls(&self, image: &[u8]) -> Vec<u32> {
         self.checked.open_calls(&self.layout, image)
+    }
+
+    fn logic(&self, sources: &SourceMap) -> Vec<Option<Logic>> {
+        self.contacts(sources)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -9,6 +9,7 @@
 mod access;
 mod analyse;
 mod ast;
+mod contacts;
 mod control_flow;
 mod expression;
 mod language;
@@ -66,7 +67,7 @@ pub fn check(
         options.lints.apply(sources, &mut found, &COMMENT_MARKS, None);
         return (None, found);
     }
-    let read::parser::Parsed { stmts, condition_parts, texts, slots } = parsed;
+    let read::parser::Parsed { stmts, condition_parts, texts, slots, tests: _ } = parsed;
     let lines = stmts.iter().map(|s| sources.line(file, s.span.start)).collect();
     let name = sources.path(file).to_owned();
     let text = text.to_owned();

@@ -11,8 +11,8 @@ use super::tasks::tasks;
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter, Words,
+    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
+    Options, StatementInterpreter, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
@@ -210,6 +210,10 @@ impl CheckedProgram for Program {
         };
         let tasks = tasks(&self.download, &self.loaded);
         tasks.iter().flat_map(|(_, code)| code.iter().map(place)).collect()
+    }
+
+    fn logic(&self, sources: &SourceMap) -> Vec<Option<Logic>> {
+        self.contacts(sources)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -17,6 +17,7 @@
 mod access;
 mod analyse;
 mod ast;
+mod contacts;
 mod explain_arithmetic;
 pub mod expression;
 mod fingerprint;

@@ -8,8 +8,8 @@ use super::reference::{KEYWORDS, MANUAL};
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, NumberFormat, Options,
-    StatementInterpreter, Words,
+    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
+    Options, StatementInterpreter, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -163,6 +163,10 @@ impl CheckedProgram for Program {
             .iter()
             .map(|step| step.action.is_statement().then_some(step.span))
             .collect()
+    }
+
+    fn logic(&self, sources: &SourceMap) -> Vec<Option<Logic>> {
+        self.contacts(sources)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

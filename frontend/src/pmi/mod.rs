@@ -13,6 +13,7 @@
 mod access;
 mod analyse;
 mod ast;
+mod contacts;
 mod expression;
 mod language;
 mod layout;

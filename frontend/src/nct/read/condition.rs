@@ -64,6 +64,7 @@ impl Parser<'_> {
             _ => return Ok(false),
         };
         self.out.condition_parts.push(ConditionPart::Test(test));
+        self.out.tests.push((start, self.cursor.end()));
         Ok(true)
     }
 

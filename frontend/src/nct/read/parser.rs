@@ -26,6 +26,8 @@ const MAX_TEXT: usize = 64 * 1024;
 pub(crate) struct Parsed {
     pub(crate) stmts: Vec<Stmt>,
     pub(crate) condition_parts: Vec<ConditionPart>,
+    /// Where each test of `condition_parts` stands: offsets of its beginning and its end.
+    pub(crate) tests: Vec<(usize, usize)>,
     pub(crate) texts: Texts,
     pub(crate) slots: u16,
 }

@@ -1,0 +1,43 @@
+//! The options of `plcc test`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use plcc_host::args::ControlArgs;
+
+use super::{EngineArg, OptArg, SourceArgs};
+
+#[derive(Args)]
+pub(crate) struct TestArgs {
+    /// Test scripts, or folders in which all scripts (*.plctest) are run
+    #[arg(required_unless_present = "coverage", value_name = "SCRIPT|DIR")]
+    pub(crate) paths: Vec<PathBuf>,
+
+    /// Runs only tests whose names contain this text
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) filter: Option<String>,
+
+    /// The engine that executes the programs [default: jit]
+    #[arg(long, value_name = "ENGINE")]
+    pub(crate) engine: Option<EngineArg>,
+
+    /// How much the compiler optimises
+    #[arg(long, value_name = "LEVEL", default_value = "speed")]
+    pub(crate) opt: OptArg,
+
+    /// Writes a report in JUnit's XML, which Jenkins, GitLab and GitHub show (- is standard output)
+    #[arg(long, value_name = "OUT.xml")]
+    pub(crate) junit: Option<PathBuf>,
+
+    /// Counts how often each statement ran and what was seen of each contact; with a file whose name ends in .html,
+    /// .info (LCOV) or .json writes what was seen there (- is JSON on standard output). The programs run in
+    /// the statement interpreter then
+    #[arg(long, value_name = "OUT.html|OUT.info|OUT.json", num_args = 0..=1, default_missing_value = "")]
+    pub(crate) coverage: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}

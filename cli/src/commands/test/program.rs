@@ -1,0 +1,125 @@
+//! The program of a test script: compiled once, run by as many controls as there are tests.
+
+use std::path::{Path, PathBuf};
+
+use plcc_abi::{Code, Engine, Program};
+use plcc_codegen::{JitMemory, Target};
+use plcc_diag::{Diagnostic, SourceMap};
+use plcc_frontend::CheckedProgram;
+use plcc_host::session;
+use plcc_load::Artifact;
+use plcc_plctest::Station;
+use plcc_runtime::{Executive, NativeEngine};
+
+use crate::args::{EngineArg, PassArgs, TestArgs};
+use crate::compile::{self, Checked, CompileError};
+use crate::failure::Failure;
+use crate::input::{Input, SourceSettings};
+use crate::report::Report;
+
+/// What engines are made from.
+enum Made {
+    Interpreter,
+    Jit(Box<Code>),
+    Aot(Box<Artifact>),
+}
+
+/// A program that tests run.
+pub(super) struct TestProgram<'a> {
+    pub(super) checked: Box<dyn CheckedProgram>,
+    pub(super) sources: SourceMap,
+    pub(super) tables: Program,
+    pub(super) settings: SourceSettings,
+    made: Made,
+    args: &'a TestArgs,
+}
+
+/// What became of a program.
+pub(super) enum Loaded<'a> {
+    /// It can be run.
+    Program(Box<TestProgram<'a>>),
+    /// It has errors: its sources and what was found in them.
+    Errors(SourceMap, Vec<Diagnostic>),
+}
+
+impl<'a> TestProgram<'a> {
+    /// Reads and compiles a program. `machine` is the machine file that the script names.
+    ///
+    /// # Errors
+    /// When a file can't be read or used.
+    pub(super) fn load(
+        files: &[PathBuf],
+        machine: Option<&Path>,
+        args: &'a TestArgs,
+        report: &Report,
+    ) -> Result<Loaded<'a>, Failure> {
+        let mut source = args.source.clone();
+        source.machine = source.machine.or_else(|| machine.map(Path::to_owned));
+        let settings = SourceSettings::for_files(&source, files, report)?;
+        let program = Input::read(files, &source)?.check(&settings.options);
+        let has_errors = program.diagnostics.iter().any(Diagnostic::is_error);
+        let Some(checked) = program.checked.filter(|_| !has_errors) else {
+            return Ok(Loaded::Errors(program.sources, program.diagnostics));
+        };
+        let (tables, made) = match make(&checked, args) {
+            Ok(made) => made,
+            Err(CompileError::TooLong(diagnostic)) => {
+                return Ok(Loaded::Errors(program.sources, vec![*diagnostic]));
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let (checked, sources) = (checked.into_program(), program.sources);
+        Ok(Loaded::Program(Box::new(Self { checked, sources, tables, settings, made, args })))
+    }
+
+    /// An engine, for one thread.
+    ///
+    /// # Errors
+    /// When its code can't be mapped.
+    pub(super) fn engine(&self) -> Result<Box<dyn Engine>, String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        Ok(match &self.made {
+            Made::Interpreter => self.checked.interpreter(),
+            Made::Jit(code) => {
+                let memory = Box::new(JitMemory::new(code).map_err(|error| text(&error))?);
+                let engine = NativeEngine::with_memory(code, &self.tables, memory);
+                Box::new(engine.map_err(|error| text(&error))?)
+            }
+            Made::Aot(artifact) => {
+                let engine = NativeEngine::new(&artifact.code, &artifact.program);
+                Box::new(engine.map_err(|error| text(&error))?)
+            }
+        })
+    }
+}
+
+/// Compiles a program for the engine that the options name.
+fn make(checked: &Checked, args: &TestArgs) -> Result<(Program, Made), CompileError> {
+    let opt = PassArgs::default().at(args.opt);
+    Ok(match args.engine.unwrap_or_default() {
+        EngineArg::Interp => (checked.lower()?.program, Made::Interpreter),
+        EngineArg::Jit => {
+            let target = Target::host()?;
+            let (lowered, code) =
+                checked.compiled(opt, |lowered| compile::code(lowered, &target))?;
+            (lowered.program, Made::Jit(Box::new(code)))
+        }
+        EngineArg::Aot => {
+            let target = Target::host_baseline()?;
+            let (lowered, artifact) = checked.compiled(opt, |lowered| {
+                let code = compile::code(lowered, &target)?;
+                Ok(Artifact::parse(&compile::artifact(&lowered.program, &code)?, None)?)
+            })?;
+            (lowered.program, Made::Aot(Box::new(artifact)))
+        }
+    })
+}
+
+impl Station for TestProgram<'_> {
+    fn executive(&self) -> Result<Box<dyn Executive>, String> {
+        let machine = self.settings.machine_file();
+        let made = session::executive(&self.tables, &self.args.control, false, machine);
+        let executive: Box<dyn Executive> = made.map_err(|error| error.to_string())?;
+        Ok(executive)
+    }
+}

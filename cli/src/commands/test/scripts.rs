@@ -1,0 +1,168 @@
+//! Finds and reads test scripts, and the programs that they name.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plcc_abi::natural_cmp;
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
+use plcc_plctest::script::{Piece, Script};
+use plcc_plctest::{Plan, parse};
+use plcc_runtime::names_of;
+
+use super::program::{Loaded, TestProgram};
+use crate::args::TestArgs;
+use crate::failure::Failure;
+use crate::report::Report;
+
+/// The code of a file that a script names and that can't be used.
+const FILE: &str = "TEST-6";
+
+/// Folders within folders are followed this deep.
+const MAX_DEPTH: usize = 64;
+
+/// A script that can be run.
+pub(super) struct TestScript {
+    pub(super) path: String,
+    pub(super) plan: Plan,
+    /// The number of its program.
+    pub(super) program: usize,
+}
+
+/// All scripts with their programs, or what is wrong with them.
+#[derive(Default)]
+pub(super) struct Scripts<'a> {
+    pub(super) scripts: Vec<TestScript>,
+    pub(super) programs: Vec<TestProgram<'a>>,
+    /// What is wrong, with the sources that it is about.
+    pub(super) found: Vec<(SourceMap, Vec<Diagnostic>)>,
+    /// What became of each program, by its files and its machine file: its number.
+    known: HashMap<(Vec<PathBuf>, Option<PathBuf>), Option<usize>>,
+}
+
+/// The scripts that paths name: files, and all scripts in folders, in natural order.
+///
+/// # Errors
+/// When a folder has none.
+pub(super) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut all = vec![];
+    for path in paths {
+        if !path.is_dir() {
+            all.push(path.clone());
+            continue;
+        }
+        let mut found = vec![];
+        search(path, 0, &mut found);
+        if found.is_empty() {
+            return Err(Failure::file(path, "it holds no test script (*.plctest)"));
+        }
+        found.sort_by(|a, b| natural_cmp(&a.to_string_lossy(), &b.to_string_lossy()));
+        all.extend(found);
+    }
+    Ok(all)
+}
+
+/// The scripts below a folder.
+fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_folder && depth < MAX_DEPTH {
+            search(&path, depth + 1, found);
+        } else if path.extension().is_some_and(|ending| ending == "plctest") && path.is_file() {
+            found.push(path);
+        }
+    }
+}
+
+impl<'a> Scripts<'a> {
+    /// Reads a script and its program. What is wrong is in `found`.
+    ///
+    /// # Errors
+    /// When the script itself can't be read, or the compiler makes a mistake.
+    pub(super) fn read(
+        &mut self,
+        path: &Path,
+        args: &'a TestArgs,
+        report: &Report,
+    ) -> Result<(), Failure> {
+        let bytes = read_regular(path, MAX_SETTINGS);
+        let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
+        let mut sources = SourceMap::new();
+        let file = sources.add(path.to_string_lossy(), &bytes);
+        let (script, mut mistakes) = parse(&sources, file);
+        if let Some(span) = script.simulate {
+            let text = "this plcc has no simulator, so that nothing would answer the program";
+            let diagnostic = Diagnostic::error("TEST-2", span, text);
+            mistakes.push(diagnostic.help("leave the line out, and set what the machine would do"));
+        }
+        let program = match script.programs.is_empty() {
+            true => None,
+            false => self.program(path, file, &script, args, report, &mut mistakes)?,
+        };
+        let plan = program.and_then(|number| self.programs.get(number)).and_then(|program| {
+            let text = |span: Span| sources.slice(span);
+            let names = names_of(&program.tables);
+            Plan::new(&script, &text, program.checked.as_ref(), &program.tables, &*names)
+                .map_err(|found| mistakes.extend(found))
+                .ok()
+        });
+        mistakes.sort_by_key(|mistake| mistake.span.start);
+        if let (Some(plan), Some(program), true) = (plan, program, mistakes.is_empty()) {
+            self.scripts.push(TestScript {
+                path: path.to_string_lossy().into_owned(),
+                plan,
+                program,
+            });
+        }
+        if !mistakes.is_empty() {
+            self.found.push((sources, mistakes));
+        }
+        Ok(())
+    }
+
+    /// The number of the program that a script names; `None` where it has errors.
+    fn program(
+        &mut self,
+        path: &Path,
+        file: FileId,
+        script: &Script,
+        args: &'a TestArgs,
+        report: &Report,
+        mistakes: &mut Vec<Diagnostic>,
+    ) -> Result<Option<usize>, Failure> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let files: Vec<PathBuf> =
+            script.programs.iter().map(|piece| folder.join(&piece.text)).collect();
+        let machine = script.machine.as_ref().map(|piece| folder.join(&piece.text));
+        let key = (files, machine);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(*known);
+        }
+        let (files, machine) = &key;
+        let number = match TestProgram::load(files, machine.as_deref(), args, report) {
+            Ok(Loaded::Program(program)) => {
+                self.programs.push(*program);
+                Some(self.programs.len() - 1)
+            }
+            Ok(Loaded::Errors(sources, found)) => {
+                self.found.push((sources, found));
+                None
+            }
+            Err(Failure::Usage(message)) => {
+                let pieces =
+                    script.programs.iter().zip(files).chain(script.machine.iter().zip(machine));
+                let missing = pieces.filter(|(_, path)| !path.is_file()).map(|(piece, _)| piece);
+                let named: Option<&Piece> = missing.into_iter().chain(&script.programs).next();
+                let span = named.map_or(Span::new(file, 0, 0), |piece| piece.span);
+                let diagnostic = Diagnostic::error(FILE, span, message);
+                mistakes.push(diagnostic.help("paths start from the script's folder"));
+                None
+            }
+            Err(internal) => return Err(internal),
+        };
+        self.known.insert(key, number);
+        Ok(number)
+    }
+}

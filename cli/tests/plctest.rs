@@ -1,0 +1,362 @@
+//! `plcc test`
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use support::{COUNTER, Folder, PLC1, SLICES, STOPS};
+
+/// A pump with a door and a message.
+const PUMP: &str = "$INPUT\nDOOR=1/0\nSTART=1/1\n$OUTPUT\nPUMP=2/0\n$INTEGER\nN\n$MESSAGE\nWARN = \"DOOR IS OPEN\"\n\
+    $END\nN=N+1\nPUMP = START & DOOR ! PUMP & DOOR\nWARN = /DOOR & START\n";
+
+/// Runs a script with the statements of one test in all engines.
+fn run(program: &str, text: &str, head: &str, statements: &str) -> (Folder, String, i32) {
+    let script = format!("program \"{program}\"\n{head}test \"it\"\n{statements}\nend\n");
+    let folder = Folder::with(&[(program, text), ("a.plctest", &script)]);
+    let mut all = vec![];
+    for engine in ["jit", "interp", "aot"] {
+        let done = folder.plcc(&format!("test a.plctest --engine {engine}"));
+        assert_eq!(done.stderr, "", "{statements}");
+        all.push((done.stdout, done.status));
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:#?}");
+    let (text, status) = all.remove(0);
+    (folder, text, status)
+}
+
+fn passes(program: &str, text: &str, statements: &str) {
+    let (_, said, status) = run(program, text, "", statements);
+    assert_eq!(status, 0, "{statements}\n{said}");
+}
+
+fn fails(program: &str, text: &str, head: &str, statements: &str, parts: &[&str]) {
+    let (_, said, status) = run(program, text, head, statements);
+    assert_eq!(status, 1, "{statements}\n{said}");
+    for part in parts {
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+}
+
+#[test]
+fn statements_act_in_the_tick_that_they_say() {
+    for statements in [
+        "expect N = 1\nexpect N = 1",
+        "run 1 tick\nexpect N = 1",
+        "run 40 ms\nexpect N = 2",
+        "run 41 ms\nexpect N = 3",
+        "wait until N = 1 within 1 tick\nexpect N = 1",
+        "set N = 100\nexpect N = 101",
+        "run 2 ticks\nset N = 100, DOOR = 1\nexpect N = 2, /DOOR\nrun 1 tick\nexpect N = 101, DOOR",
+        "wait until N = 5 within 4 ticks\nexpect N = 5",
+        "pulse START\nrun 1 tick\nexpect START\nrun 1 tick\nexpect /START",
+        "pulse START for 60 ms\nrun 3 ticks\nexpect START\nrun 1 tick\nexpect /START",
+        "set DOOR = 1\npulse START\nwait until PUMP within 1 s\nhold PUMP, DOOR for 1 s\nexpect N = 51",
+        "force DOOR = 1\nset DOOR = 0\nrun 3 ticks\nexpect DOOR\nrelease DOOR\nrun 1 tick\nexpect /DOOR",
+        "pulse START\nrun 3 ticks\nexpect message \"DOOR IS\"",
+        "run 3 ticks\npower cycle\nexpect N = 1",
+        "force DOOR = 1\nrun 1 tick\npower cycle\nrun 1 tick\nexpect DOOR",
+        "set PORT1.0 = 1\nrun 1 tick\nexpect PORT1.0 = 1, DOOR",
+        "",
+    ] {
+        passes("a.pmi", PUMP, statements);
+    }
+}
+
+#[test]
+fn every_language_is_tested_in_its_own_conditions() {
+    passes("b.plc", SLICES, "expect F020 = 1\nrun 4 ticks\nexpect LF020 =5, F020 >= 5, NF0201");
+    passes(
+        "c.pmc",
+        PLC1,
+        "wait until P1>3 AND P1<9 within 1 s\nset P1 = 100.5\nrun 40 ticks\nexpect P1!<101",
+    );
+    passes("c.pmc", PLC1, "set X:$07F0 = $FF\nrun 1 tick\nexpect X:$07F0 = 255");
+    fails("b.plc", SLICES, "", "expect F020 = 2", &["F020 = 1"]);
+    fails("c.pmc", PLC1, "", "wait until P1 = 0 within 1 s\nexpect P1 = 7", &["P1 = "]);
+}
+
+#[test]
+fn a_failure_shows_its_line_values_tick_and_events() {
+    let parts = [
+        "a.plctest:4: wait until PUMP within 1 s",
+        "after 50 ticks, in tick 50",
+        "PUMP = 0",
+        "\"DOOR IS OPEN\"",
+        "1 failed",
+    ];
+    fails("a.pmi", PUMP, "", "set START = 1\nwait until PUMP within 1 s\nexpect N = 0", &parts);
+    fails("a.pmi", PUMP, "", "hold N < 4 for 1 s", &["in tick 4 of 50", "N = 4"]);
+    fails("a.pmi", PUMP, "", "expect message \"TURRET\"", &["no event contains \"TURRET\""]);
+    fails(
+        "a.pmi",
+        PUMP,
+        "never N = 3\n",
+        "run 9 ticks",
+        &[
+            "a.plctest:2: never N = 3",
+            "`N = 3` holds, in tick 2",
+            "during a.plctest:4: run 9 ticks",
+        ],
+    );
+    fails(
+        "a.pmi",
+        PUMP,
+        "always N < 3\n",
+        "expect N = 1\nhold N > 0 for 1 s",
+        &["a.plctest:2: always N < 3", "N = 3"],
+    );
+    let parts = ["after a power cycle", "in tick 1", "N = 2"];
+    fails("a.pmi", PUMP, "", "run 7 ticks\npower cycle\nrun 2 ticks\nexpect N = 9", &parts);
+}
+
+#[test]
+fn invariants_hold_for_the_tests_below_them() {
+    let script = "program \"a.pmi\"\ntest \"above\"\nrun 5 ticks\nend\nnever N = 3\ntest \"below\"\nrun 5 ticks\nend\n";
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", script)]);
+    let done = folder.plcc("test a.plctest").exits(1);
+    assert!(
+        done.stdout.contains("ok     above") && done.stdout.contains("FAILED below"),
+        "{}",
+        done.stdout
+    );
+}
+
+#[test]
+fn stops_are_expected_or_fail_the_test() {
+    let code = "NO PMI DATA";
+    for statements in [
+        format!("run 9 ticks\nexpect N = 3, stop \"{code}\""),
+        format!("run 9 ticks\nexpect N = 3\nexpect stop \"{code}\"\nexpect N = 3"),
+        format!(
+            "wait until N = 3 within 1 s\nrun 1 tick\nexpect stop \"{code}\"\npower cycle\nexpect N = 1"
+        ),
+    ] {
+        passes("s.pmi", STOPS, &statements);
+    }
+    for (statements, part) in [
+        ("run 9 ticks".to_owned(), "a.plctest:3: run 9 ticks"),
+        ("run 3 ticks\nexpect stop \"NO PMI DATA\"".into(), "the program was not stopped"),
+        ("run 9 ticks\nexpect stop \"WATCHDOG\"".into(), "stopped with NO PMI DATA"),
+        (format!("run 9 ticks\nexpect stop \"{code}\"\nrun 1 tick"), "a.plctest:5: run 1 tick"),
+        ("hold N < 9 for 1 s".into(), "stopped with NO PMI DATA"),
+    ] {
+        fails("s.pmi", STOPS, "", &statements, &[part]);
+    }
+}
+
+#[test]
+fn retained_values_survive_a_power_cycle() {
+    // A PMAC keeps what SAVE saved, NCT F500 to F999.
+    let text = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nCOMMAND\"SAVE\"\nENDIF\nCLOSE\n";
+    passes("c.pmc", text, "wait until P1=5 within 1 s\npower cycle\nexpect P1>2 AND P1<5");
+    passes(
+        "b.plc",
+        ":000 J0 :001 LF020 +1 SF020 SF500 J1",
+        "run 9 ticks\npower cycle\nexpect F500 = 1, F020 = 1",
+    );
+    passes("b.plc", ":000 J0 :001 LF500 +1 SF500 J1", "run 9 ticks\npower cycle\nexpect F500 = 10");
+}
+
+#[test]
+fn mistakes_are_told_at_their_places_and_nothing_is_run() {
+    let script = "program \"a.pmi\"\ntest \"y\"\n  set DOR = 1\n  set N = x\n  expect N\n  expect DOR\n  \
+        expect N = 3, N + = 3\n  force N = 3\n  runn 5 ticks\n  set A[0 = 1\nend\n";
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", script)]);
+    let done = folder.plcc("test a.plctest --message-format json").exits(2);
+    let found: Vec<_> = done
+        .json()
+        .iter()
+        .map(|d| format!("{} {}:{}", d["code"].as_str().unwrap(), d["line"], d["column"]))
+        .collect();
+    let expected = [
+        "TEST-3 3:7",
+        "TEST-4 4:11",
+        "TEST-5 5:10",
+        "PMI-31 6:10",
+        "PMI-34 7:21",
+        "TEST-3 8:9",
+        "TEST-1 9:3",
+        "TEST-3 10:7",
+    ];
+    assert_eq!(found, expected);
+    folder.plcc("test a.plctest").exits(2).says(&[
+        "8 errors: no test is run",
+        "did you mean `DOOR`?",
+        "did you mean `run`?",
+    ]);
+    for (script, part) in [
+        ("program \"none.pmi\"\n", "none.pmi"),
+        ("test \"a\"\nend\n", "does not say which program"),
+        ("program \"a.pmi\"\nmachine \"none.toml\"\n", "none.toml"),
+        ("program \"a.pmi\"\nprogram \"a.pmi\"\n", "a pmi program is one file"),
+        ("program \"a.pmi\"\n", "the scripts have no tests"),
+        ("program \"broken.pmi\"\ntest \"a\"\nend\n", "PMI-31"),
+    ] {
+        folder.write("broken.pmi", support::BROKEN);
+        folder.write("b.plctest", script);
+        folder.plcc("test b.plctest").exits(2).says(&[part]);
+    }
+    folder.plcc("test none.plctest").exits(2).says(&["none.plctest"]);
+    folder.plcc("test a.pmi").exits(2);
+    folder.plcc("test").exits(2);
+}
+
+#[test]
+fn two_megabytes_of_garbage_are_refused() {
+    let folder = Folder::with(&[("a.pmi", PUMP)]);
+    for part in
+        ["program \"a.pmi\"\n", "wait until ((((", "test \"a\"\nexpect N = 1\nend\n", "\u{0}\u{ff}"]
+    {
+        folder.write("a.plctest", part.repeat((2 << 20) / part.len()));
+        folder.plcc("test a.plctest").exits(2);
+    }
+}
+
+#[test]
+fn folders_are_searched_and_tests_filtered() {
+    let script = |name: &str, program: &str| {
+        format!("program \"{program}\"\ntest \"{name}\"\nrun 1 tick\nend\ntest \"other\"\nend\n")
+    };
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    std::fs::create_dir_all(folder.path().join("t/deep")).unwrap();
+    folder.write("t/b10.plctest", script("ten", "../a.pmi"));
+    folder.write("t/b9.plctest", script("nine", "../a.pmi"));
+    folder.write("t/deep/c.plctest", script("deep", "../../a.pmi"));
+    let done = folder.plcc("test t --message-format json").exits(0);
+    let tests: Vec<_> =
+        done.json().iter().filter_map(|line| Some(line["test"].as_str()?.to_owned())).collect();
+    assert_eq!(tests, ["nine", "other", "ten", "other", "deep", "other"]);
+    let done = folder.plcc("test t --filter n --message-format json").exits(0);
+    assert_eq!(done.json().last().unwrap()["tests"], 2);
+    folder.plcc("test t --filter nothing").exits(2).says(&["`nothing`"]);
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    folder.plcc("test empty").exits(2).says(&["no test script"]);
+}
+
+#[test]
+fn a_report_for_build_servers_has_every_test() {
+    let script =
+        "program \"a.pmi\"\ntest \"good <&> \\\"\nend\ntest \"bad\"\nexpect N = 1, N = 2\nend\n";
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", script)]);
+    folder.plcc("test a.plctest --junit r.xml").exits(1);
+    let xml = folder.read("r.xml");
+    for part in [
+        "<testsuites name=\"plcc test\" tests=\"2\" skipped=\"0\" failures=\"1\"",
+        "<testcase name=\"good &lt;&amp;&gt; \\\"",
+        "<failure message=\"`N = 2` does not hold\"",
+        "classname=\"a.plctest\"",
+    ] {
+        assert!(xml.contains(part), "{part} is not in\n{xml}");
+    }
+    let done = folder.plcc("test a.plctest --message-format json").exits(1);
+    let lines = done.json();
+    assert_eq!(lines[1]["failure"]["values"]["N"], 1);
+    assert_eq!((&lines[1]["failure"]["line"], &lines[2]["failed"]), (&5.into(), &1.into()));
+    folder.plcc("test a.plctest --junit no/r.xml").exits(2).says(&["no/r.xml"]);
+}
+
+/// Two contacts, of which a script covers one both ways.
+const COVERED: &str = "program \"a.pmi\"\ntest \"door\"\nset DOOR = 1\npulse START\nrun 2 ticks\nset DOOR = 0\nrun 2 ticks\nend\n\
+    test \"nothing\"\nrun 1 tick\nend\n";
+
+#[test]
+fn coverage_counts_statements_and_contacts() {
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", COVERED)]);
+    let done = folder.plcc("test a.plctest --coverage c.json").exits(0);
+    assert!(
+        done.stdout.ends_with(
+            "coverage: 3 of 3 statements (100 %), 1 of 6 contacts decided both ways (16 %)\n"
+        ),
+        "{}",
+        done.stdout
+    );
+    let lines: Vec<serde_json::Value> =
+        folder.read("c.json").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 4);
+    assert_eq!((&lines[0]["line"], &lines[0]["runs"]), (&11.into(), &5.into()));
+    assert_eq!(lines[0]["contacts"], serde_json::json!([]));
+    // Ticks: START and DOOR, then DOOR alone, then neither, twice; in the other test neither.
+    let contact = |name: &str, column: u32, counts: [u32; 4]| {
+        let [zero, one, decided_zero, decided_one] = counts;
+        serde_json::json!({"name": name, "column": column, "zero": zero, "one": one,
+            "decided_zero": decided_zero, "decided_one": decided_one})
+    };
+    let expected = [
+        contact("START", 8, [4, 1, 0, 1]),
+        contact("DOOR", 16, [3, 2, 0, 1]),
+        contact("PUMP", 23, [3, 2, 0, 1]),
+        contact("DOOR", 30, [3, 2, 1, 1]),
+    ];
+    assert_eq!(lines[1]["contacts"].as_array().unwrap()[..], expected);
+    assert_eq!(lines[3], serde_json::json!({"statements": [3, 3], "contacts": [1, 6]}));
+    // The order of options and the missing file name do not matter.
+    for line in
+        ["test --coverage a.plctest", "test a.plctest --coverage", "test --coverage . --filter o"]
+    {
+        let done = folder.plcc(line).exits(0);
+        assert!(done.stdout.contains("coverage: 3 of 3 statements"), "{line}: {}", done.stdout);
+    }
+    assert_eq!(folder.plcc("test a.plctest --coverage -").exits(0).stdout, folder.read("c.json"));
+    folder.plcc("test a.plctest --coverage c.txt").exits(2).says(&[".html, .info or .json"]);
+    folder.plcc("test a.plctest --coverage no/c.json").exits(2).says(&["no/c.json"]);
+}
+
+#[test]
+fn coverage_is_drawn_and_written_for_other_tools() {
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", COVERED)]);
+    folder.plcc("test a.plctest --coverage c.html").exits(0);
+    let page = folder.read("c.html");
+    for part in
+        ["<b class=\"g\"", "<b class=\"y\"", "a.plctest: door", "<h2>a.pmi</h2>", "1 of 6 contacts"]
+    {
+        assert!(page.contains(part), "{part} is not in\n{page}");
+    }
+    folder.plcc("test a.plctest --coverage c.info").exits(0);
+    let info = folder.read("c.info");
+    for part in
+        ["TN:\nSF:/", "a.pmi\n", "DA:11,5\n", "BRDA:12,0,0,0\n", "LF:3\nLH:3\nend_of_record\n"]
+    {
+        assert!(info.contains(part), "{part} is not in\n{info}");
+    }
+}
+
+#[test]
+fn every_language_has_coverage() {
+    let nct = ":000\nJ0\n:001\n(I000 O F0201) U012 E D012 Z\nLF020\n+1\nSF020\n=5 U013 Z\nJ1\n";
+    let pmac = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1>3 AND P2=0)\nP3=1\nENDIF\nCLOSE\n";
+    let script = |program: &str, ticks: u32| {
+        format!("program \"{program}\"\ntest \"t\"\nrun {ticks} ticks\nend\n")
+    };
+    let folder = Folder::with(&[
+        ("b.plc", nct),
+        ("c.pmc", pmac),
+        ("b.plctest", &script("b.plc", 9)),
+        ("c.plctest", &script("c.pmc", 60)),
+    ]);
+    let lines = |name: &str| -> Vec<serde_json::Value> {
+        let done = folder.plcc(&format!("test {name} --coverage -")).exits(0);
+        done.json()
+    };
+    let nct = lines("b.plctest");
+    let contacts: Vec<_> =
+        nct.iter().filter_map(|line| line["contacts"].as_array()).flatten().collect();
+    // F0201 is bit 1 of a number that counts to 9: it is seen from 2 to 3 and from 6 to 7. The relation holds once.
+    assert_eq!(
+        contacts[1],
+        &serde_json::json!({"name": "F0201", "column": 9, "zero": 5, "one": 4, "decided_zero": 5, "decided_one": 4})
+    );
+    assert_eq!(
+        contacts[2],
+        &serde_json::json!({"name": "=5", "column": 1, "zero": 8, "one": 1, "decided_zero": 8, "decided_one": 1})
+    );
+    let pmac = lines("c.plctest");
+    let condition = pmac.iter().find(|line| line["line"] == 4).unwrap();
+    let runs = condition["runs"].as_u64().unwrap();
+    assert!(runs > 4, "{condition}");
+    assert_eq!(condition["contacts"][0]["zero"], 3);
+    assert_eq!(
+        (&condition["contacts"][1]["decided_one"], &condition["contacts"][1]["decided_zero"]),
+        (&(runs - 3).into(), &0.into())
+    );
+}

@@ -1,0 +1,247 @@
+//! Conditions of a script, in the program's own language, and the values that are shown of them.
+
+use plcc_abi::Program;
+use plcc_diag::{Diagnostic, Span};
+use plcc_frontend::CheckedProgram;
+use plcc_frontend::common::{EvaluationError, Expression, Value};
+use plcc_runtime::{Executive, Names, Purpose, VariableKey, value};
+
+use crate::script::Piece;
+
+/// The code of a condition that is none.
+pub(crate) const CONDITION: &str = "TEST-5";
+
+/// A condition.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// As it was written.
+    pub text: String,
+    /// Where it stands.
+    pub span: Span,
+    expression: Option<Expression>,
+    /// The comparison of one variable with a number, which does not need the process image.
+    comparison: Option<Comparison>,
+    /// The variables that it names, for people.
+    shown: Vec<(String, VariableKey)>,
+}
+
+/// A variable, compared with a number.
+#[derive(Clone, Copy, Debug)]
+struct Comparison {
+    key: VariableKey,
+    relation: Relation,
+    number: f64,
+}
+
+/// How two numbers are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Relation {
+    Equal,
+    Different,
+    Less,
+    Greater,
+    AtMost,
+    AtLeast,
+}
+
+/// The signs of the relations in the languages, the longer ones first.
+const RELATIONS: &[(&str, Relation)] = &[
+    ("<=", Relation::AtMost),
+    ("!>", Relation::AtMost),
+    (">=", Relation::AtLeast),
+    ("!<", Relation::AtLeast),
+    ("!=", Relation::Different),
+    ("/=", Relation::Different),
+    ("<>", Relation::Different),
+    ("=", Relation::Equal),
+    ("<", Relation::Less),
+    (">", Relation::Greater),
+];
+
+/// What conditions are checked against.
+#[derive(Clone, Copy)]
+pub(crate) struct Surroundings<'p> {
+    pub(crate) checked: &'p dyn CheckedProgram,
+    pub(crate) names: &'p dyn Names,
+    pub(crate) program: &'p Program,
+}
+
+impl Condition {
+    /// Checks a condition against the program.
+    ///
+    /// # Errors
+    /// What is wrong with it, at its place in the script.
+    pub(crate) fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
+        let (text, origin) = canonical(&piece.text, around);
+        let comparison = Comparison::parse(&text, around.names);
+        let expression = if around.checked.is_only_a_name(&text) && comparison.is_some() {
+            None
+        } else {
+            match (around.checked.expression(&text), &comparison) {
+                (Ok(expression), _) => Some(expression),
+                (Err(_), Some(_)) => None,
+                (Err(found), None) => return Err(moved(found, piece, &origin)),
+            }
+        };
+        // Whether it is a condition is known from its value on any image.
+        let is_number = |expression: &Expression| {
+            let image = vec![0; around.program.image_size as usize];
+            matches!(expression.evaluate(&image), Ok(Value::Integer(_) | Value::Real(_)))
+        };
+        if expression.as_ref().is_some_and(is_number) {
+            let text = format!("`{}` is a number, and a condition is needed", piece.text);
+            let diagnostic = Diagnostic::error(CONDITION, piece.span, text);
+            return Err(diagnostic.help("compare it with another number"));
+        }
+        let mut shown: Vec<(String, VariableKey)> = vec![];
+        let named = expression.iter().flat_map(|expression| expression.variables());
+        for name in named {
+            if let Ok(key) = around.names.find(name, Purpose::Watch) {
+                shown.push((name.clone(), key));
+            }
+        }
+        if let (true, Some(comparison)) = (shown.is_empty(), &comparison) {
+            shown.push((around.names.canonical(comparison.key), comparison.key));
+        }
+        let (text, span) = (piece.text.clone(), piece.span);
+        Ok(Self { text, span, expression, comparison, shown })
+    }
+
+    /// Whether it holds after the tick that was run last.
+    ///
+    /// # Errors
+    /// When it has no value then, as with an index outside its array.
+    pub(crate) fn holds(&self, executive: &dyn Executive) -> Result<bool, String> {
+        let value =
+            self.expression.as_ref().map(|expression| expression.evaluate(executive.image()));
+        match (value, &self.comparison) {
+            (Some(Ok(value)), _) => Ok(value.is_true()),
+            (None | Some(Err(EvaluationError::OutsideImage { .. })), Some(comparison)) => {
+                Ok(comparison.holds(executive))
+            }
+            (Some(Err(error)), _) => Err(error.to_string()),
+            // A condition has one of the two.
+            (None, None) => Err("it has no value".into()),
+        }
+    }
+
+    /// The variables that it names, with their values after the tick that was run last.
+    pub(crate) fn values(&self, executive: &dyn Executive) -> Vec<(String, String)> {
+        let value =
+            |(name, key): &(String, VariableKey)| (name.clone(), executive.read(*key).to_string());
+        self.shown.iter().map(value).collect()
+    }
+
+    /// The names of the variables that it reads.
+    pub fn variables(&self) -> impl Iterator<Item = &str> {
+        self.shown.iter().map(|(name, _)| name.as_str())
+    }
+}
+
+impl Comparison {
+    /// Reads `NAME RELATION NUMBER`, or `NAME` alone, which means that it is not 0.
+    fn parse(text: &str, names: &dyn Names) -> Option<Self> {
+        let split = RELATIONS
+            .iter()
+            .filter_map(|(sign, relation)| Some((text.find(sign)?, sign, relation)));
+        let first = split.min_by_key(|(at, sign, _)| (*at, std::cmp::Reverse(sign.len())));
+        let (name, relation, number) = match first {
+            Some((at, sign, relation)) => {
+                let number = text.get(at + sign.len()..)?.trim();
+                let number = match number.strip_prefix('$') {
+                    Some(digits) => i64::from_str_radix(digits, 16).ok()? as f64,
+                    None => number.parse().ok().filter(|number: &f64| number.is_finite())?,
+                };
+                (text.get(..at)?.trim(), *relation, number)
+            }
+            None => (text.trim(), Relation::Different, 0.0),
+        };
+        let key = names.find(name, Purpose::Watch).ok()?;
+        let is_single = names.properties(key).elements.is_none();
+        is_single.then_some(Self { key, relation, number })
+    }
+
+    fn holds(self, executive: &dyn Executive) -> bool {
+        let value = match executive.read(self.key) {
+            value::Value::Int(number) => number as f64,
+            value::Value::Float(number) => number,
+            value::Value::Array(_) => return false,
+        };
+        match self.relation {
+            Relation::Equal => value == self.number,
+            Relation::Different => value != self.number,
+            Relation::Less => value < self.number,
+            Relation::Greater => value > self.number,
+            Relation::AtMost => value <= self.number,
+            Relation::AtLeast => value >= self.number,
+        }
+    }
+}
+
+/// Where a part of the canonical text comes from: its start there, and that in the text as it was written.
+type Origin = Vec<(usize, usize)>;
+
+/// A condition in which the names that people gave stand as the program's own.
+fn canonical(text: &str, around: Surroundings<'_>) -> (String, Origin) {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut out = String::with_capacity(text.len());
+    let mut origin = vec![(0, 0)];
+    let mut rest = text;
+    let mut at = 0;
+    while let Some(first) = rest.chars().next() {
+        let length = rest.find(|c: char| !is_letter(c)).unwrap_or(rest.len());
+        if length == 0 {
+            out.push(first);
+            at += first.len_utf8();
+            rest = rest.get(first.len_utf8()..).unwrap_or_default();
+            continue;
+        }
+        let (word, behind) = rest.split_at_checked(length).unwrap_or((rest, ""));
+        match alias(word, around) {
+            Some(name) => {
+                out.push_str(&name);
+                origin.push((out.len(), at + word.len()));
+            }
+            None => out.push_str(word),
+        }
+        at += word.len();
+        rest = behind;
+    }
+    (out, origin)
+}
+
+/// The variable that a word means to people alone; `None` for a word of the language.
+fn alias(word: &str, around: Surroundings<'_>) -> Option<String> {
+    if !word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+        return None;
+    }
+    let key = around.names.find(word, Purpose::Watch).ok()?;
+    let name = around.names.canonical(key);
+    let is_alias = !name.eq_ignore_ascii_case(word) && around.checked.expression(word).is_err();
+    is_alias.then_some(name)
+}
+
+/// The diagnostic of a condition, at its place in the script.
+fn moved(found: Vec<Diagnostic>, piece: &Piece, origin: &Origin) -> Diagnostic {
+    let first = found.into_iter().next();
+    let begin = piece.span.range().start;
+    let end = piece.span.range().end;
+    let place = |offset: u32| {
+        let offset = offset as usize;
+        let known = origin.iter().rev().find(|(canonical, _)| *canonical <= offset);
+        let (canonical, written) = known.copied().unwrap_or((0, 0));
+        (begin + written + (offset - canonical)).min(end)
+    };
+    let Some(first) = first else {
+        let text = format!("`{}` is not a condition of the program's language", piece.text);
+        return Diagnostic::error(CONDITION, piece.span, text).help("write it as in the program");
+    };
+    let (start, stop) = (place(first.span.start), place(first.span.end));
+    let span = Span::new(piece.span.file, start.min(stop), stop.max(start));
+    let mut diagnostic = Diagnostic::error(first.code, span, first.message.clone());
+    for note in first.notes() {
+        diagnostic.add_note(note.clone());
+    }
+    let help = first.help.clone();
+    diagnostic.help(help.unwrap_or_else(|| "write the condition as in the program".into()))
+}
