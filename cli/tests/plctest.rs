@@ -64,6 +64,31 @@ fn statements_act_in_the_tick_that_they_say() {
 }
 
 #[test]
+fn names_that_people_gave_are_taken_everywhere() {
+    let folder = Folder::with(&[
+        ("a.pmi", PUMP),
+        (
+            "a.machine.toml",
+            "[names]\nDOOR = { alias = \"GATE\" }\nPUMP = { alias = \"Main_pump\" }\n",
+        ),
+        ("c.pmc", "#define COUNT P1\nI5=2\nOPEN PLC 1 CLEAR\nCOUNT=COUNT+1\nCLOSE\n"),
+        (
+            "a.plctest",
+            "program \"a.pmi\"\nnever Main_pump & /GATE\ntest \"a\"\nset GATE = 1, START = 1\nrun 1 tick\n\
+            expect Main_pump & GATE\nforce GATE = 0\nrun 1 tick\nexpect /GATE, Main_pump = 0\nend\n",
+        ),
+        (
+            "c.plctest",
+            "program \"c.pmc\"\ntest \"c\"\nwait until COUNT>3 AND COUNT<9 within 1 s\nset COUNT = 70\nrun 1 tick\nexpect COUNT!<70\nend\n",
+        ),
+        ("bad.plctest", "program \"a.pmi\"\ntest \"a\"\nexpect GATE & Main_pump & NONE\nend\n"),
+    ]);
+    folder.plcc("test a.plctest c.plctest").exits(0);
+    let found = folder.plcc("test bad.plctest --message-format json").exits(2).json();
+    assert_eq!((&found[0]["line"], &found[0]["column"]), (&3.into(), &27.into()));
+}
+
+#[test]
 fn every_language_is_tested_in_its_own_conditions() {
     passes("b.plc", SLICES, "expect F020 = 1\nrun 4 ticks\nexpect LF020 =5, F020 >= 5, NF0201");
     passes(

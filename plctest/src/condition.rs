@@ -197,7 +197,7 @@ fn canonical(text: &str, around: Surroundings<'_>) -> (String, Origin) {
             continue;
         }
         let (word, behind) = rest.split_at_checked(length).unwrap_or((rest, ""));
-        match alias(word, around) {
+        match around.names.given().replaced(word) {
             Some(name) => {
                 out.push_str(&name);
                 origin.push((out.len(), at + word.len()));
@@ -208,17 +208,6 @@ fn canonical(text: &str, around: Surroundings<'_>) -> (String, Origin) {
         rest = behind;
     }
     (out, origin)
-}
-
-/// The variable that a word means to people alone; `None` for a word of the language.
-fn alias(word: &str, around: Surroundings<'_>) -> Option<String> {
-    if !word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-        return None;
-    }
-    let key = around.names.find(word, Purpose::Watch).ok()?;
-    let name = around.names.canonical(key);
-    let is_alias = !name.eq_ignore_ascii_case(word) && around.checked.expression(word).is_err();
-    is_alias.then_some(name)
 }
 
 /// The diagnostic of a condition, at its place in the script.

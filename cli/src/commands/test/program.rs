@@ -56,7 +56,7 @@ impl<'a> TestProgram<'a> {
         let mut source = args.source.clone();
         source.machine = source.machine.or_else(|| machine.map(Path::to_owned));
         let settings = SourceSettings::for_files(&source, files, report)?;
-        let program = Input::read(files, &source)?.check(&settings.options);
+        let program = Input::read(files, &source)?.check(&settings)?;
         let has_errors = program.diagnostics.iter().any(Diagnostic::is_error);
         let Some(checked) = program.checked.filter(|_| !has_errors) else {
             return Ok(Loaded::Errors(program.sources, program.diagnostics));
