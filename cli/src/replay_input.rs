@@ -164,7 +164,18 @@ pub(crate) fn replayer<'r>(
     generation: u16,
     found: &Found,
 ) -> Result<Replayer<'r>, Failure> {
-    let executive: Box<dyn Executive + Send> = recorded_executive(&run.header, &found.program)
-        .map_err(|error| Failure::file(record, error))?;
+    let executive = fresh(record, run, found)?;
     Ok(Replayer::new(recording, run, generation, executive))
+}
+
+/// An executive of a run's program at its first power-up, set as the run was.
+///
+/// # Errors
+/// When the options of the run can't be used.
+pub(crate) fn fresh(
+    record: &Path,
+    run: &RecordedRun,
+    found: &Found,
+) -> Result<Box<dyn Executive + Send>, Failure> {
+    recorded_executive(&run.header, &found.program).map_err(|error| Failure::file(record, error))
 }

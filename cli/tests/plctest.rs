@@ -16,7 +16,7 @@ fn run(program: &str, text: &str, head: &str, statements: &str) -> (Folder, Stri
     let folder = Folder::with(&[(program, text), ("a.plctest", &script)]);
     let mut all = vec![];
     for engine in ["jit", "interp", "aot"] {
-        let done = folder.plcc(&format!("test a.plctest --engine {engine}"));
+        let done = folder.plcc(&format!("test a.plctest --engine {engine} --records r"));
         assert_eq!(done.stderr, "", "{statements}");
         all.push((done.stdout, done.status));
     }
@@ -384,4 +384,78 @@ fn every_language_has_coverage() {
         (&condition["contacts"][1]["decided_one"], &condition["contacts"][1]["decided_zero"]),
         (&(runs - 3).into(), &0.into())
     );
+}
+
+#[test]
+fn a_test_that_fails_leaves_a_record_that_ends_with_its_tick() {
+    let script = "program \"a.pmi\"\ntest \"bad\"\nset DOOR = 1\npulse START\nrun 30 ticks\nexpect PUMP, N = 29\nend\n\
+        test \"cycled\"\nrun 5 ticks\npower cycle\nwait until N = 99 within 8 ticks\nend\n";
+    let folder = Folder::with(&[("a.pmi", PUMP), ("a.plctest", script)]);
+    let done = folder.plcc("test a.plctest --records kept --message-format json").exits(1);
+    let lines = done.json();
+    for (line, ticks) in [(0, 30), (1, 9)] {
+        let record = lines[line]["failure"]["record"].as_str().unwrap();
+        assert!(record.starts_with("kept/"), "{record}");
+        let dump = folder.plcc(&format!("replay {record} --dump -")).exits(0).json();
+        assert_eq!((&dump[0]["ticks"], &dump[0]["variables"]["N"]), (&ticks.into(), &ticks.into()));
+    }
+    // Without a folder a new one is made.
+    let done = folder.plcc("test a.plctest --filter bad").exits(1);
+    let record =
+        done.stdout.lines().find_map(|line| line.split_once("the record of the run: ")).unwrap().1;
+    folder.plcc(&format!("replay {record}")).exits(0);
+    std::fs::remove_dir_all(std::path::Path::new(record).parent().unwrap()).unwrap();
+    // Tests that pass leave none.
+    let done = folder.plcc("test a.plctest --filter nothing --records none");
+    assert!(done.status == 2 && !folder.has("none"));
+    folder.plcc("test a.plctest --records a.pmi").exits(2).says(&["a.pmi"]);
+}
+
+#[test]
+fn a_record_becomes_a_test_that_passes_until_the_program_changes() {
+    let pmac = "I5=2\nM1->Y:$07F0,0,1\nM11->Y:$FFC2,8,1\nOPEN PLC 1 CLEAR\nP1=P1+1\nM11=M1\nIF (P1=20)\nSEND\"TWENTY\"\nENDIF\nCLOSE\n";
+    let nct = ":000\nJ0\n:001\nLF020\n+1\nSF020\n(I000 A F0203) Y012 Z (I000 A F0203) U013 E D013 Z LY00 SY00 J1\n".replace(" Y012 Z (I000 A F0203)", "");
+    for (program, text, stimulus, changed) in [
+        (
+            "a.pmi",
+            PUMP,
+            "tick,name,value\n3,DOOR,1\n9,START,1\n11,START,0\n30,DOOR,0\n35,START,1\n",
+            (" ! PUMP & DOOR", ""),
+        ),
+        ("c.pmc", pmac, "tick,name,value\n9,M1,1\n30,M1,0\n", ("M11=M1", "M11=0")),
+        ("b.plc", &nct, "tick,name,value\n3,I000,1\n", ("D013", "U013")),
+        ("s.pmi", STOPS, "tick,name,value\n", ("A[N]=1", "A[0]=1")),
+    ] {
+        let folder = Folder::with(&[(program, text), ("s.csv", stimulus)]);
+        std::fs::create_dir(folder.path().join("tests")).unwrap();
+        let done =
+            folder.plcc(&format!("run {program} --ticks 60 --stimulus s.csv --record r.plcrec"));
+        assert!(done.status == 0 || done.status == 3, "{}", done.stderr);
+        let done = folder.plcc("test --from r.plcrec -o tests/r.plctest").exits(0);
+        assert_eq!(done.stderr, "");
+        let script = folder.read("tests/r.plctest");
+        assert!(script.contains(&format!("program \"../{program}\"")), "{script}");
+        assert!(script.contains("  expect "), "{script}");
+        let done = folder.plcc("test tests");
+        assert_eq!(done.status, 0, "{script}\n{}", done.stdout);
+        folder.write(program, text.replace(changed.0, changed.1));
+        let done = folder.plcc("test tests --records t");
+        assert_eq!(done.status, 1, "{script}\n{}{}", done.stdout, done.stderr);
+    }
+}
+
+#[test]
+fn a_record_with_retained_values_begins_with_them() {
+    let nct = ":000\nJ0\n:001\nLF500\n+1\nSF500\nF5003 U012 E D012 Z\nJ1\n";
+    let folder = Folder::with(&[("b.plc", nct)]);
+    folder.plcc("run b.plc --ticks 5 --retain kept").exits(0);
+    folder.plcc("run b.plc --ticks 20 --retain kept --record r.plcrec").exits(0);
+    folder.plcc("test --from r.plcrec -o r.plctest").exits(0);
+    assert!(folder.read("r.plctest").contains("set F500 = 5"), "{}", folder.read("r.plctest"));
+    folder.plcc("test r.plctest").exits(0);
+    folder.plcc("test --from none.plcrec").exits(2).says(&["none.plcrec"]);
+    folder.plcc("test --from b.plc").exits(2);
+    folder.plcc("test --from r.plcrec -o r.plcrec").exits(2).says(&["not overwritten"]);
+    folder.plcc("test r.plctest -o x").exits(2);
+    assert!(folder.plcc("test --from r.plcrec").exits(0).stdout.contains("test \"as in r\""));
 }

@@ -74,7 +74,9 @@ impl Condition {
     pub(crate) fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
         let (text, origin) = canonical(&piece.text, around);
         let comparison = Comparison::parse(&text, around.names);
-        let expression = if around.checked.is_only_a_name(&text) && comparison.is_some() {
+        // What begins as a name may be read as something else where the language has no such expression.
+        let named = comparison.as_ref().map_or("", |(_, name)| name.as_str());
+        let expression = if !named.is_empty() && around.checked.is_only_a_name(named) {
             None
         } else {
             match (around.checked.expression(&text), &comparison) {
@@ -83,6 +85,7 @@ impl Condition {
                 (Err(found), None) => return Err(moved(found, piece, &origin)),
             }
         };
+        let comparison = comparison.map(|(comparison, _)| comparison);
         // Whether it is a condition is known from its value on any image.
         let is_number = |expression: &Expression| {
             let image = vec![0; around.program.image_size as usize];
@@ -139,8 +142,8 @@ impl Condition {
 }
 
 impl Comparison {
-    /// Reads `NAME RELATION NUMBER`, or `NAME` alone, which means that it is not 0.
-    fn parse(text: &str, names: &dyn Names) -> Option<Self> {
+    /// Reads `NAME RELATION NUMBER`, or `NAME` alone, which means that it is not 0. Gives the name, too.
+    fn parse(text: &str, names: &dyn Names) -> Option<(Self, String)> {
         let split = RELATIONS
             .iter()
             .filter_map(|(sign, relation)| Some((text.find(sign)?, sign, relation)));
@@ -158,7 +161,7 @@ impl Comparison {
         };
         let key = names.find(name, Purpose::Watch).ok()?;
         let is_single = names.properties(key).elements.is_none();
-        is_single.then_some(Self { key, relation, number })
+        is_single.then(|| (Self { key, relation, number }, name.to_owned()))
     }
 
     fn holds(self, executive: &dyn Executive) -> bool {

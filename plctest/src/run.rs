@@ -32,8 +32,9 @@ pub trait Station {
         Ok(executive)
     }
 
-    /// The control has run a tick. `powered` counts how often the power was switched on, from 1.
-    fn after_tick(&self, _powered: u32, _executive: &mut dyn Executive) {}
+    /// The control is not used any more, since the test is over or the power is switched off. `stop` says why its program
+    /// was stopped, if it was.
+    fn over(&self, _executive: &mut dyn Executive, _stop: Option<&Stop>) {}
 }
 
 /// Why a test failed.
@@ -92,6 +93,7 @@ pub fn run_test(
         }
     };
     let failure = run.statements().err().map(|failure| *failure);
+    station.over(run.executive.as_mut(), run.stop.as_ref());
     Outcome { ticks: run.ticks, time_ns: run.time_ns, failure }
 }
 
@@ -262,7 +264,6 @@ impl<'r> Run<'r> {
         self.ticks += 1;
         self.time_ns = self.time_ns.saturating_add(tick_ns);
         self.see_events();
-        self.station.after_tick(self.powered, self.executive.as_mut());
         self.stop = result.err();
         match &self.stop {
             Some(stop) if !self.stop_is_expected_later() => Err(stopped(stop)),
@@ -396,6 +397,7 @@ impl<'r> Run<'r> {
     fn power_cycle(&mut self) -> Result<(), Wrong> {
         let retained = self.executive.retained();
         let forces = self.executive.forces();
+        self.station.over(self.executive.as_mut(), self.stop.as_ref());
         let again = self.station.executive_again(retained.as_deref());
         self.executive = again.map_err(Wrong::new)?;
         for (key, value) in forces {

@@ -10,7 +10,7 @@ use super::{EngineArg, OptArg, SourceArgs};
 #[derive(Args)]
 pub(crate) struct TestArgs {
     /// Test scripts, or folders in which all scripts (*.plctest) are run
-    #[arg(required_unless_present = "coverage", value_name = "SCRIPT|DIR")]
+    #[arg(required_unless_present_any = ["coverage", "from"], value_name = "SCRIPT|DIR")]
     pub(crate) paths: Vec<PathBuf>,
 
     /// Runs only tests whose names contain this text
@@ -32,8 +32,20 @@ pub(crate) struct TestArgs {
     /// Counts how often each statement ran and what was seen of each contact; with a file whose name ends in .html,
     /// .info (LCOV) or .json writes what was seen there (- is JSON on standard output). The programs run in
     /// the statement interpreter then
-    #[arg(long, value_name = "OUT.html|OUT.info|OUT.json", num_args = 0..=1, default_missing_value = "")]
-    pub(crate) coverage: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html|OUT.info|OUT.json", num_args = 0..=1)]
+    pub(crate) coverage: Option<Option<PathBuf>>,
+
+    /// The folder for the records of tests that failed [default: a new folder for temporary files]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) records: Option<PathBuf>,
+
+    /// Writes a script that gives a record's inputs again and expects its outputs, instead of running tests
+    #[arg(long, value_name = "RECORD", conflicts_with_all = ["paths", "filter", "engine", "junit", "coverage", "records"])]
+    pub(crate) from: Option<PathBuf>,
+
+    /// The script that --from writes [default: standard output]
+    #[arg(short, long, value_name = "FILE", requires = "from")]
+    pub(crate) output: Option<PathBuf>,
 
     #[command(flatten)]
     pub(crate) control: ControlArgs,

@@ -39,8 +39,18 @@ impl RunSettings {
         }
     }
 
+    /// Those of a run in simulated time with options of its control, and nothing else of a session.
+    pub fn simulated(control: &ControlArgs, machine: Option<&Machine>) -> Self {
+        Self {
+            control: control.clone(),
+            realtime: false,
+            safe: vec![],
+            machine: machine.map(|machine| machine.nct.clone()),
+        }
+    }
+
     /// As bytes for a record.
-    pub(super) fn to_bytes(&self) -> Vec<u8> {
+    pub fn to_bytes(&self) -> Vec<u8> {
         // Writing to memory does not fail.
         postcard::to_allocvec(self).unwrap_or_default()
     }

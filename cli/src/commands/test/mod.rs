@@ -1,7 +1,9 @@
 //! `plcc test`: runs test scripts.
 
 mod coverage;
+mod from_record;
 mod program;
+mod records;
 mod scripts;
 
 use std::collections::HashMap;
@@ -27,6 +29,9 @@ use program::TestProgram;
 use scripts::{Scripts, TestScript};
 
 pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
+    if let Some(record) = &args.from {
+        return from_record::from_record(record, args, report);
+    }
     let mut paths = args.paths.clone();
     let coverage_file = CoverageFile::of(args, &mut paths)?;
     if paths.is_empty() {
@@ -58,8 +63,9 @@ pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
             scripts.programs.iter().map(|p| Map::new(p.checked.as_ref(), &p.sources)).collect()
         }
     };
-    let (all, counts): (Vec<Ran>, Vec<_>) =
+    let (mut all, counts): (Vec<Ran>, Vec<_>) =
         run_all(&jobs, &scripts.programs, &maps)?.into_iter().unzip();
+    records::record_failures(&mut all, &jobs, &scripts.programs, args, report)?;
     let mut shown = !args.junit.as_deref().is_some_and(output::is_stdout);
     if let Some(path) = &args.junit {
         let text = report::junit(&all).map_err(Failure::internal)?;

@@ -30,8 +30,10 @@ pub(super) struct TestProgram<'a> {
     pub(super) sources: SourceMap,
     pub(super) tables: Program,
     pub(super) settings: SourceSettings,
+    /// How many of the sources were named; the others are included.
+    pub(super) named_files: usize,
+    pub(super) args: &'a TestArgs,
     made: Made,
-    args: &'a TestArgs,
 }
 
 /// What became of a program.
@@ -69,7 +71,19 @@ impl<'a> TestProgram<'a> {
             Err(error) => return Err(error.into()),
         };
         let (checked, sources) = (checked.into_program(), program.sources);
-        Ok(Loaded::Program(Box::new(Self { checked, sources, tables, settings, made, args })))
+        let named_files = program.named_files;
+        let program = Self { checked, sources, tables, settings, named_files, made, args };
+        Ok(Loaded::Program(Box::new(program)))
+    }
+
+    /// A control of the program, at its first power-up.
+    ///
+    /// # Errors
+    /// When the options are not for it.
+    pub(super) fn made(&self) -> Result<Box<dyn Executive + Send>, String> {
+        let machine = self.settings.machine_file();
+        session::executive(&self.tables, &self.args.control, false, machine)
+            .map_err(|error| error.to_string())
     }
 
     /// An engine, for one thread.
@@ -117,9 +131,7 @@ fn make(checked: &Checked, args: &TestArgs) -> Result<(Program, Made), CompileEr
 
 impl Station for TestProgram<'_> {
     fn executive(&self) -> Result<Box<dyn Executive>, String> {
-        let machine = self.settings.machine_file();
-        let made = session::executive(&self.tables, &self.args.control, false, machine);
-        let executive: Box<dyn Executive> = made.map_err(|error| error.to_string())?;
+        let executive: Box<dyn Executive> = self.made()?;
         Ok(executive)
     }
 }
