@@ -4,7 +4,7 @@ use plcc_abi::Program;
 use plcc_diag::{Diagnostic, Span};
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{EvaluationError, Expression, Value};
-use plcc_runtime::{Executive, Names, Purpose, VariableKey, value};
+use plcc_runtime::{Class, Executive, Names, Properties, Purpose, VariableKey, value};
 
 use crate::script::Piece;
 
@@ -74,16 +74,14 @@ impl Condition {
     pub(crate) fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
         let (text, origin) = canonical(&piece.text, around);
         let comparison = Comparison::parse(&text, around.names);
-        // What begins as a name may be read as something else where the language has no such expression.
-        let named = comparison.as_ref().map_or("", |(_, name)| name.as_str());
-        let expression = if !named.is_empty() && around.checked.is_only_a_name(named) {
-            None
-        } else {
-            match (around.checked.expression(&text), &comparison) {
+        // A variable and a number are compared as they are, since a language may read such a text as something else.
+        let expression = match &comparison {
+            Some((_, true)) => None,
+            other => match (around.checked.expression(&text), other) {
                 (Ok(expression), _) => Some(expression),
                 (Err(_), Some(_)) => None,
                 (Err(found), None) => return Err(moved(found, piece, &origin)),
-            }
+            },
         };
         let comparison = comparison.map(|(comparison, _)| comparison);
         // Whether it is a condition is known from its value on any image.
@@ -142,26 +140,29 @@ impl Condition {
 }
 
 impl Comparison {
-    /// Reads `NAME RELATION NUMBER`, or `NAME` alone, which means that it is not 0. Gives the name, too.
-    fn parse(text: &str, names: &dyn Names) -> Option<(Self, String)> {
+    /// Reads `NAME RELATION NUMBER`, or the name of a bit alone, which means that it is 1. Gives whether there is a relation,
+    /// too.
+    fn parse(text: &str, names: &dyn Names) -> Option<(Self, bool)> {
         let split = RELATIONS
             .iter()
             .filter_map(|(sign, relation)| Some((text.find(sign)?, sign, relation)));
         let first = split.min_by_key(|(at, sign, _)| (*at, std::cmp::Reverse(sign.len())));
-        let (name, relation, number) = match first {
+        let (name, relation, number) = match &first {
             Some((at, sign, relation)) => {
                 let number = text.get(at + sign.len()..)?.trim();
                 let number = match number.strip_prefix('$') {
                     Some(digits) => i64::from_str_radix(digits, 16).ok()? as f64,
                     None => number.parse().ok().filter(|number: &f64| number.is_finite())?,
                 };
-                (text.get(..at)?.trim(), *relation, number)
+                (text.get(..*at)?.trim(), **relation, number)
             }
             None => (text.trim(), Relation::Different, 0.0),
         };
         let key = names.find(name, Purpose::Watch).ok()?;
-        let is_single = names.properties(key).elements.is_none();
-        is_single.then(|| (Self { key, relation, number }, name.to_owned()))
+        let Properties { elements, class, .. } = names.properties(key);
+        let is_compared = first.is_some();
+        let is_condition = elements.is_none() && (is_compared || class == Class::Logical);
+        is_condition.then_some((Self { key, relation, number }, is_compared))
     }
 
     fn holds(self, executive: &dyn Executive) -> bool {

@@ -32,8 +32,7 @@ impl CoverageFile {
     /// # Errors
     /// When the file has another ending than those of the forms.
     pub(super) fn of(args: &TestArgs, paths: &mut Vec<PathBuf>) -> Result<Option<Self>, Failure> {
-        let Some(path) = args.coverage.as_deref().filter(|path| !path.as_os_str().is_empty())
-        else {
+        let Some(Some(path)) = &args.coverage else {
             return Ok(None);
         };
         let ending = path.extension().unwrap_or_default().to_ascii_lowercase();

@@ -32,6 +32,9 @@ pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
     if let Some(record) = &args.from {
         return from_record::from_record(record, args, report);
     }
+    if args.output.is_some() {
+        return Err(Failure::usage("-o names the script that --from writes; give --from RECORD"));
+    }
     let mut paths = args.paths.clone();
     let coverage_file = CoverageFile::of(args, &mut paths)?;
     if paths.is_empty() {
