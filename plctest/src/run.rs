@@ -431,6 +431,6 @@ fn text_of(body: &EventBody) -> Option<String> {
         EventBody::Fault { text, .. } | EventBody::Message { text, .. } => text.to_string(),
         EventBody::Send { text, .. } | EventBody::Command { text, .. } => text.to_string(),
         EventBody::Display { text, .. } => text.to_string(),
-        EventBody::Macro { .. } | EventBody::Stop { .. } => return None,
+        _ => return None,
     })
 }

@@ -29,23 +29,13 @@ pub struct RunSettings {
 
 impl RunSettings {
     /// The settings of a run.
-    pub(super) fn of(args: &RunArgs, machine: Option<&Machine>) -> Self {
+    pub fn of(args: &RunArgs, machine: Option<&Machine>) -> Self {
         Self {
             control: args.control.clone(),
             realtime: args.realtime,
             safe: args.safe.clone(),
             machine: machine.map(|machine| machine.nct.clone()),
             simulation: args.simulation.as_deref().cloned(),
-        }
-    }
-
-    /// Those of a run in simulated time with options of its control, and nothing else of a session.
-    pub fn simulated(control: &ControlArgs, machine: Option<&Machine>) -> Self {
-        Self {
-            control: control.clone(),
-            realtime: false,
-            safe: vec![],
-            machine: machine.map(|machine| machine.nct.clone()),
         }
     }
 

@@ -83,7 +83,7 @@ impl CoverageFile {
 pub(super) fn coverage(
     jobs: &[Job<'_>],
     counts: &[Option<Counts>],
-    programs: &[TestProgram<'_>],
+    programs: &[TestProgram],
     maps: &[Map],
 ) -> Vec<Coverage> {
     let all = programs.iter().zip(maps).enumerate();

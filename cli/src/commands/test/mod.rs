@@ -112,7 +112,7 @@ fn jobs<'s>(scripts: &'s [TestScript], filter: Option<&str>) -> Vec<Job<'s>> {
 /// With `maps` of the programs, counts coverage.
 fn run_all(
     jobs: &[Job<'_>],
-    programs: &[TestProgram<'_>],
+    programs: &[TestProgram],
     maps: &[Map],
 ) -> Result<Vec<(Ran, Option<CoverageCounts>)>, Failure> {
     let threads = thread::available_parallelism().map_or(1, NonZero::get).min(jobs.len());
@@ -166,7 +166,7 @@ enum TestEngine<'m> {
 /// Runs one test.
 fn run<'m>(
     job: &Job<'_>,
-    programs: &[TestProgram<'_>],
+    programs: &[TestProgram],
     maps: &'m [Map],
     engines: &mut HashMap<usize, TestEngine<'m>>,
 ) -> Result<(Ran, Option<CoverageCounts>), Failure> {

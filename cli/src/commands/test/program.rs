@@ -1,12 +1,15 @@
 //! The program of a test script: compiled once, run by as many controls as there are tests.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use plcc_abi::{Code, Engine, Program};
 use plcc_codegen::{JitMemory, Target};
 use plcc_diag::{Diagnostic, SourceMap};
 use plcc_frontend::CheckedProgram;
+use plcc_host::args::RunArgs;
 use plcc_host::session;
+use plcc_host::simulation::Simulation;
 use plcc_load::Artifact;
 use plcc_plctest::Station;
 use plcc_runtime::{Executive, NativeEngine};
@@ -25,36 +28,39 @@ enum Made {
 }
 
 /// A program that tests run.
-pub(super) struct TestProgram<'a> {
+pub(super) struct TestProgram {
     pub(super) checked: Box<dyn CheckedProgram>,
     pub(super) sources: SourceMap,
     pub(super) tables: Program,
     pub(super) settings: SourceSettings,
     /// How many of the sources were named; the others are included.
     pub(super) named_files: usize,
-    pub(super) args: &'a TestArgs,
+    /// The options of a run.
+    pub(super) run: RunArgs,
     made: Made,
 }
 
 /// What became of a program.
-pub(super) enum Loaded<'a> {
+pub(super) enum Loaded {
     /// It can be run.
-    Program(Box<TestProgram<'a>>),
+    Program(Box<TestProgram>),
     /// It has errors: its sources and what was found in them.
     Errors(SourceMap, Vec<Diagnostic>),
 }
 
-impl<'a> TestProgram<'a> {
-    /// Reads and compiles a program. `machine` is the machine file that the script names.
+impl TestProgram {
+    /// Reads and compiles a program. `machine` is the machine file that the script names; `simulate` says whether the other side
+    /// answers.
     ///
     /// # Errors
     /// When a file can't be read or used.
     pub(super) fn load(
         files: &[PathBuf],
         machine: Option<&Path>,
-        args: &'a TestArgs,
+        simulate: bool,
+        args: &TestArgs,
         report: &Report,
-    ) -> Result<Loaded<'a>, Failure> {
+    ) -> Result<Loaded, Failure> {
         let mut source = args.source.clone();
         source.machine = source.machine.or_else(|| machine.map(Path::to_owned));
         let settings = SourceSettings::for_files(&source, files, report)?;
@@ -72,7 +78,15 @@ impl<'a> TestProgram<'a> {
         };
         let (checked, sources) = (checked.into_program(), program.sources);
         let named_files = program.named_files;
-        let program = Self { checked, sources, tables, settings, named_files, made, args };
+        let machine = settings.machine.as_deref().zip(settings.machine_file());
+        let simulation = simulate.then(|| Simulation::read(machine, None)).transpose();
+        let simulation = simulation.map_err(Failure::usage)?.map(Arc::new);
+        let machine_path = settings.machine.clone();
+        let control = args.control.clone();
+        let run = RunArgs { control, machine_path, simulation, ..RunArgs::default() };
+        let program = Self { checked, sources, tables, settings, named_files, run, made };
+        // What is wrong with the table of the simulator is told before anything runs.
+        program.made().map_err(Failure::usage)?;
         Ok(Loaded::Program(Box::new(program)))
     }
 
@@ -81,8 +95,7 @@ impl<'a> TestProgram<'a> {
     /// # Errors
     /// When the options are not for it.
     pub(super) fn made(&self) -> Result<Box<dyn Executive + Send>, String> {
-        let machine = self.settings.machine_file();
-        session::executive(&self.tables, &self.args.control, false, machine)
+        session::simulated_executive(&self.tables, &self.run, self.settings.machine_file())
             .map_err(|error| error.to_string())
     }
 
@@ -129,7 +142,7 @@ fn make(checked: &Checked, args: &TestArgs) -> Result<(Program, Made), CompileEr
     })
 }
 
-impl Station for TestProgram<'_> {
+impl Station for TestProgram {
     fn executive(&self) -> Result<Box<dyn Executive>, String> {
         let executive: Box<dyn Executive> = self.made()?;
         Ok(executive)

@@ -32,7 +32,7 @@ const MAX_RECORDS: usize = 100;
 pub(super) fn record_failures(
     all: &mut [Ran],
     jobs: &[Job<'_>],
-    programs: &[TestProgram<'_>],
+    programs: &[TestProgram],
     args: &TestArgs,
     report: &Report,
 ) -> Result<(), Failure> {
@@ -86,7 +86,7 @@ fn folder(named: Option<&Path>) -> Result<PathBuf, Failure> {
 /// Makes controls that are recorded. After a power cycle the record begins anew, so that it ends with the tick in which the
 /// test failed.
 struct RecordingStation<'p> {
-    program: &'p TestProgram<'p>,
+    program: &'p TestProgram,
     path: PathBuf,
     /// Why the record can't be written.
     trouble: RefCell<Option<String>>,
@@ -94,13 +94,13 @@ struct RecordingStation<'p> {
 
 impl RecordingStation<'_> {
     fn recorded(&self, executive: Box<dyn Executive + Send>) -> Result<Box<dyn Executive>, String> {
-        let TestProgram { checked, sources, settings, named_files, args, .. } = self.program;
+        let TestProgram { checked, sources, settings, named_files, run, .. } = self.program;
         let machine = settings.machine.as_deref().map(machine_text).transpose();
         let machine = machine.map_err(|failure| failure.text("plcc test"))?;
         let recorded =
             recorded_sources(checked.dialect(), sources, *named_files, &settings.options, machine);
         let began = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-        let settings = RunSettings::simulated(&args.control, settings.machine_file()).to_bytes();
+        let settings = RunSettings::of(run, settings.machine_file()).to_bytes();
         let header = RunHeader::new(began, executive.tick_ns(), false, settings);
         let program = RecordedProgram::Sources(recorded);
         let file = RecordFile::create(&self.path, Keep::default(), Appending::No, header, program);

@@ -9,7 +9,6 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_plctest::script::{Piece, Script};
 use plcc_plctest::{Plan, parse};
-use plcc_runtime::names_of;
 
 use super::program::{Loaded, TestProgram};
 use crate::args::TestArgs;
@@ -30,15 +29,18 @@ pub(super) struct TestScript {
     pub(super) program: usize,
 }
 
+/// What tells programs apart: their files, their machine file, and whether the other side answers.
+type ProgramKey = (Vec<PathBuf>, Option<PathBuf>, bool);
+
 /// All scripts with their programs, or what is wrong with them.
 #[derive(Default)]
-pub(super) struct Scripts<'a> {
+pub(super) struct Scripts {
     pub(super) scripts: Vec<TestScript>,
-    pub(super) programs: Vec<TestProgram<'a>>,
+    pub(super) programs: Vec<TestProgram>,
     /// What is wrong, with the sources that it is about.
     pub(super) found: Vec<(SourceMap, Vec<Diagnostic>)>,
-    /// What became of each program, by its files and its machine file: its number.
-    known: HashMap<(Vec<PathBuf>, Option<PathBuf>), Option<usize>>,
+    /// What became of each program: its number.
+    known: HashMap<ProgramKey, Option<usize>>,
 }
 
 /// The scripts that paths name: files, and all scripts in folders, in natural order.
@@ -76,7 +78,7 @@ fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
     }
 }
 
-impl<'a> Scripts<'a> {
+impl Scripts {
     /// Reads a script and its program. What is wrong is in `found`.
     ///
     /// # Errors
@@ -84,7 +86,7 @@ impl<'a> Scripts<'a> {
     pub(super) fn read(
         &mut self,
         path: &Path,
-        args: &'a TestArgs,
+        args: &TestArgs,
         report: &Report,
     ) -> Result<(), Failure> {
         let bytes = read_regular(path, MAX_SETTINGS);
@@ -92,18 +94,13 @@ impl<'a> Scripts<'a> {
         let mut sources = SourceMap::new();
         let file = sources.add(path.to_string_lossy(), &bytes);
         let (script, mut mistakes) = parse(&sources, file);
-        if let Some(span) = script.simulate {
-            let text = "this plcc has no simulator, so that nothing would answer the program";
-            let diagnostic = Diagnostic::error("TEST-2", span, text);
-            mistakes.push(diagnostic.help("leave the line out, and set what the machine would do"));
-        }
         let program = match script.programs.is_empty() {
             true => None,
             false => self.program(path, file, &script, args, report, &mut mistakes)?,
         };
         let plan = program.and_then(|number| self.programs.get(number)).and_then(|program| {
             let text = |span: Span| sources.slice(span);
-            let names = names_of(&program.tables);
+            let names = program.made().ok()?.names();
             Plan::new(&script, &text, program.checked.as_ref(), &program.tables, &*names)
                 .map_err(|found| mistakes.extend(found))
                 .ok()
@@ -128,7 +125,7 @@ impl<'a> Scripts<'a> {
         path: &Path,
         file: FileId,
         script: &Script,
-        args: &'a TestArgs,
+        args: &TestArgs,
         report: &Report,
         mistakes: &mut Vec<Diagnostic>,
     ) -> Result<Option<usize>, Failure> {
@@ -136,12 +133,12 @@ impl<'a> Scripts<'a> {
         let files: Vec<PathBuf> =
             script.programs.iter().map(|piece| folder.join(&piece.text)).collect();
         let machine = script.machine.as_ref().map(|piece| folder.join(&piece.text));
-        let key = (files, machine);
+        let key = (files, machine, script.simulate.is_some());
         if let Some(known) = self.known.get(&key) {
             return Ok(*known);
         }
-        let (files, machine) = &key;
-        let number = match TestProgram::load(files, machine.as_deref(), args, report) {
+        let (files, machine, simulate) = &key;
+        let number = match TestProgram::load(files, machine.as_deref(), *simulate, args, report) {
             Ok(Loaded::Program(program)) => {
                 self.programs.push(*program);
                 Some(self.programs.len() - 1)
