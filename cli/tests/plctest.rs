@@ -459,3 +459,32 @@ fn a_record_with_retained_values_begins_with_them() {
     folder.plcc("test r.plctest -o x").exits(2);
     assert!(folder.plcc("test --from r.plcrec").exits(0).stdout.contains("test \"as in r\""));
 }
+
+#[test]
+fn the_other_side_answers_where_a_script_says_so() {
+    let program = "$INPUT\nUP=0/0\nDOWN=0/1\n$OUTPUT\nVALVE=2/0\n$LOGICAL\nGO\n$END\nVALVE = GO\n";
+    let table = "[[simulator.device]]\nname = \"C1\"\nkind = \"cylinder\"\nextend = \"VALVE\"\nretract = \"!VALVE\"\n\
+        extended = \"UP\"\nretracted = \"DOWN\"\nextend_ms = 80\nretract_ms = 40\n";
+    let tests = "test \"up\"\nwait until DOWN within 1 s\nset GO = 1\nwait until UP within 200 ms\nexpect /DOWN\nend\n";
+    let folder = Folder::with(&[
+        ("a.pmi", program),
+        ("a.machine.toml", table),
+        ("with.plctest", &format!("program \"a.pmi\"\nsimulate\n{tests}")),
+        ("without.plctest", &format!("program \"a.pmi\"\n{tests}")),
+        ("lathe.pmi", include_str!("../../examples/pmi/lathe.pmi")),
+        (
+            "lathe.plctest",
+            "program \"lathe.pmi\"\nsimulate\ntest \"keys\"\nrun 5 ticks\npulse KEY.MACHINE ON for 100 ms\nset MCRDY = 1\n\
+            wait until MCHON within 2 s\nend\n",
+        ),
+        ("bad.plctest", "program \"a.pmi\"\nsimulate\ntest \"a\"\nset KEY.NOTHING = 1\nend\n"),
+    ]);
+    for engine in ["jit", "interp"] {
+        folder.plcc(&format!("test with.plctest lathe.plctest --engine {engine}")).exits(0);
+    }
+    folder.plcc("test without.plctest --records r").exits(1);
+    let found = folder.plcc("test bad.plctest --message-format json").exits(2).json();
+    assert_eq!((&found[0]["code"], &found[0]["line"]), (&"TEST-3".into(), &4.into()));
+    folder.write("a.machine.toml", table.replace("kind = \"cylinder\"", "kind = \"nothing\""));
+    folder.plcc("test with.plctest").exits(2).says(&["nothing"]);
+}
