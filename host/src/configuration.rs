@@ -1,8 +1,9 @@
 //! What the configuration of a controller (crate `plcc-configuration`) says of a run: it fills what the command line leaves open, and
 //! its entries `[[io]]` are compared with the program.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
+use std::path::Path;
 use std::str::FromStr;
 
 use plcc_abi::Program;
@@ -24,6 +25,65 @@ pub fn check_wiring(entries: &[Entry], program: &Program, names: &dyn Names) -> 
     let outputs: Vec<String> =
         symbols.iter().filter(is_used_output).map(|symbol| symbol.name.clone()).collect();
     plcc_configuration::points(entries, &symbols, program.dialect().names_end_in_bits(), &outputs)
+}
+
+/// A point outside to which a variable is wired.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Point {
+    /// The driver.
+    pub driver: &'static str,
+    /// The address of its entry.
+    pub address: String,
+    /// Which of the points of its entry it is, from 1, and how many there are.
+    pub number: (usize, usize),
+}
+
+impl std::fmt::Display for Point {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { driver, address, number: (number, count) } = self;
+        write!(f, "{driver} {address}")?;
+        if *count > 1 {
+            write!(f, " (point {number} of {count})")?;
+        }
+        Ok(())
+    }
+}
+
+/// The points to which a configuration wires the variables of a program, by the variables' canonical names.
+///
+/// # Errors
+/// When the file can't be read, or an entry is wrong; the message has its line.
+pub fn wired_points(
+    path: &Path,
+    program: &Program,
+    names: &dyn Names,
+) -> Result<HashMap<String, Point>, String> {
+    let bytes = plcc_files::read_regular(path, plcc_files::MAX_SETTINGS);
+    let bytes = bytes.map_err(|error| plcc_files::why_not_read(&error))?;
+    let (configuration, findings) = Configuration::read(&String::from_utf8_lossy(&bytes), path);
+    let checked = check_wiring(&configuration.entries, program, names);
+    let mistakes = findings.file.iter().chain(&checked.mistakes);
+    if let Some(Mistake { line, message }) = mistakes.min_by_key(|mistake| mistake.line) {
+        return Err(format!("line {line}: {message}"));
+    }
+    let mut counts: HashMap<usize, usize> = HashMap::new();
+    for point in &checked.points {
+        *counts.entry(point.entry.line).or_default() += 1;
+    }
+    let mut numbers: HashMap<usize, usize> = HashMap::new();
+    let mut points = HashMap::new();
+    for point in &checked.points {
+        let number = numbers.entry(point.entry.line).or_default();
+        *number += 1;
+        let count = counts.get(&point.entry.line).copied().unwrap_or(1);
+        let wired = Point {
+            driver: point.entry.driver.name(),
+            address: point.entry.address.clone(),
+            number: (*number, count),
+        };
+        points.insert(point.symbol.name.clone(), wired);
+    }
+    Ok(points)
 }
 
 /// What entries without mistakes say of the variables that are given from outside, by the variables' names.
@@ -101,7 +161,6 @@ impl Values<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
     use std::time::Duration;
 
     use super::*;

@@ -2,7 +2,7 @@
 
 use alloc::{format, vec, vec::Vec};
 
-use super::{Definition, Field, Format, Kind, Layout, Place, PmacTables, Run, Space};
+use super::{Controller, Definition, Field, Format, Kind, Layout, Place, PmacTables, Run, Space};
 use crate::image::read_u64;
 use crate::place;
 use crate::{BitField, ImageSymbol, ImageType};
@@ -44,6 +44,15 @@ pub fn field_place(layout: &Layout, definition: Definition) -> Option<place::Pla
         Format::D | Format::C => return None,
     };
     Some(place::Place::bits(offset, ty, first, width))
+}
+
+impl Layout {
+    /// Whether a definition is one of the lines of PMAC (1) that the guide calls inputs (appendix F): DAT0 to DAT7 of the
+    /// multiplexer port and the machine inputs 1 to 8, the lower bytes of Y:$FFC1 and Y:$FFC2.
+    pub fn is_input(&self, definition: Definition) -> bool {
+        let Definition::Y { address: 0xFFC1 | 0xFFC2, field } = definition else { return false };
+        self.controller == Controller::Pmac && field.offset.saturating_add(field.width) <= 8
+    }
 }
 
 /// M and L that are bits of a word in the image, as they are defined after the download.

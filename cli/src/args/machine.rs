@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::SourceArgs;
 use crate::hal::pins::Wanted;
@@ -13,8 +13,28 @@ pub(crate) struct IoArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
+    /// What is written: entries [[io]] to fill in, or a list of the terminals, as a table or as a page to print and tick off
+    #[arg(long, value_name = "FORMAT", default_value = "toml")]
+    pub(crate) to: IoFormat,
+
+    /// The configuration of the control, whose entries [[io]] say the new point of each line in the list
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) config: Option<PathBuf>,
+
     #[command(flatten)]
     pub(crate) source: SourceArgs,
+}
+
+/// What `plcc io` writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IoFormat {
+    /// Entries [[io]] of a configuration
+    #[default]
+    Toml,
+    /// A list of the terminals for a spreadsheet
+    Csv,
+    /// A list of the terminals as a page to print
+    Html,
 }
 
 #[derive(Args)]

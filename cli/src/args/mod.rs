@@ -16,7 +16,7 @@ use clap::{Args, ColorChoice, Parser, Subcommand};
 use plcc_host::args::{ControlArgs, RunArgs};
 
 pub(crate) use build::{BuildArgs, CheckArgs, Emit, KeyCommand};
-pub(crate) use machine::{HalArgs, IoArgs};
+pub(crate) use machine::{HalArgs, IoArgs, IoFormat};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
@@ -239,13 +239,15 @@ Examples:
   plcc xref lathe.pmi --message-format json | jq 'select(.written == [])'")]
     Xref(XrefArgs),
 
-    /// Writes a template of the entries [[io]] for all inputs and outputs of a program
+    /// Lists what is wired to a program: a template of the entries [[io]], or the terminals to tick off
     #[command(after_help = "\
 The entries connect variables with points outside; they belong into the configuration of the control \
-(plcrt run --config). Each has the comment that the source has beside the name.
+(plcrt run --config). They stand in the order of ports and bits, each with its old place and what [names] and the source's \
+comments say of it. What the program exchanges with the control stands apart.
 
-Example:
-  plcc io lathe.pmi >> controller.toml")]
+Examples:
+  plcc io lathe.pmi >> controller.toml
+  plcc io lathe.pmi --config controller.toml --to html > terminals.html")]
     Io(IoArgs),
 
     /// For those who work on plcc itself: commands with the options of the optimiser

@@ -13,7 +13,10 @@ pub(crate) fn split_comment<'t>(line: &'t str, signs: &[&str]) -> (&'t str, &'t 
         } else if !quoted && let Some(sign) = signs.iter().find(|sign| tail.starts_with(**sign)) {
             let comment = tail.get(sign.len()..).unwrap_or("").trim();
             let comment = comment.strip_suffix("*/").unwrap_or(comment);
-            return (line.get(..at).unwrap_or(line), comment.trim_matches(is_rule));
+            let comment = comment.trim_matches(is_rule);
+            // What is said to the compiler says nothing of a variable.
+            let comment = if comment.starts_with("plcc:") { "" } else { comment };
+            return (line.get(..at).unwrap_or(line), comment);
         }
     }
     (line, "")
@@ -43,6 +46,7 @@ mod tests {
             ("A = \"why?\" ? because", ("A = \"why?\" ", "because")),
             ("A = 1", ("A = 1", "")),
             ("? ******* INPUTS *******", ("", "INPUTS")),
+            ("A = B ? plcc: allow near-name", ("A = B ", "")),
         ] {
             assert_eq!(split_comment(line, &["?"]), parts);
         }

@@ -153,6 +153,16 @@ pub trait Presentation {
         None
     }
 
+    /// Where the lines of an input or output were on the original control, by their names; `place` is that of its
+    /// [point](IoPoint::place), where it is one.
+    fn place_of_lines(&self, lines: &[String], _place: Option<&str>) -> String {
+        match lines {
+            [] => String::new(),
+            [line] => line.clone(),
+            [first, .., last] => format!("{first} to {last}"),
+        }
+    }
+
     /// The variable that a name of the [cross-reference](crate::CheckedProgram::cross_reference) stands for.
     fn stands_for(&self, name: &str) -> String {
         name.to_owned()

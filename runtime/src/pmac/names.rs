@@ -121,6 +121,8 @@ impl PmacNames {
             _ => share_bits(output.definition, definition),
         };
         match definition {
+            // What assigns one does not make it an output.
+            _ if self.layout.is_input(definition) => Direction::Input,
             _ if self.outputs.iter().any(is_output) => Direction::Output,
             Definition::X { address, .. } if self.layout.is_io(Space::X, address) => {
                 Direction::Input

@@ -36,6 +36,15 @@ pub(super) fn points(mut named: Vec<NctName>) -> Vec<IoPoint> {
     named.into_iter().filter_map(point).collect()
 }
 
+/// Where a line P or O is; `None` for other names.
+pub(super) fn place_of_line(line: &str) -> Option<String> {
+    match line.parse().ok()? {
+        NctName::P { byte, bit: Some(bit) } => Some(board_place(byte, bit, false)),
+        NctName::O { byte, bit: Some(bit) } => Some(board_place(byte, bit, true)),
+        _ => None,
+    }
+}
+
 /// The connection points of the lines of an interface board: bit by bit those of inputs 0 to 3 on connector I1; those
 /// of inputs 4 to 6 on I2 are the same again (NCT 2.1.1).
 const INPUT_PINS: [[u8; 8]; 4] = [

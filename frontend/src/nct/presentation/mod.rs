@@ -60,6 +60,13 @@ impl Presentation for Program {
     }
 
     /// Lines, flags to the NC, and the registers that the NC and the PLC exchange.
+    fn place_of_lines(&self, lines: &[String], place: Option<&str>) -> String {
+        let known = place.filter(|place| *place != "NC").map(str::to_owned);
+        let line = lines.first().cloned().unwrap_or_default();
+        let known = known.or_else(|| io::place_of_line(&line));
+        known.map_or(line.clone(), |place| format!("{line}, {place}"))
+    }
+
     fn exchange(&self, name: &str, uses: Uses) -> Option<Exchange> {
         uses.declared.or_else(|| match name.parse().ok()? {
             NctName::Y { .. } | NctName::O { .. } => Some(Exchange::Program),

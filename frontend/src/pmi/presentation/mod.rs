@@ -103,6 +103,19 @@ impl Presentation for Program {
     }
 
     /// Inputs and outputs, and the variables of the executive.
+    /// `port 1 bits 0-3`.
+    fn place_of_lines(&self, lines: &[String], _: Option<&str>) -> String {
+        let line = |name: &String| match name.parse() {
+            Ok(PmiName::Line(port, bit)) => Some((port, bit)),
+            _ => None,
+        };
+        match (lines.first().and_then(line), lines.last().and_then(line)) {
+            (Some((port, low)), Some((_, high))) if low == high => format!("port {port} bit {low}"),
+            (Some((port, low)), Some((_, high))) => format!("port {port} bits {low}-{high}"),
+            _ => String::new(),
+        }
+    }
+
     fn exchange(&self, name: &str, uses: Uses) -> Option<Exchange> {
         // The control itself sets @IPL in the first scan.
         let is_of_executive = name.starts_with('@') && name != "@IPL";
