@@ -23,8 +23,14 @@ mod tests {
 
     #[test]
     fn a_spindle_reaches_its_speed_after_its_ramp() {
-        let spindle =
-            Spindle { rpm: 5500, min: 0, ramp_ns: 2_000_000_000, lag_ns: 0, encoder: true };
+        let spindle = Spindle {
+            rpm: 5500,
+            min: 0,
+            ramp_ns: 2_000_000_000,
+            lag_ns: 0,
+            orient_ns: 0,
+            encoder: true,
+        };
         let mut kept = 0;
         for tick in 1..=100 {
             kept = toward(kept, 5500, &spindle, 20_000_000);

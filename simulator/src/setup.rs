@@ -77,7 +77,13 @@ pub(crate) struct Axis {
     /// Counts a unit.
     pub(crate) counts: i64,
     pub(crate) start: i128,
+    /// Where its reference point is.
+    pub(crate) home: i128,
+    /// The limits of its travel (PMI).
+    pub(crate) limits: [i128; 2],
     pub(crate) rapid: i128,
+    /// High, medium and low speed by hand.
+    pub(crate) jog: [i128; 3],
 }
 
 /// A spindle, with its defaults.
@@ -87,6 +93,8 @@ pub(crate) struct Spindle {
     pub(crate) min: i64,
     pub(crate) ramp_ns: u64,
     pub(crate) lag_ns: u64,
+    /// How long orientation takes (NCT).
+    pub(crate) orient_ns: u64,
     pub(crate) encoder: bool,
 }
 
@@ -102,6 +110,7 @@ pub struct Setup {
     pub(crate) program: Option<PartProgram>,
     pub(crate) lag_ns: u64,
     pub(crate) stop_ns: u64,
+    pub(crate) home_ns: u64,
     pub(crate) machine_on_ns: u64,
     pub(crate) feed_max: i128,
     pub(crate) in_position: i64,
@@ -161,6 +170,7 @@ impl Setup {
             program: None,
             lag_ns: table.lag.unwrap_or(40 * MS),
             stop_ns: table.stop.unwrap_or(100 * MS),
+            home_ns: table.home.unwrap_or(1000 * MS),
             machine_on_ns: table.machine_on.unwrap_or(2000 * MS),
             feed_max: nanometres(feed_max, rules.unit),
             in_position: table.in_position.unwrap_or(10),
@@ -181,6 +191,13 @@ impl Setup {
             unit,
             counts: entry.counts.unwrap_or(if is_pmi { 10_000 } else { 1000 }),
             start: length(entry.start, 0),
+            home: length(entry.home, 0),
+            limits: [length(entry.min, -20), length(entry.max, 20)],
+            jog: match entry.jog {
+                Some(speeds) => speeds.map(|speed| nanometres(speed, unit)),
+                None if is_pmi => [300, 60, 15].map(|speed| speed * unit),
+                None => [3000 * unit; 3],
+            },
             rapid: length(entry.rapid, if is_pmi { 300 } else { 9000 }).max(1),
         }
     }
@@ -191,6 +208,7 @@ impl Setup {
             min: entry.min.unwrap_or(0),
             ramp_ns: entry.ramp.unwrap_or(2000 * MS).min(MAX_TICKS * MS),
             lag_ns: entry.lag.unwrap_or(100 * MS),
+            orient_ns: entry.orient.unwrap_or(500 * MS),
             encoder: entry.encoder.unwrap_or(true),
         }
     }

@@ -208,6 +208,7 @@ impl Simulator {
                     _ => Fault::Feedback(axis),
                 });
             }
+            (Action::Answer, ControlState::Nct(state)) if pressed => state.answer(),
             (Action::Touch(window, button), ControlState::Pmi(state)) => {
                 state.touch_key(window, button, pressed, self.state.tick);
             }

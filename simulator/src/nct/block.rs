@@ -83,8 +83,10 @@ impl Nct {
             return false;
         }
         let source = if step.is_automatic() {
-            // What is interrupted goes on by START alone, in another way.
-            if state.interrupted || state.ended.is_some() {
+            if state.interrupted {
+                return self.go_back(state, step);
+            }
+            if state.ended.is_some() {
                 return false;
             }
             match self.next_block(state, step) {
@@ -159,9 +161,15 @@ impl Nct {
         };
         state.way.begin_for(commands, &state.end, speed, &self.setup);
         (executed.has_parts, executed.parts_done, executed.dwell) = (true, false, dwell);
+        self.show_part(state);
+    }
+
+    /// The flags with which a part begins.
+    pub(super) fn show_part(&self, state: &mut State) {
         (state.stopped, state.interpolation_done) = (false, false);
         let oriented = state.spindles.iter().any(|spindle| spindle.is_oriented);
-        state.is_feed = dwell.is_none() && !state.way.rapid && !oriented;
+        let dwells = state.block.as_ref().is_some_and(|block| block.dwell.is_some());
+        state.is_feed = !dwells && !state.way.rapid && !oriented;
         (state.ignores_stop, state.is_thread, state.home_block) = (false, false, false);
         state.request_axes();
     }
@@ -220,7 +228,7 @@ impl Nct {
 }
 
 /// Hands the functions of a block over: a strobe for this slice, and a register that stays (NCT 1.4).
-fn strobe(state: &mut State, step: &mut Step<'_, '_>, block: &Block) {
+pub(super) fn strobe(state: &mut State, step: &mut Step<'_, '_>, block: &Block) {
     let m = block.m.iter().map(|m| u32::from(*m)).enumerate();
     let m = m.map(|(at, value)| (at, value, (52, at)));
     let [a, b, c] = block.functions;

@@ -1,11 +1,13 @@
 //! Which message is shown (cnc-side 3.19).
 
 use super::flags::MESSAGES;
-use super::state::{AXES, Fault, State};
+use super::state::{AXES, Fault, Return, State};
 use super::{Nct, Step};
 
 /// The codes of limit switches: the first axis in the positive and in the negative direction.
 const LIMITS: [(usize, u16); 2] = [(56, 1340), (57, 1360)];
+/// The question of the return from an interruption.
+const RETURN: u16 = 3549;
 /// The codes of the program's messages: of Y700 and of Y710.
 const INDEXED: u16 = 2500;
 const OTHERS: u16 = 2000;
@@ -45,9 +47,10 @@ impl Nct {
             };
             return Some(first + u16::from(axis.saturating_sub(1)));
         }
-        LIMITS.into_iter().find_map(|(byte, code)| {
+        let limit = LIMITS.into_iter().find_map(|(byte, code)| {
             let axis = (0..AXES).find(|axis| step.y(byte, *axis))?;
             Some(code + axis as u16)
-        })
+        });
+        limit.or((state.returns == Return::Message).then_some(RETURN))
     }
 }

@@ -7,6 +7,7 @@ mod messages;
 mod movement;
 mod panel;
 mod reset;
+mod returning;
 mod speed;
 mod spindle;
 mod state;
@@ -103,9 +104,7 @@ impl Nct {
         let mut step = self.variables.see(now);
         let falls = self.machine_on(state, &step);
         self.drops(state, &mut step, falls);
-        if !step.y(47, 0) {
-            state.blocks_held = false;
-        }
+        self.release(state, &step);
         self.block(state, &mut step);
         self.buffer(state, &step);
         self.spindles(state, &step);
@@ -160,6 +159,9 @@ impl Nct {
             flags.set(byte, 2, spindle.is_positioned);
             flags.set(byte, 6, spindle.is_at_speed);
             flags.set(byte, 7, spindle.stands);
+        }
+        for (spindle, bit) in state.spindles.iter().zip([3, 4]) {
+            flags.set(66, bit, spindle.is_synchronous);
         }
         for axis in 0..state::AXES {
             let (_, lag) = self.increments(state, axis);

@@ -19,6 +19,7 @@ impl Nct {
                 (state.blocks_held, state.interrupted) = (false, false);
                 (state.ignores_stop, state.is_feed, state.is_thread) = (false, false, false);
                 (state.entered, state.next, state.ended) = (None, 0, None);
+                (state.aside, state.returns) = (None, Default::default());
             }
         } else if !step.is_automatic()
             && state.block.as_ref().is_some_and(|block| !block.is_entered())
@@ -45,7 +46,7 @@ impl Nct {
             return;
         }
         let is_entered = block.is_entered();
-        state.block = None;
+        let dropped = state.block.take();
         state.stopped = true;
         state.interpolation_done |= !left_automatic;
         (state.ignores_stop, state.is_feed, state.is_thread) = (false, false, false);
@@ -55,6 +56,7 @@ impl Nct {
             state.entered = None;
         } else {
             state.interrupted = true;
+            state.put_aside(dropped);
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::event::Awaited;
 use crate::history::History;
 use crate::length::ticks;
 use crate::modal::Modal;
+use crate::part_program::Feed;
 use crate::positions::Positions;
 use crate::setup::Setup;
 use crate::way::Way;
@@ -60,6 +61,34 @@ pub(super) struct SpindleState {
     pub(super) is_at_speed: bool,
     /// I657.
     pub(super) stands: bool,
+    /// I663 of spindle 1, I664 of spindle 2.
+    pub(super) is_synchronous: bool,
+    /// The first tick in which orientation had a speed, or synchronism the speed of the other spindle.
+    pub(super) turns_since: Option<u64>,
+    /// The tick in which orientation or synchronism was reached.
+    pub(super) reached_in: Option<u64>,
+}
+
+/// How far the return from an interruption is (NCT 2.2.1, I511).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Return {
+    /// START has not come.
+    #[default]
+    No,
+    /// START has come, and is to be let go.
+    Asked,
+    /// Message 3549 is shown.
+    Message,
+    /// The operator has answered it.
+    Answered,
+}
+
+/// A block that is put aside, with what its way needs to go on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Aside {
+    pub(super) executed: Executed,
+    /// Its feed; `None` in rapid traverse.
+    pub(super) feed: Option<Feed>,
 }
 
 /// For what the block waits, and for how long.
@@ -135,6 +164,10 @@ pub(crate) struct State {
     pub(super) way: Way,
     /// The end of the way, and room for it.
     pub(super) end: Vec<i128>,
+    /// The block that an interruption has put aside, and where its way ends.
+    pub(super) aside: Option<Aside>,
+    pub(super) aside_end: Vec<i128>,
+    pub(super) returns: Return,
     /// The index of the entered block that waits.
     pub(super) entered: Option<u32>,
     /// The index of the next block of the part program.
@@ -181,6 +214,9 @@ impl State {
             waits: Waits::default(),
             way: Way::new(setup.axes.len()),
             end: vec![0; setup.axes.len()],
+            aside: None,
+            aside_end: vec![0; setup.axes.len()],
+            returns: Return::No,
             entered: None,
             next: 0,
             ended: None,
@@ -203,6 +239,7 @@ impl State {
             && b.fits(&own_b)
             && self.way.fits(own.end.len())
             && self.end.len() == own.end.len()
+            && self.aside_end.len() == own.aside_end.len()
             && self.positions.fits(&own.positions)
     }
 
@@ -225,6 +262,13 @@ impl State {
     pub(crate) fn enter(&mut self, entry: u32) {
         if self.block.is_none() {
             self.entered = Some(entry);
+        }
+    }
+
+    /// The operator answers the message 3549.
+    pub(crate) fn answer(&mut self) {
+        if self.returns == Return::Message {
+            self.returns = Return::Answered;
         }
     }
 

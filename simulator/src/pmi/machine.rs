@@ -44,6 +44,7 @@ impl Pmi {
             self.variables.new_s_code.write(now.access, 0);
         }
         state.hold = false;
+        state.jogs = Default::default();
         state.started = false;
         state.block.stand_at_first();
     }

@@ -1,5 +1,6 @@
 //! The simulated control beside a PMI program (cnc-side 2).
 
+mod jog;
 mod machine;
 mod modes;
 mod program;
@@ -42,6 +43,7 @@ struct Seen {
     feed_override: i64,
     block_delete: bool,
     optional_stop: bool,
+    axis_requests: [i64; jog::AXES],
 }
 
 impl Pmi {
@@ -87,6 +89,9 @@ impl Pmi {
             feed_override: own.feed_override.read(access),
             block_delete: own.block_delete.is_on(access),
             optional_stop: own.optional_stop.is_on(access),
+            axis_requests: std::array::from_fn(|axis| {
+                own.axes.get(axis).map_or(0, |axis| axis.request.read(access))
+            }),
         }
     }
 
@@ -103,6 +108,7 @@ impl Pmi {
         self.options(state, &seen);
         self.hold_and_start(state, &seen, now);
         self.block(state, &seen, now);
+        self.jog(state, &seen, now);
         self.touch(state, now);
         self.spindle(state, now);
         state.before = state::Before::of(&seen);

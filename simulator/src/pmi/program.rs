@@ -274,6 +274,14 @@ impl Pmi {
         if let Some(block) = block {
             dwell = block.dwell.map(|time| time.div_ceil(now.tick_ns.max(1)));
             modal.target(block, end);
+            if modal.absolute {
+                for &(axis, _) in &block.axes {
+                    if let (Some(end), Some(offset)) = (end.get_mut(axis), state.offsets.get(axis))
+                    {
+                        *end = end.saturating_add(*offset);
+                    }
+                }
+            }
         }
         let speed = match modal.motion {
             Motion::Rapid => None,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Seen;
+use super::jog::{AXES, Jog};
 use super::program::BlockState;
 use super::touch::TouchState;
 use crate::positions::Positions;
@@ -62,6 +63,11 @@ pub(crate) struct State {
     /// For each axis whether it has way left and nothing holds it.
     pub(super) active: Vec<bool>,
     pub(super) homed: Vec<bool>,
+    /// Where the coordinates of part programs begin.
+    pub(super) offsets: Vec<i128>,
+    pub(super) jogs: [Option<Jog>; AXES],
+    /// @AXRRQ as the step before saw it.
+    pub(super) requests_before: [i64; AXES],
     /// The speed of the spindle times the nanoseconds of its ramp.
     pub(super) spindle: i128,
     pub(super) touch: TouchState,
@@ -77,6 +83,7 @@ impl State {
             positions: Positions::new(setup, tick_ns),
             active: vec![false; axes],
             homed: vec![homed; axes],
+            offsets: vec![0; axes],
             ..Self::default()
         }
     }
@@ -87,6 +94,7 @@ impl State {
             && self.positions.fits(&own.positions)
             && self.active.len() == own.active.len()
             && self.homed.len() == own.homed.len()
+            && self.offsets.len() == own.offsets.len()
             && self.touch.fits(&own.touch)
     }
 

@@ -10,6 +10,9 @@ pub(super) struct AxisVariables {
     pub(super) not_homed: Variable,
     pub(super) command: Variable,
     pub(super) actual: Variable,
+    /// Read: what is requested by hand, and the goal of a jog.
+    pub(super) request: Variable,
+    pub(super) jog_position: Variable,
 }
 
 /// The variables of an auxiliary axis.
@@ -61,7 +64,7 @@ macro_rules! variables {
             /// Those that are written.
             pub(super) fn writes(&self) -> Vec<Handle> {
                 let mut written = vec![$(self.$write,)*];
-                for AxisVariables { active, not_homed, command, actual } in &self.axes {
+                for AxisVariables { active, not_homed, command, actual, .. } in &self.axes {
                     written.extend([*active, *not_homed, *command, *actual]);
                 }
                 for axis in &self.aux {
@@ -97,6 +100,7 @@ variables! {
         simulated_rpm: "@CSRPM",
         block_delete: "@BKDLT",
         optional_stop: "@OPSTP",
+        jog_increment: "@JGINC",
     }
     writes {
         estop: "@ESTOP",
@@ -125,12 +129,14 @@ variables! {
 
 fn axes(setup: &Setup, access: &mut dyn Access) -> Vec<AxisVariables> {
     let mut axis = |at: usize| {
-        let mut find = |name| Variable::find(access, &format!("{name}[{at}]"), Use::Write);
+        let mut find = |name, wanted| Variable::find(access, &format!("{name}[{at}]"), wanted);
         AxisVariables {
-            active: find("@AXACT"),
-            not_homed: find("@NHOME"),
-            command: find("@CMDRG"),
-            actual: find("@POSRG"),
+            active: find("@AXACT", Use::Write),
+            not_homed: find("@NHOME", Use::Write),
+            command: find("@CMDRG", Use::Write),
+            actual: find("@POSRG", Use::Write),
+            request: find("@AXRRQ", Use::Read),
+            jog_position: find("@JGPOS", Use::Read),
         }
     };
     (0..setup.axes.len()).map(&mut axis).collect()

@@ -207,3 +207,91 @@ fn a_key_counts_only_where_the_program_selects_it() {
     let note = "KEY.AUTO did nothing in tick 1: the program does not select it by Y520 and Y532";
     assert_eq!(desk.simulator.notes(), [note]);
 }
+
+#[test]
+fn an_interrupted_block_goes_on_after_two_starts_and_an_answer() {
+    let mut desk = ready("", Some("M3 G1 X5 F3000\nM30\n"));
+    desk.set("Y470", 1);
+    assert_eq!(desk.see(["I520"]), [1]);
+    desk.step();
+    assert_eq!(desk.see(["I550"]), [0]);
+    // Two millimetres are done when automatic mode is left.
+    desk.set("Y406", 0);
+    for _ in 0..5 {
+        assert_eq!(desk.see(["I511"]), [0]);
+    }
+    assert_eq!(desk.see(["I511", "I550", "I551", "I546"]), [1, 1, 0, 0]);
+    desk.set("Y470", 0);
+    desk.set("Y406", 1);
+    assert_eq!(desk.see(["I546", "I511", "I547"]), [1, 1, 0]);
+    desk.set("Y470", 1);
+    assert_eq!(desk.see(["I547", "RH020"]), [1, 0]);
+    desk.set("Y470", 0);
+    assert_eq!(desk.see(["I547", "RH020"]), [0, 3549]);
+    desk.key("Y", 1);
+    assert_eq!(desk.see(["RH020", "I511"]), [0, 1]);
+    desk.set("Y470", 1);
+    assert_eq!(desk.see(["I511", "I550", "I553", "I520", "RH100"]), [0, 0, 1, 0, 2000]);
+    for _ in 0..2 {
+        assert_eq!(desk.see(["I551"]), [0]);
+    }
+    assert_eq!(desk.see(["I551", "RH000"]), [1, 30], "three millimetres were left");
+}
+
+#[test]
+fn reset_ends_an_interruption_and_y443_begins_the_block_anew() {
+    for anew in [0, 1] {
+        let mut desk = ready("", Some("M3 G4 P0.1\nM30\n"));
+        desk.set("Y470", 1);
+        desk.step();
+        desk.step();
+        desk.set("Y540", 0);
+        assert_eq!(desk.see(["I511", "I540", "I550"]), [1, 0, 1]);
+        desk.set("Y540", 1);
+        desk.set("Y443", anew);
+        desk.step();
+        desk.set("Y470", 0);
+        desk.step();
+        desk.key("N", 1);
+        desk.set("Y470", 1);
+        assert_eq!(desk.see(["I511", "I520"]), [0, anew]);
+        // Five ticks of G4, of which one was done.
+        let ticks = 4 + anew;
+        for _ in 1..ticks {
+            assert_eq!(desk.see(["I551"]), [0]);
+        }
+        assert_eq!(desk.see(["I551"]), [1]);
+    }
+}
+
+#[test]
+fn a_spindle_is_oriented_after_its_time_and_follows_the_other_one() {
+    let mut desk = ready("", None);
+    desk.set("RH061", -100);
+    desk.set("Y652", 1);
+    desk.set("Y651", 1);
+    // 25 ticks from the first one with a speed.
+    for _ in 0..25 {
+        assert_eq!(desk.see(["I651"]), [0]);
+    }
+    assert_eq!(desk.see(["I651", "I652", "I650"]), [1, 0, 0]);
+    for _ in 0..4 {
+        assert_eq!(desk.see(["I652", "I650"]), [0, 1]);
+    }
+    assert_eq!(desk.see(["I651", "I652", "RH010"]), [1, 1, 0]);
+    desk.set("Y651", 0);
+    assert_eq!(desk.see(["I651", "I652"]), [0, 0]);
+
+    let mut desk = ready("", None);
+    for (name, value) in
+        [("RH060", 300), ("Y652", 1), ("Y653", 1), ("Y662", 1), ("Y665", 1), ("Y666", 1)]
+    {
+        desk.set(name, value);
+    }
+    for _ in 0..80 {
+        desk.step();
+    }
+    assert_eq!(desk.see(["RH010", "RH015", "I661", "I664"]), [300, 300, 1, 1]);
+    desk.set("Y665", 0);
+    assert_eq!(desk.see(["I661", "I664"]), [0, 0]);
+}

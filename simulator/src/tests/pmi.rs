@@ -201,3 +201,59 @@ fn mistakes_of_a_part_program_stand_at_their_places() {
         [("SIM-7", 1, 16), ("SIM-4", 2, 4), ("SIM-12", 3, 1), ("SIM-10", 3, 1),]
     );
 }
+
+#[test]
+fn axes_are_jogged_as_long_as_the_request_stays_and_by_increments() {
+    let mut desk = ready("", "M30\n");
+    desk.set("@MODRQ", 0);
+    desk.step();
+    desk.set("@JGINC", 1);
+    desk.set("@AXRRQ[0]", 1);
+    assert_eq!(desk.see(["@AXACT[0]", "@CMDRG[0]", "@MVACT"]), [1, 0, 1]);
+    // 60 inches a minute: 0.02 in a tick.
+    assert_eq!(desk.see(["@CMDRG[0]"]), [200]);
+    assert_eq!(desk.see(["@CMDRG[0]"]), [400]);
+    desk.set("@AXRRQ[0]", 0);
+    assert_eq!(desk.see(["@CMDRG[0]", "@AXACT[0]"]), [400, 0]);
+    // A tenth of an inch, which goes on without its request.
+    desk.set("@JGINC", 5);
+    desk.set("@AXRRQ[0]", 2);
+    desk.step();
+    desk.set("@AXRRQ[0]", 0);
+    for counts in [200, 0, -200, -400, -600] {
+        assert_eq!(desk.see(["@CMDRG[0]"]), [counts]);
+    }
+    assert_eq!(desk.see(["@CMDRG[0]", "@AXACT[0]"]), [-600, 0]);
+    // Zero set: the part program begins there.
+    desk.set("@AXRRQ[0]", 5);
+    assert_eq!(desk.see(["@CMDRG[0]", "@AXACT[0]"]), [-600, 0]);
+    desk.set("@AXRRQ[0]", 0);
+    desk.step();
+}
+
+#[test]
+fn an_axis_finds_its_reference_point_and_keeps_its_limits_then() {
+    let machine = "[simulator]\nhome_ms = 60\n[[simulator.axis]]\nname = \"X\"\nhome = 0.03\nmax = 0.5\n\
+                   [[simulator.axis]]\nname = \"Z\"\n";
+    let mut desk = ready(machine, "M30\n");
+    desk.set("@MODRQ", 0);
+    desk.step();
+    desk.set("@AXRRQ[0]", 3);
+    assert_eq!(desk.see(["@NHOME[0]", "@CMDRG[0]"]), [1, 0]);
+    for counts in [100, 200] {
+        assert_eq!(desk.see(["@NHOME[0]", "@CMDRG[0]"]), [1, counts]);
+    }
+    assert_eq!(desk.see(["@NHOME[0]", "@CMDRG[0]", "@AXACT[0]"]), [0, 300, 0]);
+    desk.set("@AXRRQ[0]", 0);
+    desk.step();
+    desk.set("@AXRRQ[0]", 1);
+    for _ in 0..6 {
+        desk.step();
+    }
+    assert_eq!(desk.get("@CMDRG[0]"), 5000);
+    assert!(desk.told.iter().any(|(_, told)| *told == Told::Limit(0, true)));
+    desk.set("@AXRRQ[1]", 1);
+    desk.step();
+    let refused = Told::Refused(Requested::Jog(1), Refusal::Limit);
+    assert_eq!(desk.told.last(), Some(&(desk.tick - 1, refused)));
+}

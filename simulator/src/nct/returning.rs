@@ -1,0 +1,87 @@
+//! The return from an interruption: the block that was put aside goes on (NCT 2.2.1, I511; cnc-side 3.15).
+
+use super::block::Executed;
+use super::state::{Aside, Return, State};
+use super::{Nct, Step};
+use crate::event::Told;
+
+impl State {
+    /// Keeps a dropped block of the part program, with the end of its way.
+    pub(super) fn put_aside(&mut self, dropped: Option<Executed>) {
+        self.returns = Return::No;
+        self.aside = dropped.map(|executed| Aside {
+            executed: Executed { dropped: None, stop_since: None, ..executed },
+            feed: (!self.way.rapid).then_some(self.way.speed),
+        });
+        self.aside_end.copy_from_slice(&self.end);
+    }
+}
+
+impl Nct {
+    /// I547 goes where START is let go; after the first START of a return it makes room for the message 3549.
+    pub(super) fn release(&self, state: &mut State, step: &Step<'_, '_>) {
+        if !step.y(47, 0) {
+            if state.blocks_held && state.returns == Return::Asked {
+                state.returns = Return::Message;
+            }
+            state.blocks_held = false;
+        }
+        if !step.is_automatic() || !state.interrupted {
+            state.returns = Return::No;
+        }
+    }
+
+    /// Lets the block go on that was put aside, when the operator has asked for it and answered. Gives whether it does.
+    pub(super) fn go_back(&self, state: &mut State, step: &mut Step<'_, '_>) -> bool {
+        match state.returns {
+            Return::No => {
+                (state.blocks_held, state.returns) = (true, Return::Asked);
+                false
+            }
+            Return::Asked | Return::Message => false,
+            Return::Answered => {
+                state.returns = Return::No;
+                state.interrupted = false;
+                let Some(Aside { executed, feed }) = state.aside.take() else { return false };
+                self.begin_again(state, step, executed, feed);
+                state.block.is_some()
+            }
+        }
+    }
+
+    fn begin_again(
+        &self,
+        state: &mut State,
+        step: &mut Step<'_, '_>,
+        executed: Executed,
+        feed: Option<i128>,
+    ) {
+        // Y443: with strobes and all parts; else the rest of its parts.
+        let from_start = step.y(44, 3);
+        let Some(block) = executed.block(&self.setup) else { return };
+        step.now.tell(Told::Block(block.line));
+        let rest_of_dwell = executed.dwell;
+        let dwell = block.dwell.map(|time| time.div_ceil(step.now.tick_ns.max(1)));
+        let parts_done = executed.parts_done && !(from_start && executed.has_parts);
+        state.waits = Default::default();
+        if from_start {
+            super::block::strobe(state, step, block);
+        }
+        let has_parts = executed.has_parts;
+        state.block = Some(Executed {
+            began: step.now.tick,
+            fin_was_off: false,
+            parts_done,
+            dwell: if from_start { dwell } else { rest_of_dwell },
+            ..executed
+        });
+        if parts_done || !has_parts {
+            (state.stopped, state.interpolation_done) = (true, true);
+            return;
+        }
+        state.end.copy_from_slice(&state.aside_end);
+        let State { way, positions, end, .. } = state;
+        way.begin_for(positions.commands(), end, feed, &self.setup);
+        self.show_part(state);
+    }
+}
