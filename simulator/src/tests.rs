@@ -170,7 +170,7 @@ fn mistakes(dialect: Dialect, machine: &str, part: &str) -> Vec<(&'static str, u
     let (_, found) = crate::read_part_program(&rules, &sources, file);
     let place = |found: &plcc_diag::Diagnostic| {
         let (line, column) = sources.line_col(file, found.span.start);
-        (found.code, line as u32, column as u32)
+        (found.code, line, column)
     };
     found.iter().map(place).collect()
 }
