@@ -34,6 +34,7 @@
 //! the movement of axes.
 
 mod access;
+mod arc;
 mod context;
 mod device;
 mod event;

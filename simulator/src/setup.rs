@@ -27,6 +27,8 @@ pub struct Rules {
     pub(crate) unit: i128,
     /// The letters of the axes, in their order.
     pub(crate) letters: Vec<Option<char>>,
+    /// Where the axes stand at power-up, in nanometres.
+    pub(crate) starts: Vec<i128>,
     /// The letters of A, B and C that are functions.
     pub(crate) misc: String,
     /// How many auxiliary axes there are.
@@ -50,7 +52,13 @@ impl Rules {
             [] => vec![Some('X'), Some('Y'), Some('Z')],
             axes => axes.iter().map(|axis| axis.name.as_ref().map(|name| name.value)).collect(),
         };
+        let start = |at: usize, name: Option<char>| {
+            let start = table.axes.get(at).and_then(|axis| axis.start);
+            nanometres(start.unwrap_or(Decimal::whole(0)), unit_of_axis(units, name))
+        };
+        let starts = letters.iter().enumerate().map(|(at, name)| start(at, *name)).collect();
         Self {
+            starts,
             dialect,
             is_inch: units == Units::Inch,
             unit: unit(units),

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::arc::{Arc, Circle};
 use crate::length::{root, scaled};
 
 /// What a nanometre of way is in the unit of progress: nanometres a minute times per cent times nanoseconds.
@@ -20,6 +21,8 @@ pub(crate) struct Way {
     pub(crate) speed: i128,
     /// How far it is done, in the unit of progress.
     progress: i128,
+    /// The arc, where it is one.
+    arc: Option<Arc>,
 }
 
 impl Way {
@@ -48,6 +51,7 @@ impl Way {
             *slot = end - from;
         }
         self.progress = 0;
+        self.arc = None;
         self.rapid = feed.is_none();
         if let Some(feed) = feed {
             let squares = self.delta.iter().map(|delta| delta.unsigned_abs().saturating_pow(2));
@@ -64,9 +68,41 @@ impl Way {
         }
     }
 
+    /// Makes the way that was just begun at a feed go along a circle.
+    pub(crate) fn bend(&mut self, circle: Circle) {
+        let [first, second] = circle.axes;
+        let at = |axis: usize| self.start.get(axis).copied().unwrap_or(0);
+        let ends = |axis: usize| at(axis) + self.delta.get(axis).copied().unwrap_or(0);
+        let arc = circle.arc([at(first), at(second)], [ends(first), ends(second)]);
+        let others = self.delta.iter().enumerate().filter(|(axis, _)| !circle.axes.contains(axis));
+        let others = others.map(|(_, delta)| delta.unsigned_abs().saturating_pow(2));
+        self.length = arc.length(others.fold(0, u128::saturating_add));
+        self.arc = Some(arc);
+    }
+
+    /// The circle that it goes along, if it does.
+    pub(crate) fn circle(&self) -> Option<Circle> {
+        self.arc.map(|arc| arc.circle)
+    }
+
+    /// How it is interpolated: 0 a line, 1 an arc, 2 an arc with a third axis.
+    pub(crate) fn interpolation(&self) -> i64 {
+        let Some(arc) = self.arc else { return 0 };
+        let others = self.delta.iter().enumerate();
+        let third =
+            others.into_iter().any(|(axis, delta)| *delta != 0 && !arc.circle.axes.contains(&axis));
+        1 + i64::from(third)
+    }
+
     /// Whether an axis has any way at all, and in which direction.
     pub(crate) fn direction(&self, axis: usize) -> i128 {
         self.delta.get(axis).map_or(0, |delta| delta.signum())
+    }
+
+    /// Whether an axis moves, as those of an arc do even where they come back.
+    pub(crate) fn moves(&self, axis: usize) -> bool {
+        let bends = self.arc.is_some_and(|arc| arc.circle.axes.contains(&axis));
+        bends || self.direction(axis) != 0
     }
 
     fn total(&self) -> i128 {
@@ -87,6 +123,14 @@ impl Way {
     /// Where an axis is on the way now.
     pub(crate) fn position(&self, axis: usize) -> Option<i128> {
         let (start, delta) = (self.start.get(axis)?, self.delta.get(axis)?);
+        if let Some(arc) = &self.arc
+            && !self.is_done()
+        {
+            let part = self.progress as f64 / self.total() as f64;
+            if let Some(position) = arc.position(axis, part) {
+                return Some(position);
+            }
+        }
         Some(start + scaled(*delta, self.progress, self.total()))
     }
 }

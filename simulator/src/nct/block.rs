@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::state::{State, Waits};
 use super::{Nct, Step};
 use crate::event::{Awaited, Told};
-use crate::part_program::{Block, Motion};
+use crate::part_program::Block;
 use crate::setup::Setup;
 
 /// After how many ticks it is told that a block waits.
@@ -149,17 +149,18 @@ impl Nct {
     fn begin_part(&self, state: &mut State, step: &Step<'_, '_>, block: &Block) {
         let Some(executed) = &mut state.block else { return };
         let dwell = block.dwell.map(|time| time.div_ceil(step.now.tick_ns.max(1)));
-        if dwell.is_none() && block.axes.is_empty() {
+        if dwell.is_none() && !block.moves() {
             return;
         }
         let commands = state.positions.commands();
         state.end.copy_from_slice(commands);
         state.modal.target(block, &mut state.end);
-        let speed = match state.modal.motion {
-            Motion::Rapid => None,
-            Motion::Line => Some(state.modal.feed.unwrap_or(self.setup.feed_max)),
-        };
+        let speed = state.modal.speed(&self.setup);
         state.way.begin_for(commands, &state.end, speed, &self.setup);
+        let letters = &self.setup.rules.letters;
+        if let Some(circle) = state.modal.circle(block, letters, commands, &state.end) {
+            state.way.bend(circle);
+        }
         (executed.has_parts, executed.parts_done, executed.dwell) = (true, false, dwell);
         self.show_part(state);
     }

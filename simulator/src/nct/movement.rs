@@ -8,7 +8,7 @@ impl State {
     /// I61n for each axis with way, I62n with it in rapid traverse.
     pub(super) fn request_axes(&mut self) {
         let is_way = self.block.as_ref().is_some_and(|block| block.dwell.is_none());
-        let with_way = |axis: &usize| is_way && self.way.direction(*axis) != 0;
+        let with_way = |axis: &usize| is_way && self.way.moves(*axis);
         self.moves = (0..AXES).filter(with_way).fold(0, |set, axis| set | 1 << axis);
         self.moves_rapidly = if self.way.rapid { self.moves } else { 0 };
     }

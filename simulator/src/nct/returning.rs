@@ -12,6 +12,7 @@ impl State {
         self.aside = dropped.map(|executed| Aside {
             executed: Executed { dropped: None, stop_since: None, ..executed },
             feed: (!self.way.rapid).then_some(self.way.speed),
+            circle: self.way.circle(),
         });
         self.aside_end.copy_from_slice(&self.end);
     }
@@ -42,8 +43,8 @@ impl Nct {
             Return::Answered => {
                 state.returns = Return::No;
                 state.interrupted = false;
-                let Some(Aside { executed, feed }) = state.aside.take() else { return false };
-                self.begin_again(state, step, executed, feed);
+                let Some(aside) = state.aside.take() else { return false };
+                self.begin_again(state, step, aside);
                 state.block.is_some()
             }
         }
@@ -53,8 +54,7 @@ impl Nct {
         &self,
         state: &mut State,
         step: &mut Step<'_, '_>,
-        executed: Executed,
-        feed: Option<i128>,
+        Aside { executed, feed, circle }: Aside,
     ) {
         // Y443: with strobes and all parts; else the rest of its parts.
         let from_start = step.y(44, 3);
@@ -82,6 +82,9 @@ impl Nct {
         state.end.copy_from_slice(&state.aside_end);
         let State { way, positions, end, .. } = state;
         way.begin_for(positions.commands(), end, feed, &self.setup);
+        if let Some(circle) = circle {
+            way.bend(circle);
+        }
         self.show_part(state);
     }
 }

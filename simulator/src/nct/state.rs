@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Step;
 use super::block::Executed;
+use crate::arc::Circle;
 use crate::event::Awaited;
 use crate::history::History;
 use crate::length::ticks;
@@ -89,6 +90,8 @@ pub(super) struct Aside {
     pub(super) executed: Executed,
     /// Its feed; `None` in rapid traverse.
     pub(super) feed: Option<Feed>,
+    /// The circle of its arc.
+    pub(super) circle: Option<Circle>,
 }
 
 /// For what the block waits, and for how long.

@@ -2,6 +2,8 @@
 
 use plcc_abi::pmi::DeclaredCode;
 
+use crate::arc::{Given, Plane};
+
 /// How the axes of a block move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Motion {
@@ -9,6 +11,17 @@ pub(crate) enum Motion {
     Rapid,
     /// G1.
     Line,
+    /// G2.
+    Clockwise,
+    /// G3.
+    Counterclockwise,
+}
+
+impl Motion {
+    /// Whether it is an arc.
+    pub(crate) fn is_arc(self) -> bool {
+        matches!(self, Self::Clockwise | Self::Counterclockwise)
+    }
 }
 
 /// A speed in nanometres a minute.
@@ -39,8 +52,14 @@ pub(crate) struct Block {
     pub(crate) line: u32,
     /// The number of `/n`, 0 without.
     pub(crate) skip: u8,
-    /// G0 or G1.
+    /// G0 to G3.
     pub(crate) motion: Option<Motion>,
+    /// G17 to G19.
+    pub(crate) plane: Option<Plane>,
+    /// I, J and K.
+    pub(crate) centre: [Option<i128>; 3],
+    /// R.
+    pub(crate) radius: Option<i128>,
     /// G90 (true) or G91.
     pub(crate) absolute: Option<bool>,
     /// The axes that are named, each with its word in nanometres.
@@ -64,6 +83,22 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// How its arc is given, in a plane.
+    pub(crate) fn arc(&self, plane: Plane) -> Option<Given> {
+        if let Some(radius) = self.radius {
+            return Some(Given::Radius(radius));
+        }
+        self.centre.iter().any(Option::is_some).then(|| {
+            let word = |at: usize| self.centre.get(at).copied().flatten().unwrap_or(0);
+            Given::Centre(plane.centre().map(word))
+        })
+    }
+
+    /// Whether it moves axes at all.
+    pub(crate) fn moves(&self) -> bool {
+        !self.axes.is_empty() || self.radius.is_some() || self.centre.iter().any(Option::is_some)
+    }
+
     /// Whether it ends the program.
     pub(crate) fn ends_program(&self) -> bool {
         self.m.iter().any(|m| matches!(m, 2 | 30))

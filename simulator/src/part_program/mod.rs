@@ -3,6 +3,7 @@
 //! [`grammar`] reads a line as words, and [`read`] makes blocks of them, with what is wrong. What is modal is not resolved here, since
 //! a block that is skipped changes nothing.
 
+mod arcs;
 mod block;
 mod grammar;
 mod read;

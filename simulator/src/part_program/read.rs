@@ -4,6 +4,7 @@ use plcc_abi::Dialect;
 use plcc_abi::machine::simulator::Decimal;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
+use super::arcs::Modal;
 use super::block::{AuxMove, Block, Motion};
 use super::grammar::{Item, items};
 use super::words::{Code, Letter};
@@ -27,7 +28,7 @@ pub struct PartProgram {
 }
 
 /// What is wrong with a line: the code, the range of bytes in the line, what, and what to do.
-struct Mistake {
+pub(super) struct Mistake {
     code: &'static str,
     at: (usize, usize),
     what: String,
@@ -40,13 +41,6 @@ struct Line {
     warnings: Vec<Mistake>,
 }
 
-/// What is modal and has to be known while a program is read.
-#[derive(Clone, Copy, Default)]
-struct Modal {
-    motion: Option<Motion>,
-    feed: bool,
-}
-
 /// Reads a part program, a file among `sources`. All lines are read, also behind a mistake. Errors and warnings are in
 /// the order of the lines.
 pub fn read_part_program(
@@ -54,10 +48,11 @@ pub fn read_part_program(
     sources: &SourceMap,
     file: FileId,
 ) -> (PartProgram, Vec<Diagnostic>) {
+    let starts = &rules.starts;
     let text = sources.text(file);
     let mut program = PartProgram::default();
     let mut diagnostics = vec![];
-    let mut modal = Modal::default();
+    let mut modal = Modal { positions: starts.to_vec(), ..Modal::default() };
     let mut last = None;
     let mut start = 0_usize;
     let place = |from: usize, to: usize| Span::new(file, from, to);
@@ -127,16 +122,18 @@ fn lines(text: &str) -> impl Iterator<Item = (&str, usize)> {
 }
 
 /// The words of one line while it is read.
-struct Reader<'r> {
-    rules: &'r Rules,
-    block: Block,
+pub(super) struct Reader<'r> {
+    pub(super) rules: &'r Rules,
+    pub(super) block: Block,
     seen: Vec<char>,
     groups: Vec<i128>,
     warnings: Vec<Mistake>,
     /// Where the first axis word is.
-    first_axis: Option<(usize, usize)>,
+    pub(super) first_axis: Option<(usize, usize)>,
+    /// Where the first of I, J, K and R is.
+    pub(super) first_arc: Option<(usize, usize)>,
     /// Where G4 is, and P with its time.
-    dwell: Option<(usize, usize)>,
+    pub(super) dwell: Option<(usize, usize)>,
     parameter: Option<((usize, usize), Decimal)>,
     /// Where G61 to G66 is, with the axis.
     aux: Option<((usize, usize), u8)>,
@@ -144,7 +141,7 @@ struct Reader<'r> {
     aux_position: Option<((usize, usize), i128)>,
 }
 
-fn wrong<T>(
+pub(super) fn wrong<T>(
     code: &'static str,
     at: (usize, usize),
     what: impl Into<String>,
@@ -167,6 +164,7 @@ fn read_line(rules: &Rules, line: &str, modal: &mut Modal) -> Result<Line, Mista
         groups: vec![],
         warnings: vec![],
         first_axis: None,
+        first_arc: None,
         dwell: None,
         parameter: None,
         aux: None,
@@ -203,10 +201,16 @@ fn read_line(rules: &Rules, line: &str, modal: &mut Modal) -> Result<Line, Mista
     if let Some(first) = mistakes.into_iter().next() {
         return Err(first);
     }
-    modal.motion = reader.block.motion.or(modal.motion);
-    modal.feed |= reader.block.feed.is_some();
-    if reader.block.ends_program() {
-        *modal = Modal::default();
+    let block = &reader.block;
+    modal.motion = block.motion.or(modal.motion);
+    modal.plane = block.plane.unwrap_or(modal.plane);
+    modal.relative = block.absolute.map_or(modal.relative, |absolute| !absolute);
+    modal.feed |= block.feed.is_some();
+    if block.dwell.is_none() {
+        modal.go_to(block);
+    }
+    if block.ends_program() {
+        *modal = Modal { positions: std::mem::take(&mut modal.positions), ..Modal::default() };
     }
     Ok(Line { block: Some(reader.block), warnings: reader.warnings })
 }
@@ -254,6 +258,7 @@ impl Reader<'_> {
             return out_of_range("a number has at most 9 digits before its point and 6 behind it");
         };
         let whole = |most: i128| number.integer().filter(|n| (0..=most).contains(n));
+        let at_word = at;
         let most = self.rules.largest();
         let small = if most > 65_535 {
             "it is whole, from 0 to 2147483647"
@@ -288,6 +293,23 @@ impl Reader<'_> {
                     return out_of_range("an axis goes to 99999.999999 at most");
                 }
                 self.aux_position = Some((at, nanometres(number, self.rules.unit)));
+            }
+            Letter::Centre(at) => {
+                if number.times(MILLION).is_none_or(|n| n.abs() > MAX_AXIS) {
+                    return out_of_range("an axis goes to 99999.999999 at most");
+                }
+                self.first_arc.get_or_insert(at_word);
+                if let Some(slot) = self.block.centre.get_mut(at) {
+                    *slot = Some(nanometres(number, self.rules.unit));
+                }
+            }
+            Letter::Radius => {
+                let fits = number.times(MILLION).is_some_and(|n| n.abs() <= MAX_AXIS);
+                if !fits || number.is_zero() {
+                    return out_of_range("R is not 0, and at most 99999.999999");
+                }
+                self.first_arc.get_or_insert(at_word);
+                self.block.radius = Some(nanometres(number, self.rules.unit));
             }
             Letter::Feed => {
                 let feed = nanometres(number, self.rules.unit);
@@ -345,6 +367,9 @@ impl Reader<'_> {
         match code {
             Code::Rapid => self.block.motion = Some(Motion::Rapid),
             Code::Line => self.block.motion = Some(Motion::Line),
+            Code::Arc(true) => self.block.motion = Some(Motion::Clockwise),
+            Code::Arc(false) => self.block.motion = Some(Motion::Counterclockwise),
+            Code::Plane(plane) => self.block.plane = Some(plane),
             Code::Absolute(absolute) => self.block.absolute = Some(absolute),
             Code::Dwell => self.dwell = Some(at),
             Code::Aux(axis) => self.aux = Some((at, axis)),
@@ -435,10 +460,11 @@ impl Reader<'_> {
             (None, None) => {}
         }
         let motion = self.block.motion.or(modal.motion);
-        if motion == Some(Motion::Line)
+        self.check_arc(modal, motion)?;
+        if motion.is_some_and(|motion| motion != Motion::Rapid)
             && !modal.feed
             && self.block.feed.is_none()
-            && let (Some(at), None) = (self.first_axis, self.block.aux)
+            && let (Some(at), None) = (self.first_axis.or(self.first_arc), self.block.aux)
         {
             let help = "give the feed in this block or before it, as in F200";
             return wrong("SIM-8", at, "this is a feed, and no F was given so far", help);

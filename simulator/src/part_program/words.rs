@@ -3,6 +3,7 @@
 use plcc_abi::Dialect;
 use plcc_abi::pmi::DeclaredCode;
 
+use crate::arc::Plane;
 use crate::setup::Rules;
 
 /// What a letter is for a control.
@@ -24,6 +25,10 @@ pub(super) enum Letter {
     Tool,
     /// N.
     Number,
+    /// I (0), J (1) or K (2).
+    Centre(usize),
+    /// R.
+    Radius,
     /// P.
     Parameter,
     /// X of a control whose table has no axis X, for G61 to G66.
@@ -37,6 +42,10 @@ pub(super) enum Code {
     Rapid,
     /// G1.
     Line,
+    /// G2 (true) or G3.
+    Arc(bool),
+    /// G17 to G19.
+    Plane(Plane),
     /// G4.
     Dwell,
     /// G90 (true) or G91.
@@ -53,7 +62,8 @@ impl Code {
     /// Two codes of a group can't be in one block.
     pub(super) fn group(self, number: i128) -> i128 {
         match self {
-            Self::Rapid | Self::Line => -1,
+            Self::Rapid | Self::Line | Self::Arc(_) => -1,
+            Self::Plane(_) => -5,
             Self::Dwell => -2,
             Self::Absolute(_) => -3,
             Self::Nothing(group) => -10 - i128::from(group),
@@ -79,6 +89,10 @@ impl Rules {
             'S' => Letter::Speed,
             'T' => Letter::Tool,
             'N' => Letter::Number,
+            'I' => Letter::Centre(0),
+            'J' => Letter::Centre(1),
+            'K' => Letter::Centre(2),
+            'R' => Letter::Radius,
             'P' => Letter::Parameter,
             'X' if self.aux > 0 => Letter::AuxPosition,
             _ => return None,
@@ -91,10 +105,14 @@ impl Rules {
         Some(match number {
             0 => Code::Rapid,
             1 => Code::Line,
+            2 => Code::Arc(true),
+            3 => Code::Arc(false),
             4 => Code::Dwell,
             90 => Code::Absolute(true),
             91 => Code::Absolute(false),
-            17..=19 => Code::Nothing(0),
+            17 => Code::Plane(Plane::Xy),
+            18 => Code::Plane(Plane::Zx),
+            19 => Code::Plane(Plane::Yz),
             20 if inch => Code::Nothing(1),
             21 if !inch => Code::Nothing(1),
             40 => Code::Nothing(2),

@@ -129,7 +129,7 @@ impl Pmi {
         own.program_end.write(access, state.program_end);
         own.s_code.write(access, state.s_code);
         own.t_code.write(access, state.t_code);
-        own.interpolation.write(access, 0);
+        own.interpolation.write(access, state.block.interpolation());
         own.spindle_encoder.write(access, flag(self.setup.spindle(0).encoder));
         own.inch.write(access, flag(self.setup.rules.is_inch));
         let asim = own.simulated_spindle.is_on(access) || !self.setup.spindle(0).encoder;

@@ -7,7 +7,7 @@ use super::{Pmi, Seen};
 use crate::context::Context;
 use crate::event::{Awaited, Told};
 use crate::modal::Modal;
-use crate::part_program::{AuxMove, Block, Motion};
+use crate::part_program::{AuxMove, Block};
 use crate::setup::Setup;
 use crate::way::Way;
 
@@ -77,6 +77,11 @@ impl BlockState {
     /// The line of the block that is executed, 0 without.
     pub(super) fn line(&self, setup: &Setup) -> i64 {
         self.executed.and_then(|at| block(setup, at)).map_or(0, |block| block.line.into())
+    }
+
+    /// @INTRP.
+    pub(super) fn interpolation(&self) -> i64 {
+        if self.is_executed() { self.way.interpolation() } else { 0 }
     }
 
     /// The codes that were raised for the block.
@@ -283,11 +288,11 @@ impl Pmi {
                 }
             }
         }
-        let speed = match modal.motion {
-            Motion::Rapid => None,
-            Motion::Line => Some(modal.feed.unwrap_or(self.setup.feed_max)),
-        };
-        way.begin_for(commands, end, speed, &self.setup);
+        way.begin_for(commands, end, modal.speed(&self.setup), &self.setup);
+        let letters = &self.setup.rules.letters;
+        if let Some(circle) = block.and_then(|block| modal.circle(block, letters, commands, end)) {
+            way.bend(circle);
+        }
         *phase = Phase::Moving { dwell };
     }
 
@@ -325,7 +330,7 @@ impl Pmi {
         let moves = self.percent(state, seen) > 0 && !state.block.way.is_done();
         let way = &state.block.way;
         for (axis, active) in state.active.iter_mut().enumerate() {
-            *active = moves && way.direction(axis) != 0;
+            *active = moves && way.moves(axis);
         }
     }
 

@@ -257,3 +257,44 @@ fn an_axis_finds_its_reference_point_and_keeps_its_limits_then() {
     let refused = Told::Refused(Requested::Jog(1), Refusal::Limit);
     assert_eq!(desk.told.last(), Some(&(desk.tick - 1, refused)));
 }
+
+#[test]
+fn arcs_stay_on_their_circle_and_end_exactly() {
+    let machine = "[simulator]\nunits = \"mm\"\n[[simulator.axis]]\nname = \"X\"\ncounts = 1000000\n\
+                   [[simulator.axis]]\nname = \"Y\"\ncounts = 1000000\n[[simulator.axis]]\nname = \"Z\"\n";
+    let mut ways = vec![];
+    for arc in ["G3 X-10 Y10 I-10 J0", "G3 X-10 Y10 R10"] {
+        let mut desk = ready(machine, &format!("F3000 {arc}\nM30\n"));
+        start(&mut desk);
+        assert_eq!(desk.see(["@INTRP", "@AXACT[0]", "@AXACT[1]", "@AXACT[2]"]), [1, 1, 1, 0]);
+        let mut way = vec![];
+        // 15.7 mm at 1 mm a tick.
+        while desk.see(["@BKACT"]) == [1] {
+            let [x, y] = [desk.get("@CMDRG[0]") as f64, desk.get("@CMDRG[1]") as f64];
+            assert!(((x + 1e7).hypot(y) - 1e7).abs() < 1.0, "{x} {y}");
+            way.push((x as i64, y as i64));
+        }
+        assert_eq!(way.len(), 16, "{arc}");
+        assert_eq!(way.last(), Some(&(-10_000_000, 10_000_000)));
+        // 0.1 rad after the first tick.
+        assert_eq!(way[0], (-49_958, 998_334));
+        ways.push(way);
+    }
+    let near = |a: i64, b: i64| (a - b).abs() <= 1;
+    assert!(ways[0].iter().zip(&ways[1]).all(|(a, b)| near(a.0, b.0) && near(a.1, b.1)));
+    // A full circle clockwise, with a third axis.
+    let mut desk = ready(machine, "G2 I5 Z1 F3000\nM30\n");
+    start(&mut desk);
+    assert_eq!(desk.see(["@INTRP", "@AXACT[0]", "@AXACT[2]"]), [2, 1, 1]);
+    desk.step();
+    assert!(desk.get("@CMDRG[1]") > 900_000, "clockwise from the left goes up");
+}
+
+#[test]
+fn an_arc_needs_a_circle() {
+    let of = |part: &str| mistakes(Dialect::Pmi, "[simulator]\nunits = \"mm\"\n", part);
+    assert_eq!(
+        of("F9\nG2 X10 I5 R5\nG3 X10 I4\nG3 X10 I5\nG1 X0 I5\nG18 G2 Z5 R9\nG2 R5\nX20 K9\nM30"),
+        [("SIM-9", 2, 4), ("SIM-9", 3, 4), ("SIM-2", 5, 7), ("SIM-9", 7, 4), ("SIM-9", 8, 1)]
+    );
+}
