@@ -488,3 +488,48 @@ fn the_other_side_answers_where_a_script_says_so() {
     folder.write("a.machine.toml", table.replace("kind = \"cylinder\"", "kind = \"nothing\""));
     folder.plcc("test with.plctest").exits(2).says(&["nothing"]);
 }
+
+#[test]
+fn a_search_finds_what_is_not_covered_and_writes_it_as_tests() {
+    let program = "$INPUT\nDOOR=1/0\nA=1/1\nB=1/2\n$OUTPUT\nOUT=2/0\n$INTEGER\nN\n$END\nIF (A & B & /DOOR)\nN = N + 1\nENDIF\nOUT = N > 1\n";
+    let folder = Folder::with(&[
+        ("a.pmi", program),
+        ("a.plctest", "program \"a.pmi\"\ntest \"door\"\nset DOOR = 1\nrun 5 ticks\nend\n"),
+        ("b.pmi", "$INTEGER\nN\n$END\nN=N+1\n"),
+        ("b.plctest", "program \"b.pmi\"\ntest \"b\"\nrun 5 ticks\nend\n"),
+    ]);
+    let done = folder.plcc("test a.plctest --search 0 --seed 7 -o found.plctest").exits(0);
+    done.says(&[
+        "the seed of this search is 7",
+        "before: coverage: 2 of 3 statements",
+        "after:  coverage: 3 of 3 statements",
+    ]);
+    let script = folder.read("found.plctest");
+    assert!(
+        script.contains("judge whether it is right") && script.contains("program \"a.pmi\""),
+        "{script}"
+    );
+    assert!(script.contains("expect OUT = 1") || script.contains("expect PORT2.0 = 1"), "{script}");
+    let done = folder.plcc("test a.plctest found.plctest --coverage").exits(0);
+    assert!(done.stdout.contains("coverage: 3 of 3 statements (100 %)"), "{}", done.stdout);
+    // The same seed finds the same.
+    folder.plcc("test a.plctest --search 0 --seed 7 -o again.plctest").exits(0);
+    assert_eq!(folder.read("again.plctest"), script);
+    folder.plcc("test b.plctest --search 0").exits(2).says(&["no input"]);
+    folder.plcc("test a.plctest b.plctest --search 0").exits(2).says(&["one program"]);
+    folder.plcc("test a.plctest --seed 7").exits(2);
+}
+
+#[test]
+fn the_tests_of_the_examples_pass_in_every_engine() {
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let folder = Folder::with(&[]);
+    for engine in ["jit", "interp", "aot"] {
+        for script in ["pmi/lathe.plctest", "nct/sample.plctest", "pmac/mill.plctest"] {
+            let path = examples.join(script);
+            folder
+                .run(&["test", path.to_str().unwrap(), "--engine", engine, "--records", "r"])
+                .exits(0);
+        }
+    }
+}

@@ -23,5 +23,5 @@ pub mod script;
 
 pub use condition::Condition;
 pub use parse::parse;
-pub use plan::{Plan, PlannedStatement, PlannedTest};
+pub use plan::{Act, Plan, PlannedStatement, PlannedTest, Step};
 pub use run::{Failure, Outcome, Station, run_test};

@@ -43,8 +43,17 @@ pub(crate) struct TestArgs {
     #[arg(long, value_name = "RECORD", conflicts_with_all = ["paths", "filter", "engine", "junit", "coverage", "records"])]
     pub(crate) from: Option<PathBuf>,
 
-    /// The script that --from writes [default: standard output]
-    #[arg(short, long, value_name = "FILE", requires = "from")]
+    /// Looks so many seconds for stimuli that cover what the tests do not cover yet, and writes them as a script with
+    /// what came out, for a person to judge
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["from", "junit", "coverage", "records"])]
+    pub(crate) search: Option<u64>,
+
+    /// Begins a search with the random numbers of this seed; the search prints its own
+    #[arg(long, value_name = "N", requires = "search")]
+    pub(crate) seed: Option<u64>,
+
+    /// The script that --from or --search writes [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
     #[command(flatten)]

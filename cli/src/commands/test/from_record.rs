@@ -106,7 +106,7 @@ fn sources(recorded: &RecordedProgram) -> Option<RecordedSources> {
 }
 
 /// A path as it is named from the folder of a script.
-fn from_folder_of(script: &Path, path: &Path) -> PathBuf {
+pub(super) fn from_folder_of(script: &Path, path: &Path) -> PathBuf {
     let folder = match output::is_stdout(script) {
         true => Path::new(""),
         false => script.parent().unwrap_or(Path::new("")),
@@ -126,7 +126,7 @@ fn from_folder_of(script: &Path, path: &Path) -> PathBuf {
 }
 
 /// Writes the statements of a test tick by tick.
-struct Writer<'n> {
+pub(super) struct Writer<'n> {
     names: &'n dyn Names,
     text: String,
     /// The outputs, with the values that they had last.
@@ -140,7 +140,11 @@ struct Writer<'n> {
 
 impl<'n> Writer<'n> {
     /// A test that begins in the state of `recorded`, which may have other retained values than `fresh`.
-    fn new(names: &'n dyn Names, recorded: &dyn Executive, fresh: &dyn Executive) -> Self {
+    pub(super) fn new(
+        names: &'n dyn Names,
+        recorded: &dyn Executive,
+        fresh: &dyn Executive,
+    ) -> Self {
         let outputs = names.outputs().into_iter().map(|(name, key)| (name, key, None)).collect();
         let (expected, forced) = (BTreeMap::new(), vec![]);
         let mut writer = Self { names, text: String::new(), outputs, expected, ticks: 0, forced };
@@ -166,7 +170,7 @@ impl<'n> Writer<'n> {
     }
 
     /// A tick: what acted before it, and what came of it.
-    fn tick(
+    pub(super) fn tick(
         &mut self,
         actions: &[Action],
         executive: &dyn Executive,
@@ -264,7 +268,7 @@ impl<'n> Writer<'n> {
         };
     }
 
-    fn finish(mut self) -> String {
+    pub(super) fn finish(mut self) -> String {
         self.pass();
         self.text
     }

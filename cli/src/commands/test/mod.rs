@@ -5,6 +5,7 @@ mod from_record;
 mod program;
 mod records;
 mod scripts;
+mod search;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -32,8 +33,8 @@ pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
     if let Some(record) = &args.from {
         return from_record::from_record(record, args, report);
     }
-    if args.output.is_some() {
-        return Err(Failure::usage("-o names the script that --from writes; give --from RECORD"));
+    if args.output.is_some() && args.search.is_none() {
+        return Err(Failure::usage("-o names the script that --from or --search writes"));
     }
     let mut paths = args.paths.clone();
     let coverage_file = CoverageFile::of(args, &mut paths)?;
@@ -59,6 +60,9 @@ pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
             Some(filter) => format!("no test has a name that contains `{filter}`"),
             None => "the scripts have no tests".into(),
         }));
+    }
+    if let Some(seconds) = args.search {
+        return search::search(seconds, &jobs, &scripts.programs, args, report);
     }
     let maps: Vec<Map> = match args.coverage {
         None => vec![],
