@@ -10,7 +10,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Words,
+    Options, StatementInterpreter, Ways, Words,
 };
 use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
@@ -205,6 +205,9 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     fn logic(&self, _sources: &SourceMap) -> Vec<Option<Logic>> {
         vec![]
     }
+
+    /// Where control can go behind each statement, by the statements' numbers.
+    fn ways(&self) -> Vec<Ways>;
 
     /// The numbers of the statements that called the subroutine in which the task that ran last
     /// is, outermost first. Empty in languages without subroutines.

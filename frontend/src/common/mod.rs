@@ -20,6 +20,7 @@ mod options;
 mod other_languages;
 mod surroundings;
 pub mod tsv;
+mod ways;
 pub mod words;
 
 pub use accessed::Accessed;
@@ -44,4 +45,5 @@ pub(crate) use other_languages::{
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
 pub(crate) use surroundings::Surroundings;
+pub use ways::Ways;
 pub use words::Words;

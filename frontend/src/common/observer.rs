@@ -9,8 +9,8 @@ use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use super::{Accessed, Value};
 
-/// Something that is told of each statement while a statement interpreter runs. It can't change
-/// what the program does.
+/// Something that is told of each statement while a statement interpreter runs. It changes nothing of what the program
+/// does, unless it answers [`instead`](Self::instead).
 pub trait Observer {
     /// A statement is executed next. `statement` is its number: an index in
     /// [`CheckedProgram::statements`](crate::CheckedProgram::statements). `image` is the process
@@ -22,6 +22,12 @@ pub trait Observer {
 
     /// The statement has written a variable, which has this value now. It may be the one it had.
     fn write(&mut self, variable: Accessed, value: Value);
+
+    /// The value with which the statement goes on instead of the one that it has read. Only those who ask what would be if
+    /// a variable had another value give another one.
+    fn instead(&mut self, _variable: Accessed, value: Value) -> Value {
+        value
+    }
 
     /// Whether anything is done with what is told. Where it costs time to find out what to tell,
     /// interpreters ask this first.
@@ -41,6 +47,10 @@ impl<O: Observer + ?Sized> Observer for &mut O {
 
     fn write(&mut self, variable: Accessed, value: Value) {
         (**self).write(variable, value);
+    }
+
+    fn instead(&mut self, variable: Accessed, value: Value) -> Value {
+        (**self).instead(variable, value)
     }
 
     fn is_active(&self) -> bool {
@@ -79,4 +89,16 @@ pub trait StatementInterpreter: Engine {
         scan: &mut Scan<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome;
+
+    /// Executes one statement alone, as a scan of the task does that comes to it, and tells `observer` of it. Here a
+    /// register that is handed from one statement to the next (NCT's OP) is told as read and written like a variable. Gives
+    /// the number of the statement that follows; `None` where the task ends, waits or is stopped behind it, or has no such
+    /// statement.
+    fn execute(
+        &mut self,
+        task: usize,
+        statement: u32,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Option<u32>;
 }

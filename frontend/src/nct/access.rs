@@ -3,10 +3,43 @@
 
 use plcc_abi::nct::NctName;
 
+use super::ast::{Bit, Variable};
+use super::tables;
 use crate::common::Accessed;
 
 /// The bits of a word.
 const WORD: u32 = 16;
+
+/// The area of the bits of V, which say that an input has changed since the module ran before. They have no place of
+/// their own in the image.
+const CHANGES: u32 = 12;
+/// The area of the values of OP that brackets keep.
+const SLOTS: u32 = 13;
+
+/// The place of a bit that a condition tests.
+pub(super) fn accessed_bit(bit: Bit) -> Accessed {
+    match tables::name(Variable::Bit(bit)) {
+        Some(name) => accessed(name),
+        None => Accessed::one(CHANGES, u32::from(bit.byte) * 8 + u32::from(bit.bit)),
+    }
+}
+
+/// The bit of I whose changes a place tells of; `None` for all places but those of V.
+pub(super) fn changed_bit(accessed: Accessed) -> Option<NctName> {
+    let Accessed { area, first, .. } = accessed;
+    let byte = u8::try_from(first / 8).ok().filter(|_| area == CHANGES)?;
+    Some(NctName::I { byte, bit: Some((first % 8) as u8) })
+}
+
+/// The value of OP that brackets keep in a slot.
+pub(super) fn slot(slot: u16) -> Accessed {
+    Accessed::one(SLOTS, slot.into())
+}
+
+/// Whether a place holds what one statement hands to the next: OP, and its values that brackets keep.
+pub(super) fn is_handed_on(accessed: Accessed) -> bool {
+    accessed.area == SLOTS || matches!(name(accessed), Some(NctName::Op(_)))
+}
 
 /// The place of a variable.
 pub(super) fn accessed(name: NctName) -> Accessed {

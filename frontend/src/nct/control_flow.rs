@@ -8,8 +8,9 @@ use plcc_abi::{
     nct::context,
 };
 
+use crate::common::Ways;
 use crate::nct::{
-    ast::{Op, Program},
+    ast::{Op, Program, Stmt},
     layout::Layout,
 };
 
@@ -33,6 +34,39 @@ impl Program {
     /// The indices of the statements to which an indirect jump or call can lead.
     pub(crate) fn indirect_targets(&self) -> impl Iterator<Item = usize> {
         INDIRECT_LABELS.filter_map(|label| self.target(label))
+    }
+
+    /// Where control can go behind each statement. A subroutine returns behind the statement that called it.
+    pub(crate) fn ways(&self) -> Vec<Ways> {
+        let label = |label: u16| self.target(label).map(|to| to as u32);
+        let indirect = || self.indirect_targets().map(|to| to as u32);
+        let ways = |(at, stmt): (u32, &Stmt)| match stmt.op {
+            Op::If { otherwise, .. } => Ways::to([at + 1, otherwise + 1]),
+            Op::Else { end } => Ways::to([end + 1]),
+            Op::Goto(to) => Ways::to(Vec::from_iter(label(to))),
+            Op::GotoIndirect(_) => Ways::to(Vec::from_iter(indirect().chain([at + 1]))),
+            Op::Call(to) => Ways { to: vec![at + 1], calls: Vec::from_iter(label(to)) },
+            Op::CallIndirect(_) => Ways { to: vec![at + 1], calls: indirect().collect() },
+            Op::Return | Op::End(_) => Ways::default(),
+            Op::Set(_)
+            | Op::Clear(_)
+            | Op::Count { .. }
+            | Op::Load(_)
+            | Op::Store { .. }
+            | Op::Arith { .. }
+            | Op::Update { .. }
+            | Op::Shift { .. }
+            | Op::Bin
+            | Op::Bcd
+            | Op::Push(_)
+            | Op::Apply { .. }
+            | Op::EndIf
+            | Op::Label(_)
+            | Op::Area { .. }
+            | Op::Text
+            | Op::Bad { .. } => Ways::to([at + 1]),
+        };
+        (0..).zip(&self.stmts).map(ways).collect()
     }
 
     /// The modules that the program has, in the order of their tasks: number, and index of the first

@@ -10,7 +10,7 @@ use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Words,
+    Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Presentation;
@@ -146,6 +146,10 @@ impl CheckedProgram for Program {
             _ => Some(stmt.span),
         };
         self.checked.stmts.iter().map(place).collect()
+    }
+
+    fn ways(&self) -> Vec<Ways> {
+        self.checked.ways()
     }
 
     fn calls(&self, image: &[u8]) -> Vec<u32> {

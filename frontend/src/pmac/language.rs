@@ -12,7 +12,7 @@ use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Words,
+    Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
@@ -214,6 +214,32 @@ impl CheckedProgram for Program {
 
     fn logic(&self, sources: &SourceMap) -> Vec<Option<Logic>> {
         self.contacts(sources)
+    }
+
+    /// Targets are numbers of statements in their task, which begins with the number of its first statement.
+    fn ways(&self) -> Vec<Ways> {
+        let mut all = vec![];
+        for (_, code) in tasks(&self.download, &self.loaded) {
+            let first = all.len() as u32;
+            let end = code.len() as u32;
+            // Behind its last statement a task ends.
+            let to = |to: u32| if to < end { first + to } else { u32::MAX };
+            all.extend((0..).zip(code).map(|(at, stmt)| match stmt.kind {
+                StmtKind::If(_, otherwise) | StmtKind::While(_, otherwise) => {
+                    Ways::to([to(at + 1), to(otherwise)])
+                }
+                StmtKind::Jump(target) | StmtKind::EndWhile(target) => Ways::to([to(target)]),
+                StmtKind::Assign(..)
+                | StmtKind::Plc(..)
+                | StmtKind::Address(..)
+                | StmtKind::AddressBy(..)
+                | StmtKind::Text(..)
+                | StmtKind::Define(_)
+                | StmtKind::Word(..)
+                | StmtKind::Save => Ways::to([to(at + 1)]),
+            }));
+        }
+        all
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -3,13 +3,14 @@
 use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
+use super::ast::{Action, Step};
 use super::presentation;
 use super::reference::{KEYWORDS, MANUAL};
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Words,
+    Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -167,6 +168,15 @@ impl CheckedProgram for Program {
 
     fn logic(&self, sources: &SourceMap) -> Vec<Option<Logic>> {
         self.contacts(sources)
+    }
+
+    fn ways(&self) -> Vec<Ways> {
+        let ways = |(at, step): (u32, &Step)| match step.action {
+            Action::Assign { .. } => Ways::to([at + 1]),
+            Action::If { otherwise, .. } => Ways::to([at + 1, otherwise]),
+            Action::Jump { to, .. } => Ways::to([to]),
+        };
+        (0..).zip(&self.checked.steps).map(ways).collect()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

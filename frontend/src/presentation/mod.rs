@@ -9,6 +9,7 @@ mod fact;
 mod io_point;
 pub mod lines;
 mod panel;
+mod part;
 mod places;
 mod terminal;
 mod text;
@@ -26,6 +27,7 @@ pub use exchange::{Exchange, Uses};
 pub use fact::Fact;
 pub use io_point::IoPoint;
 pub use panel::{Cell, PanelDraft, Shown};
+pub use part::Part;
 pub use places::{StatementPlace, StatementPlaces};
 pub use terminal::{Answer, Desk, Terminal};
 pub use text::{Block, Piece, Role, Row, rows};
@@ -166,6 +168,22 @@ pub trait Presentation {
     /// The variable that a name of the [cross-reference](crate::CheckedProgram::cross_reference) stands for.
     fn stands_for(&self, name: &str) -> String {
         name.to_owned()
+    }
+
+    /// The variables that a variable's value comes of by itself, without a statement: of a timer's delayed contact its
+    /// control contact and its counter, of a flip-flop's output its pins. Empty for all others.
+    fn parts(&self, _name: &str, _image: &[u8]) -> Vec<Part> {
+        vec![]
+    }
+
+    /// Whether time alone changes a variable: a timer or counter of time.
+    fn counts_time(&self, _name: &str, _image: &[u8]) -> bool {
+        false
+    }
+
+    /// Whether a place holds what one statement hands to the next, such as NCT's register OP.
+    fn is_handed_on(&self, _accessed: Accessed) -> bool {
+        false
     }
 
     /// Who gives a variable its value that the program exchanges with the machine; `None` for what is its own business.

@@ -18,7 +18,9 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn bit(&mut self, bit: Bit) -> bool {
         let value = self.value_of_bit(bit);
         if self.observer.is_active() {
-            self.observe(Observer::read, Variable::Bit(bit), Value::Logical(value));
+            let (variable, told) = (access::accessed_bit(bit), Value::Logical(value));
+            self.observer.read(variable, told);
+            return self.observer.instead(variable, told).is_true();
         }
         value
     }
@@ -75,8 +77,12 @@ impl<O: Observer> Run<'_, O> {
     #[inline]
     pub(super) fn word(&mut self, word: Word) -> u16 {
         let value = self.value_of_word(word);
-        if self.observer.is_active() {
-            self.observe(Observer::read, Variable::Word(word), Value::Integer(value.into()));
+        if self.observer.is_active()
+            && let Some(name) = name(Variable::Word(word))
+        {
+            let (variable, told) = (access::accessed(name), Value::Integer(value.into()));
+            self.observer.read(variable, told);
+            return self.observer.instead(variable, told).number() as u16;
         }
         value
     }

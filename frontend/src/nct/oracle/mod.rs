@@ -5,6 +5,7 @@
 
 mod area;
 mod arithmetic;
+mod execute;
 mod memory;
 mod run;
 
@@ -76,6 +77,16 @@ impl StatementInterpreter for Interpreter {
         observer: &mut dyn Observer,
     ) -> Outcome {
         self.run(task, from, scan, observer)
+    }
+
+    fn execute(
+        &mut self,
+        task: usize,
+        statement: u32,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Option<u32> {
+        self.execute_statement(task, statement, scan, observer)
     }
 }
 

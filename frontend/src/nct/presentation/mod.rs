@@ -12,7 +12,7 @@ use plcc_diag::SourceMap;
 use super::{Program, access, tables};
 use crate::common::Accessed;
 use crate::presentation::{
-    Announced, Exchange, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Uses,
+    Announced, Exchange, IoPoint, PanelDraft, Part, Presentation, Read, Row, StatementPlaces, Uses,
 };
 
 pub(super) use classes::{CLASSES, title};
@@ -22,7 +22,13 @@ const MODULES: u8 = 3;
 
 impl Presentation for Program {
     fn name(&self, accessed: Accessed) -> Option<String> {
-        access::name(accessed).map(|name| name.to_string())
+        let changes = || {
+            access::changed_bit(accessed)?
+                .to_string()
+                .strip_prefix('I')
+                .map(|bit| format!("V{bit}"))
+        };
+        access::name(accessed).map(|name| name.to_string()).or_else(changes)
     }
 
     fn accessed(&self, name: &str) -> Option<Accessed> {
@@ -57,6 +63,21 @@ impl Presentation for Program {
     /// `V012` asks whether `I012` has changed.
     fn stands_for(&self, name: &str) -> String {
         name.strip_prefix('V').map_or_else(|| name.to_owned(), |rest| format!("I{rest}"))
+    }
+
+    /// `V012` comes of `I012`.
+    fn parts(&self, name: &str, _: &[u8]) -> Vec<Part> {
+        let of = name.strip_prefix('V').map(|bit| Part { name: format!("I{bit}"), holds: true });
+        Vec::from_iter(of)
+    }
+
+    /// The timers T, H and M.
+    fn counts_time(&self, name: &str, _: &[u8]) -> bool {
+        matches!(name.parse(), Ok(NctName::T(_) | NctName::H(_) | NctName::M(_)))
+    }
+
+    fn is_handed_on(&self, accessed: Accessed) -> bool {
+        access::is_handed_on(accessed)
     }
 
     /// Lines, flags to the NC, and the registers that the NC and the PLC exchange.

@@ -165,7 +165,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         let value = read_f64(self.scan.image, offset);
         if self.observer.is_active() {
             let (kind, number) = self.variable_of(offset);
-            self.observe(O::read, kind, number, value);
+            return self.seen(kind, number, value);
         }
         value
     }
@@ -190,13 +190,19 @@ impl<O: Observer> Memory<'_, '_, O> {
     }
 
     /// Tells the observer of a variable that is read or written.
-    pub(super) fn observe(
-        &mut self,
-        tell: fn(&mut O, Accessed, Value),
-        kind: Kind,
-        number: u32,
-        value: f64,
-    ) {
+    fn observe(&mut self, tell: fn(&mut O, Accessed, Value), kind: Kind, number: u32, value: f64) {
+        let variable = self.accessed(kind, number);
+        tell(&mut self.observer, variable, Value::Real(value));
+    }
+
+    /// Tells the observer of a variable that is read, and gives the value with which the statement goes on.
+    fn seen(&mut self, kind: Kind, number: u32, value: f64) -> f64 {
+        let variable = self.accessed(kind, number);
+        self.observer.read(variable, Value::Real(value));
+        self.observer.instead(variable, Value::Real(value)).number()
+    }
+
+    fn accessed(&self, kind: Kind, number: u32) -> Accessed {
         let system = match kind {
             Kind::Q => {
                 let first = read_u32(self.scan.image, self.q_base_offset());
@@ -205,8 +211,7 @@ impl<O: Observer> Memory<'_, '_, O> {
             _ => 1,
         };
         let number = self.map.number(number);
-        let name = PmacName::Variable(Variable { kind, number, system });
-        tell(&mut self.observer, access::accessed(name), Value::Real(value));
+        access::accessed(PmacName::Variable(Variable { kind, number, system }))
     }
 
     /// Whether angles are in radians: I15 is not 0.
@@ -218,7 +223,7 @@ impl<O: Observer> Memory<'_, '_, O> {
     pub(super) fn read(&mut self, kind: Kind, number: u32) -> f64 {
         let value = self.value(kind, number);
         if self.observer.is_active() {
-            self.observe(O::read, kind, number, value);
+            return self.seen(kind, number, value);
         }
         value
     }
@@ -344,7 +349,7 @@ impl<O: Observer> Memory<'_, '_, O> {
     pub(super) fn bits(&mut self, kind: Kind, number: u16, bits: Bits) -> i32 {
         let value = bits.of(read_u32(self.scan.image, bits.offset));
         if self.observer.is_active() {
-            self.observe(O::read, kind, number.into(), value.into());
+            return self.seen(kind, number.into(), value.into()) as i32;
         }
         value
     }
@@ -436,7 +441,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         let Some(variable) = self.l_variables.get(index as usize).copied() else { return 0 };
         let value = fixed::read_field(self.l_variable_word(variable), variable.field);
         if self.observer.is_active() {
-            self.observe(O::read, Kind::L, variable.number.into(), value.into());
+            return self.seen(Kind::L, variable.number.into(), value.into()) as i32;
         }
         value
     }

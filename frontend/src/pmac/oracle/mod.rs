@@ -259,6 +259,20 @@ impl StatementInterpreter for Interpreter {
     ) -> Outcome {
         self.run(task, from, scan, observer)
     }
+
+    fn execute(
+        &mut self,
+        task: usize,
+        statement: u32,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Option<u32> {
+        let Task { first, statements, .. } = self.tasks.get(task)?;
+        let (first, count) = (*first, statements.len() as u32);
+        let at = statement.checked_sub(first).filter(|&at| at < count)?;
+        let (outcome, next) = self.walk(task, at..at + 1, scan, observer);
+        (outcome == Outcome::End && next < count).then_some(first + next)
+    }
 }
 
 impl Interpreter {
@@ -269,12 +283,30 @@ impl Interpreter {
         scan: &mut Scan<'_>,
         observer: O,
     ) -> Outcome {
-        let Some(task) = self.tasks.get(task) else { return Outcome::End };
+        let Some(Task { statements, resume_points, .. }) = self.tasks.get(task) else {
+            return Outcome::End;
+        };
         let start = match from {
             None => Some(0),
-            Some(ResumePoint(number)) => task.resume_points.get(number as usize).copied(),
+            Some(ResumePoint(number)) => resume_points.get(number as usize).copied(),
         };
-        let Some(mut at) = start else { return Outcome::trap(TrapCode::Internal) };
+        let Some(at) = start else { return Outcome::trap(TrapCode::Internal) };
+        let end = statements.len() as u32;
+        self.walk(task, at..end, scan, observer).0
+    }
+
+    /// Executes the statements of a task from one to another, and gives how that ended, with the number of the statement
+    /// that would follow. Jumps lead forwards alone.
+    fn walk<O: Observer>(
+        &mut self,
+        task: usize,
+        range: std::ops::Range<u32>,
+        scan: &mut Scan<'_>,
+        observer: O,
+    ) -> (Outcome, u32) {
+        let mut at = range.start;
+        let Some(task) = self.tasks.get(task) else { return (Outcome::End, at) };
+        let statements = task.statements.get(..range.end as usize).unwrap_or(&[]);
         let memory = Memory {
             layout: &self.layout,
             map: &self.map,
@@ -288,7 +320,7 @@ impl Interpreter {
         let mut machine = Machine { tables: &self.tables, memory };
         let mut limit = machine.memory.scan.limit;
         let waiting = &mut self.waiting;
-        while let Some(statement) = task.statements.get(at as usize) {
+        while let Some(statement) = statements.get(at as usize) {
             if machine.memory.observer.is_active() {
                 let Memory { observer, scan, .. } = &mut machine.memory;
                 observer.statement(task.first + at, scan.image);
@@ -331,7 +363,15 @@ impl Interpreter {
                 }
                 Statement::IfAll(comparisons, target) => {
                     let comparisons = comparisons.of(&self.tables.comparisons);
-                    if !comparisons.iter().all(|&comparison| machine.holds(comparison)) {
+                    // An observer is told of all variables that the condition names.
+                    let mut all = true;
+                    for &comparison in comparisons {
+                        all &= machine.holds(comparison);
+                        if !all && !machine.memory.observer.is_active() {
+                            break;
+                        }
+                    }
+                    if !all {
                         at = target;
                     }
                 }
@@ -347,10 +387,11 @@ impl Interpreter {
                 }
                 Statement::Jump(target) => at = target,
                 Statement::EndWhile(head) => {
-                    return match task.resume_points.binary_search(&head) {
+                    let outcome = match task.resume_points.binary_search(&head) {
                         Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
                         Err(_) => Outcome::trap(TrapCode::Internal),
                     };
+                    return (outcome, at);
                 }
                 Statement::Plc(op, compiled, set) => {
                     for number in (0..32_u64).filter(|number| set >> number & 1 != 0) {
@@ -381,9 +422,9 @@ impl Interpreter {
                 Statement::Nothing => {}
             }
             if limit.is_late() && limit.is_over(machine.memory.scan.host) {
-                return Outcome::Trap(Trap::late(task.lines.get(this as usize).copied()));
+                return (Outcome::Trap(Trap::late(task.lines.get(this as usize).copied())), at);
             }
         }
-        Outcome::End
+        (Outcome::End, at)
     }
 }

@@ -7,6 +7,7 @@ mod motors;
 mod panels;
 mod terminal;
 mod text;
+mod timers;
 mod watch;
 
 use plcc_abi::pmac::PmacName;
@@ -92,6 +93,10 @@ impl Presentation for Program {
 
     fn terminal(&self) -> Option<Box<dyn Terminal>> {
         Some(Box::new(PmacTerminal::new(Some(self.loaded.layout.controller))))
+    }
+
+    fn counts_time(&self, name: &str, image: &[u8]) -> bool {
+        timers::counts_time(&self.loaded.layout, name, image)
     }
 
     /// M-variables in words of memory, each of which may be another one's: the gate array's, or the dual-ported RAM's.

@@ -7,6 +7,8 @@ mod effect;
 mod resolve;
 mod row;
 
+use std::ops::Range;
+
 use plcc_abi::{
     Engine, Host, Outcome, ResumePoint, Scan, SourceLine, TimeLimit, Trap, TrapCode,
     image::{write_i16, write_i32, write_u8},
@@ -80,19 +82,22 @@ impl Interpreter {
         self.spans.iter().zip(&self.counts).filter_map(|(span, &count)| Some(((*span)?, count)))
     }
 
-    /// Runs a scan.
+    /// Runs the steps of a scan from one to another, and gives the number of the step that would follow.
     ///
     /// # Errors
     /// When an index is outside its array, and when the scan takes too long.
     fn scan<O: Observer>(
         &mut self,
+        range: Range<usize>,
         image: &mut [u8],
         host: &mut dyn Host,
         mut limit: TimeLimit<'_>,
         observer: &mut O,
-    ) -> Result<(), Stopped> {
+    ) -> Result<usize, Stopped> {
         let Self { rows, steps, effects, counts, spans, .. } = self;
-        let mut at = 0;
+        let mut at = range.start;
+        // Jumps lead forwards alone.
+        let steps = steps.get(..range.end).unwrap_or(steps);
         while let Some(step) = steps.get(at) {
             if limit.is_over(host) {
                 return Err(Stopped::Late(at));
@@ -133,7 +138,7 @@ impl Interpreter {
                 Step::Jump(to) => at = to as usize,
             }
         }
-        Ok(())
+        Ok(at)
     }
 }
 
@@ -198,6 +203,21 @@ impl StatementInterpreter for Interpreter {
     ) -> Outcome {
         self.run(task, scan, &mut observer)
     }
+
+    fn execute(
+        &mut self,
+        task: usize,
+        statement: u32,
+        scan: &mut Scan<'_>,
+        mut observer: &mut dyn Observer,
+    ) -> Option<u32> {
+        let at = statement as usize;
+        if task != 0 || at >= self.steps.len() {
+            return None;
+        }
+        let next = self.scan(at..at + 1, scan.image, scan.host, scan.limit, &mut observer).ok()?;
+        (next < self.steps.len()).then_some(next as u32)
+    }
 }
 
 impl Interpreter {
@@ -205,8 +225,8 @@ impl Interpreter {
         if task != 0 {
             return Outcome::End;
         }
-        match self.scan(scan.image, scan.host, scan.limit, observer) {
-            Ok(()) => Outcome::End,
+        match self.scan(0..self.steps.len(), scan.image, scan.host, scan.limit, observer) {
+            Ok(_) => Outcome::End,
             Err(Stopped::Late(step)) => Outcome::Trap(Trap::late(self.lines.get(step).copied())),
             Err(Stopped::Missing(step)) => Outcome::Trap(Trap {
                 code: TrapCode::ArrayBounds,

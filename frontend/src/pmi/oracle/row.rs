@@ -20,7 +20,11 @@ impl Location {
     #[inline(always)]
     fn load<O: Observer>(self, image: &[u8], observer: &mut O) -> i32 {
         let value = self.read(image);
-        observer.read(access::accessed(self.offset), self.ty.observed(value));
+        if observer.is_active() {
+            let (variable, told) = (access::accessed(self.offset), self.ty.observed(value));
+            observer.read(variable, told);
+            return observer.instead(variable, told).number() as i32;
+        }
         value
     }
 }

@@ -5,6 +5,7 @@ mod classes;
 mod io;
 mod names;
 mod panels;
+mod parts;
 mod text;
 mod watch;
 
@@ -15,7 +16,7 @@ use plcc_diag::SourceMap;
 use super::{Program, tables};
 use crate::common::Accessed;
 use crate::presentation::{
-    Announced, Exchange, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces, Uses,
+    Announced, Exchange, IoPoint, PanelDraft, Part, Presentation, Read, Row, StatementPlaces, Uses,
     WatchRow,
 };
 use names::Names;
@@ -100,6 +101,14 @@ impl Presentation for Program {
 
     fn panels(&self, _: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
         Ok(panels::panels(&self.known().tables))
+    }
+
+    fn parts(&self, name: &str, image: &[u8]) -> Vec<Part> {
+        parts::parts(&self.checked, &self.layout, name, image)
+    }
+
+    fn counts_time(&self, name: &str, _: &[u8]) -> bool {
+        name.ends_with("#COUNT") || parts::is_delayed_contact(&self.checked, name)
     }
 
     /// Inputs and outputs, and the variables of the executive.

@@ -11,7 +11,7 @@ use super::oracle::Interpreter;
 use super::{Program, expression, lower, read};
 use crate::common::{
     Controller, CrossReference, CrossReferenceBuilder, Expression, FileLoader, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Use, Words,
+    NumberFormat, Options, StatementInterpreter, Use, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -145,6 +145,14 @@ impl CheckedProgram for Program {
             Action::Assign { .. } | Action::If { .. } => Some(step.span),
         };
         self.code.steps.iter().map(place).collect()
+    }
+
+    fn ways(&self) -> Vec<Ways> {
+        let ways = |(at, step): (u32, &super::ast::Step)| match step.action {
+            Action::If { otherwise, .. } => Ways::to([at + 1, otherwise as u32]),
+            Action::Assign { .. } | Action::End => Ways::to([at + 1]),
+        };
+        (0..).zip(&self.code.steps).map(ways).collect()
     }
 
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {

@@ -19,28 +19,37 @@ impl Interpreter {
     fn value<O: Observer>(&self, terms: &[Term], image: &[u8], observer: &mut O) -> i32 {
         ast::evaluate(terms, |index| {
             let Some(symbol) = self.code.symbol(index) else { return 0 };
-            let (value, told) = match symbol.kind {
+            let told = match symbol.kind {
                 Kind::Number => {
-                    let number = read_i32(image, symbol.offset);
-                    (number, Value::Integer(number.into()))
+                    Value::Integer(read_i32(image, symbol.offset).into())
                 }
                 Kind::Input | Kind::Output => {
-                    let bit = read_u8(image, symbol.offset);
-                    (bit.into(), Value::Logical(bit != 0))
+                    Value::Logical(read_u8(image, symbol.offset) != 0)
                 }
             };
             observer.read(accessed(symbol.offset), told);
-            value
+            observer.instead(accessed(symbol.offset), told).number() as i32
         })
     }
 
     fn run<O: Observer>(&self, task: usize, scan: &mut Scan<'_>, observer: &mut O) -> Outcome {
-        let mut at = 0;
+        let all = 0..self.code.steps.len();
+        if task == 0 { self.walk(all, scan, observer).0 } else { Outcome::End }
+    }
+
+    /// Executes the steps from one to another, and gives the number of the one that would follow.
+    fn walk<O: Observer>(
+        &self,
+        range: std::ops::Range<usize>,
+        scan: &mut Scan<'_>,
+        observer: &mut O,
+    ) -> (Outcome, usize) {
+        let mut at = range.start;
         let mut limit = scan.limit;
-        while let Some(step) = self.code.steps.get(at).filter(|_| task == 0) {
+        while let Some(step) = self.code.steps.get(..range.end).and_then(|steps| steps.get(at)) {
             if limit.is_over(scan.host) {
                 let line = SourceLine { file: step.span.file.0, line: step.line };
-                return Outcome::Trap(Trap::late(Some(line)));
+                return (Outcome::Trap(Trap::late(Some(line))), at);
             }
             if observer.is_active() {
                 observer.statement(at as u32, scan.image);
@@ -70,7 +79,7 @@ impl Interpreter {
                 Action::End => {}
             }
         }
-        Outcome::End
+        (Outcome::End, at)
     }
 }
 
@@ -89,5 +98,20 @@ impl StatementInterpreter for Interpreter {
         mut observer: &mut dyn Observer,
     ) -> Outcome {
         self.run(task, scan, &mut observer)
+    }
+
+    fn execute(
+        &mut self,
+        task: usize,
+        statement: u32,
+        scan: &mut Scan<'_>,
+        mut observer: &mut dyn Observer,
+    ) -> Option<u32> {
+        let (at, end) = (statement as usize, self.code.steps.len());
+        if task != 0 || at >= end {
+            return None;
+        }
+        let (_, next) = self.walk(at..at + 1, scan, &mut observer);
+        (next < end).then_some(next as u32)
     }
 }
