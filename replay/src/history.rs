@@ -37,6 +37,28 @@ pub struct Version {
     pub end: u64,
 }
 
+/// What acted on a variable from outside before a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Act {
+    /// The variable.
+    pub variable: VariableKey,
+    /// Its new value; `None` where a force ends.
+    pub value: Option<Setting>,
+    /// How it acted.
+    pub kind: ActKind,
+}
+
+/// How something acts on a variable from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActKind {
+    /// A row of the stimulus sets it.
+    Stimulus,
+    /// Somebody sets it, or another process gives the value of an input.
+    Write,
+    /// Somebody forces it, or ends that.
+    Force,
+}
+
 /// The ticks of a run, or of one version of the program in it.
 pub trait History {
     /// The first tick that can be run again.
@@ -80,6 +102,14 @@ pub trait History {
     /// # Errors
     /// When there is no such tick.
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError>;
+
+    /// What acted on variables from outside before a tick, in order.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    fn acts(&mut self, _tick: u64) -> Result<Vec<Act>, DebugError> {
+        Ok(vec![])
+    }
 
     /// Of a tick in which the watchdog stopped a scan: the file and the line at which the scan stood. `None` for other
     /// ticks, and where the line is not known; such a tick is not run again.
@@ -291,6 +321,21 @@ impl History for Launched {
         }
         self.move_before(tick)?;
         Ok(self.tick(engine))
+    }
+
+    fn acts(&mut self, tick: u64) -> Result<Vec<Act>, DebugError> {
+        let changes = self.changes.get(&tick).into_iter().flatten().map(|change| match *change {
+            Change::Set(variable, value) => {
+                Act { variable, value: Some(value), kind: ActKind::Write }
+            }
+            Change::Force(variable, value) => Act { variable, value, kind: ActKind::Force },
+        });
+        let rows = self.player.rows_of(tick).map(|(variable, value)| Act {
+            variable,
+            value: Some(value),
+            kind: ActKind::Stimulus,
+        });
+        Ok(changes.chain(rows).collect())
     }
 
     fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError> {

@@ -44,7 +44,7 @@ pub use control::ControlSocket;
 pub use debugger::{
     Debugger, Direction, OpenVersion, Position, Session, StepKind, StopAt, Stopped,
 };
-pub use history::{History, Launched, Version};
+pub use history::{Act, ActKind, History, Launched, Version};
 pub use interruption::Interruption;
 pub use program::DebuggedProgram;
 pub use recorded::Recorded;

@@ -6,11 +6,11 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Engine;
-use plcc_record::{Recording, ReplayError, ReplayState, Replayed, RunTicks};
+use plcc_record::{Action, Recording, ReplayError, ReplayState, Replayed, RunTicks};
 use plcc_runtime::{Event, Executive, Setting};
 
 use crate::DebugError;
-use crate::history::{History, TickResult, Version};
+use crate::history::{Act, ActKind, History, TickResult, Version};
 
 /// The ticks of a recording.
 pub struct Recorded {
@@ -213,6 +213,21 @@ impl History for Recorded {
 
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
         self.step(tick, Some(engine))
+    }
+
+    /// In simulated time nothing but the stimulus sets variables.
+    fn acts(&mut self, tick: u64) -> Result<Vec<Act>, DebugError> {
+        self.go_before(tick)?;
+        let clocked = ticks_of(&self.recording, self.run, self.generation)?.run.header.clocked;
+        let set = if clocked { ActKind::Write } else { ActKind::Stimulus };
+        let next = self.state.next().filter(|next| next.tick == tick);
+        let actions = next.map_or(&[][..], |next| next.actions.as_slice());
+        let act = |action: &Action| match *action {
+            Action::Write(variable, value) => Some(Act { variable, value: Some(value), kind: set }),
+            Action::Force(variable, value) => Some(Act { variable, value, kind: ActKind::Force }),
+            Action::Skip(_) | Action::SafeOutputs => None,
+        };
+        Ok(actions.iter().filter_map(act).collect())
     }
 
     fn cut_at(&mut self, tick: u64) -> Result<Option<(String, u32)>, DebugError> {

@@ -2,10 +2,13 @@
 //! wrote, and the process image before each.
 
 use plcc_frontend::CheckedProgram;
-use plcc_frontend::common::{Accessed, Observer, Value};
+use plcc_frontend::common::{Accessed, Observer, StatementInterpreter, Value};
 use plcc_runtime::{Event, Stop};
 
-use crate::observers::TickObserver;
+use crate::DebugError;
+use crate::history::{History, TickResult};
+use crate::observers::{Observed, TickObserver};
+use crate::program::DebuggedProgram;
 
 /// A variable that a statement has read or written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +76,30 @@ pub struct TickTrace {
 }
 
 impl TickTrace {
+    /// Runs a tick of a history in the statement interpreter and records it. `placed` says of each statement whether it
+    /// has a place in the source ([`StatementPlaces::placed`](plcc_frontend::presentation::StatementPlaces::placed)).
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    pub fn record(
+        program: &DebuggedProgram,
+        placed: &[bool],
+        interpreter: &mut dyn StatementInterpreter,
+        history: &mut dyn History,
+        tick: u64,
+    ) -> Result<(Self, TickResult), DebugError> {
+        let cut = cut_statements(program, history, tick)?;
+        let before = history.before(tick)?;
+        let mut recorder = TraceRecorder::new(program.checked(), placed, tick);
+        let mut engine = Observed::new(interpreter, &mut recorder).cut_at(cut);
+        let result = history.run(tick, &mut engine)?;
+        let mut trace = recorder.finish(history.executive().image());
+        (trace.skipped, trace.cut) = (result.skipped, result.cut);
+        trace.before = before;
+        (trace.events, trace.stop) = (result.events.clone(), result.stop.clone());
+        Ok((trace, result))
+    }
+
     /// What a step read and wrote, in order. Empty for a step that does not exist.
     pub fn accesses(&self, step: usize) -> &[Access] {
         let Some(first) = self.steps.get(step) else { return &[] };
@@ -97,6 +124,20 @@ impl TickTrace {
         }
         image
     }
+}
+
+/// As [`Debugger::cut_statements`](crate::Debugger::cut_statements).
+pub(crate) fn cut_statements(
+    program: &DebuggedProgram,
+    history: &mut dyn History,
+    tick: u64,
+) -> Result<Vec<u32>, DebugError> {
+    let Some((file, line)) = history.cut_at(tick)? else { return Ok(vec![]) };
+    let Some(file) = program.file(&file) else { return Ok(vec![]) };
+    Ok(match program.places().statements_from(file, line) {
+        Some((found, statements)) if found == line => statements.to_vec(),
+        _ => vec![],
+    })
 }
 
 /// Records the trace of a tick.

@@ -153,6 +153,15 @@ impl Player {
         }
     }
 
+    /// The rows of a tick, in their order: the variable and its value.
+    pub fn rows_of(&self, tick: u64) -> impl Iterator<Item = (VariableKey, Setting)> {
+        let tick = self.period.map_or(tick, |period| tick % period);
+        let rows = &self.stimulus.rows;
+        let from = rows.partition_point(|row| row.tick < tick);
+        let rows = rows.iter().skip(from).take_while(move |row| row.tick == tick);
+        rows.filter_map(|row| Some((*self.stimulus.variables.get(row.variable)?, row.value)))
+    }
+
     /// Goes on with another program, in which the stimulus's variables have these keys, in the order of
     /// [`Stimulus::variables`]. The former keys are in `keys` afterwards.
     pub fn exchange_keys(&mut self, keys: &mut [VariableKey]) {

@@ -46,6 +46,14 @@ impl fmt::Display for Setting {
 }
 
 impl Setting {
+    /// The value as a number.
+    pub fn number(self) -> f64 {
+        match self {
+            Self::Int(number) => number as f64,
+            Self::Float(number) => number,
+        }
+    }
+
     /// The value as an integer, cut off towards zero.
     pub(crate) fn integer(self) -> i64 {
         match self {

@@ -14,9 +14,8 @@ use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpo
 use crate::control::ControlSocket;
 use crate::history::{History, TickResult};
 use crate::interruption::Interruption;
-use crate::observers::Observed;
 use crate::program::DebuggedProgram;
-use crate::trace::{Access, Step, TickTrace, TraceRecorder};
+use crate::trace::{Access, Step, TickTrace, cut_statements};
 
 /// Opens a session of another version of the program that ran in the same run, by its
 /// [generation](crate::Version::generation).
@@ -131,12 +130,7 @@ impl Default for StopAt {
 impl Session<'_> {
     /// As [`Debugger::cut_statements`].
     pub(crate) fn cut_statements(&mut self, tick: u64) -> Result<Vec<u32>, DebugError> {
-        let Some((file, line)) = self.history.cut_at(tick)? else { return Ok(vec![]) };
-        let Some(file) = self.program.file(&file) else { return Ok(vec![]) };
-        Ok(match self.program.places().statements_from(file, line) {
-            Some((found, statements)) if found == line => statements.to_vec(),
-            _ => vec![],
-        })
+        cut_statements(&self.program, self.history.as_mut(), tick)
     }
 }
 
@@ -227,6 +221,11 @@ impl<'a> Debugger<'a> {
         (&self.session.program, self.session.history.executive())
     }
 
+    /// The program and the run, for questions that run ticks again. The user stays where he is.
+    pub fn program_and_history(&mut self) -> (&DebuggedProgram, &mut (dyn History + 'a)) {
+        (&self.session.program, self.session.history.as_mut())
+    }
+
     /// The length of a tick in nanoseconds.
     pub fn tick_ns(&self) -> u64 {
         self.session.view.tick_ns()
@@ -286,16 +285,11 @@ impl<'a> Debugger<'a> {
 
     /// Runs a tick and records it.
     fn record(&mut self, tick: u64) -> Result<TickTrace, DebugError> {
-        let cut = self.session.cut_statements(tick)?;
         let Session { program, history, .. } = &mut self.session;
-        let before = history.before(tick)?;
-        let mut recorder = TraceRecorder::new(program.checked(), &self.placed, tick);
-        let mut engine = Observed::new(self.interpreter.as_mut(), &mut recorder).cut_at(cut);
-        let result = history.run(tick, &mut engine)?;
-        let mut trace = recorder.finish(history.executive().image());
+        let interpreter = self.interpreter.as_mut();
+        let (trace, result) =
+            TickTrace::record(program, &self.placed, interpreter, history.as_mut(), tick)?;
         self.tell(tick, &result);
-        (trace.skipped, trace.cut) = (result.skipped, result.cut);
-        (trace.before, trace.events, trace.stop) = (before, result.events, result.stop);
         Ok(trace)
     }
 
