@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use clap::Parser;
 use plcc_dap::LaunchArguments;
+use plcc_diag::SourceMap;
 use plcc_host::args::RunArgs;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
@@ -13,6 +14,7 @@ use plcc_record::{RecordedRun, Recording};
 use plcc_replay::{DebugError, DebuggedProgram, Launched, Recorded, Session};
 
 use crate::args::{Cli, Command, RunCommand, SourceArgs};
+use crate::compile::Checked;
 use crate::failure::Failure;
 use crate::input::{Input, SourceSettings};
 use crate::recorded::{Found, ReplayEngine};
@@ -62,6 +64,16 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
         let lines: Vec<_> = errors.map(|error| place_and_text(&program.sources, error)).collect();
         return Err(Failure::usage(format!("the program has errors:\n{}", lines.join("\n"))));
     };
+    launch_checked(command, checked, program.sources, &settings)
+}
+
+/// A session of a checked program that is run in simulated time. `settings` are those with which it was checked.
+pub(crate) fn launch_checked(
+    command: &RunCommand,
+    checked: Checked,
+    sources: SourceMap,
+    settings: &SourceSettings,
+) -> Result<Session<'static>, Failure> {
     let tables = checked.lower().map_err(Failure::from)?.program;
     let run = RunArgs { machine_path: settings.machine.clone(), ..command.run.clone() };
     let make = || {
@@ -84,7 +96,7 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
     };
     let player = Player::new(stimulus, command.run.repeat);
     let history = Launched::new(executive, checked.interpreter(), player, ticks);
-    let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
+    let program = DebuggedProgram::new(checked.into_program(), sources, tables);
     Ok(Session::offline(program, Box::new(history), view, true))
 }
 

@@ -10,7 +10,7 @@ use plcc_image::latch::Rule;
 
 pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
 use crate::socket::{AllowedGroup, AllowedUser};
-use plcc_configuration::duration;
+pub use plcc_configuration::duration;
 use plcc_files::why_not_read;
 use plcc_load::signature::PublicKey;
 use plcc_protocol::Permission;

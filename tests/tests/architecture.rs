@@ -66,7 +66,8 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         ],
     ),
     ("plcc-lsp", &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend"]),
-    ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay"]),
+    ("plcc-why", &["plcc-abi", "plcc-frontend", "plcc-replay", "plcc-runtime"]),
+    ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay", "plcc-why"]),
     (
         "plcc-monitor",
         &[

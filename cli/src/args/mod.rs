@@ -8,6 +8,7 @@ mod recorded;
 mod source;
 mod test;
 mod values;
+mod why;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use source::SourceArgs;
 pub(crate) use test::TestArgs;
 pub(crate) use values::{ControllerArg, Denied, EngineArg, FormatArg, OptArg, PassArgs};
+pub(crate) use why::WhyArgs;
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -238,6 +240,22 @@ Examples:
   plcc xref sample.plc
   plcc xref lathe.pmi --message-format json | jq 'select(.written == [])'")]
     Xref(XrefArgs),
+
+    /// Says why a variable has its value: since when, which contacts hold it, and which inputs would switch it
+    #[command(after_help = "\
+The answer goes down to inputs, timers and values of earlier scans. `would` is tried in the statement \
+interpreter before it is shown.
+
+Examples:
+  plcc why lathe.pmi MCHON --stimulus lathe.csv --tick 300
+  plcc why lathe.plcrec SPINON                   the end of a record
+  plcc why lathe.plcrec SPINON --tick 1200       why it did not come then
+  plcc why lathe.sock MCHON --record lathe.plcrec
+  plcc why sample.plc Y001 --message-format json | jq .would
+
+Exit status: 0 the value is explained; 1 the source has errors; 2 wrong usage, or a file that can't be read \
+or is not valid.")]
+    Why(Box<WhyArgs>),
 
     /// Lists what is wired to a program: a template of the entries [[io]], or the terminals to tick off
     #[command(after_help = "\

@@ -19,4 +19,5 @@ pub(crate) mod plot;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod test;
+pub(crate) mod why;
 pub(crate) mod xref;

@@ -90,7 +90,8 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
     })
 }
 
-fn is_recording(path: &Path) -> Result<bool, Failure> {
+/// Whether a file is a record.
+pub(crate) fn is_recording(path: &Path) -> Result<bool, Failure> {
     match Recording::open(path) {
         Ok(_) => Ok(true),
         Err(RecordError::NoRecord(_)) => Ok(false),

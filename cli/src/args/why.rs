@@ -1,0 +1,51 @@
+//! The options of `plcc why`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use plcc_host::args::{ControlArgs, duration};
+
+use super::SourceArgs;
+
+#[derive(Args)]
+pub(crate) struct WhyArgs {
+    /// A record, the socket of a control that runs, or a source; then the program's sources, where the record has none,
+    /// or the other files of a PMAC download
+    #[arg(required = true, value_name = "TARGET")]
+    pub(crate) target: Vec<PathBuf>,
+
+    /// The variable: a single one, or an element of an array
+    #[arg(value_name = "NAME")]
+    pub(crate) name: String,
+
+    /// The tick at whose end the value is explained [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) tick: Option<u64>,
+
+    /// A source: how many ticks are run [default: up to --tick, or else as many as the stimulus has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) ticks: Option<u64>,
+
+    /// A source: the same as a time, as in 500ms, 5s or 2min
+    #[arg(long = "for", id = "duration", value_name = "TIME", value_parser = duration, conflicts_with = "ticks")]
+    pub(crate) duration: Option<Duration>,
+
+    /// A source: a table `tick,name,value` of what the machine and the operator do
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) stimulus: Option<PathBuf>,
+
+    /// A source: begins the stimulus again after its last tick
+    #[arg(long)]
+    pub(crate) repeat: bool,
+
+    /// A socket: the file in which the control is being recorded
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}

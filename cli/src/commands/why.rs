@@ -1,0 +1,131 @@
+//! `plcc why`: why a variable has its value, for a source that is run here, a record, or a control that runs.
+
+use std::fs;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+
+use clap::Parser;
+use plcc_host::session;
+use plcc_replay::{DebugError, Debugger};
+use plcc_why::{Explanation, Question, explain};
+
+use super::monitor::is_recording;
+use crate::args::{Cli, Command, FormatArg, RunCommand, WhyArgs};
+use crate::debug_session::{attach, launch_checked};
+use crate::failure::{DONE, ERRORS, Failure};
+use crate::input::{Input, SourceSettings};
+use crate::output;
+use crate::report::{Destination, Report};
+
+pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
+    let path = args.target.first().ok_or_else(|| Failure::usage("TARGET is missing"))?;
+    let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
+    let explanation = if is_socket {
+        let record = args.record.as_deref().ok_or_else(|| Failure::usage("--record is missing"))?;
+        of_record(args, record, true)?
+    } else if path.as_os_str() != "-" && is_recording(path)? {
+        of_record(args, path, false)?
+    } else {
+        let Some(explanation) = of_source(args, report)? else { return Ok(ERRORS) };
+        explanation
+    };
+    show(&explanation, args.source.message_format)?;
+    Ok(DONE)
+}
+
+/// Prints an answer.
+fn show(explanation: &Explanation, format: FormatArg) -> Result<(), Failure> {
+    let text = match format {
+        FormatArg::Human => explanation.to_string(),
+        FormatArg::Json => {
+            let json = serde_json::to_string(explanation);
+            format!("{}\n", json.map_err(Failure::internal)?)
+        }
+    };
+    output::print(text.as_bytes())
+}
+
+/// The answer for a source, which is run from power-up; `None` if it has errors, which are shown.
+fn of_source(args: &WhyArgs, report: &Report) -> Result<Option<Explanation>, Failure> {
+    if args.record.is_some() {
+        return Err(Failure::usage("--record names the record of a control: name its socket too"));
+    }
+    let settings = SourceSettings::for_files(&args.source, &args.target, report)?;
+    let program = Input::read(&args.target, &args.source)?.check(&settings.options);
+    let errors: Vec<_> =
+        program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
+    let Some(checked) = program.checked.filter(|_| errors.is_empty()) else {
+        report.show(&program.sources, &errors, Destination::from(args.source.message_format))?;
+        return Ok(None);
+    };
+    let command = run_command(args)?;
+    let session = launch_checked(&command, checked, program.sources, &settings)?;
+    let last = match (args.tick, command.run.ticks, &args.stimulus) {
+        (Some(tick), _, _) => tick,
+        (None, Some(ticks), _) => ticks.saturating_sub(1),
+        (None, None, Some(path)) => {
+            let stimulus = session::stimulus(path, &*session.view.names());
+            let stimulus = stimulus.map_err(|error| Failure::usage(error.to_string()))?;
+            stimulus.period().saturating_sub(1)
+        }
+        (None, None, None) => 0,
+    };
+    let mut debugger = Debugger::new(session);
+    let tick = run_to(&mut debugger, last, args.tick.is_some()).map_err(refused)?;
+    answer(&mut debugger, &args.name, tick).map(Some)
+}
+
+/// Runs up to a tick, and gives it: the tick in which the program is stopped, if that comes before and need not be the one
+/// that is asked for.
+fn run_to(debugger: &mut Debugger<'_>, last: u64, is_asked: bool) -> Result<u64, DebugError> {
+    let history = debugger.history_mut();
+    for tick in 0..=last {
+        if history.run_unobserved(tick)?.stop.is_none() {
+            continue;
+        }
+        if is_asked && tick < last {
+            return Err(DebugError(format!(
+                "the program was stopped in tick {tick}, so that there is no tick {last}"
+            )));
+        }
+        return Ok(tick);
+    }
+    Ok(last)
+}
+
+/// The answer for a record; `is_live` says that its control runs.
+fn of_record(args: &WhyArgs, path: &Path, is_live: bool) -> Result<Explanation, Failure> {
+    let session = attach(&run_command(args)?, path, is_live)?;
+    let last = session.history.known().saturating_sub(1);
+    let mut debugger = Debugger::new(session);
+    let tick = args.tick.unwrap_or(last);
+    debugger.go_to_tick(tick).map_err(refused)?;
+    answer(&mut debugger, &args.name, tick)
+}
+
+fn answer(debugger: &mut Debugger<'_>, name: &str, tick: u64) -> Result<Explanation, Failure> {
+    let (program, history) = debugger.program_and_history();
+    explain(program, history, &Question::new(name, tick)).map_err(refused)
+}
+
+fn refused(error: DebugError) -> Failure {
+    Failure::usage(error.0)
+}
+
+/// The command line of `plcc run` that means the same.
+fn run_command(args: &WhyArgs) -> Result<RunCommand, Failure> {
+    let Ok(Cli { command: Command::Run(command), .. }) = Cli::try_parse_from(["plcc", "run", "-"])
+    else {
+        return Err(Failure::internal("`plcc run -` is not understood"));
+    };
+    let mut command = *command;
+    // Behind the name of a record or socket stand the sources of its program.
+    let is_source = |path: &&std::path::PathBuf| !is_recording(path).unwrap_or(true);
+    command.files = args.target.iter().filter(is_source).cloned().collect();
+    command.source = args.source.clone();
+    command.run.control = args.control.clone();
+    command.run.stimulus = args.stimulus.clone();
+    command.run.repeat = args.repeat;
+    (command.run.ticks, command.run.duration) = (args.ticks, args.duration);
+    Ok(command)
+}

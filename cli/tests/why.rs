@@ -1,0 +1,223 @@
+//! `plcc why`: what holds a value, since when, what changed it, what would switch it; computed by hand.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use serde_json::{Value as Json, json};
+use support::Folder;
+
+/// A spindle: OUT depends on RUN, which holds itself, and on the door behind a timer.
+const SPINDLE: &str = "$INPUT\nSTART=0/0\nSTOP=0/1\nDOOR=0/2\n$OUTPUT\nOUT=2/0\n$LOGICAL\nRUN\n\
+                       $TIMER\nE/TC/DC = 5\n$INTEGER\nN\n$END\n\
+                       RUN = (START ! RUN) & /STOP\n\
+                       TC = DOOR\n\
+                       OUT = RUN & DC\n\
+                       IF (OUT)\nN = N + 1\nENDIF\n";
+
+/// START at tick 3 for two ticks, the door closed from tick 10 to 29.
+const SHIFT: &str = "tick,name,value\n3,START,1\n5,START,0\n10,DOOR,1\n30,DOOR,0\n";
+
+fn json_of(folder: &Folder, command: &str) -> Json {
+    let done = folder.plcc(&format!("why {command} --message-format json")).exits(0);
+    assert_eq!(done.stdout.lines().count(), 1, "{}", done.stdout);
+    serde_json::from_str(&done.stdout).unwrap()
+}
+
+/// The names of what holds a value, in their order, each with its value.
+fn names(of: &Json) -> Vec<(&str, f64)> {
+    let causes = of["because"].as_array().unwrap();
+    causes
+        .iter()
+        .map(|cause| (cause["name"].as_str().unwrap(), cause["value"].as_f64().unwrap()))
+        .collect()
+}
+
+fn lathe() -> Folder {
+    Folder::with(&[("a.pmi", SPINDLE), ("a.csv", SHIFT)])
+}
+
+#[test]
+fn pmi_an_output_is_followed_down_to_inputs() {
+    let folder = lathe();
+    // The door is closed at tick 10, the timer has run out 5 scans later.
+    let why = json_of(&folder, "a.pmi OUT --stimulus a.csv --ticks 40 --tick 20");
+    assert_eq!((&why["name"], &why["value"], &why["tick"]), (&json!("OUT"), &json!(1), &json!(20)));
+    assert_eq!(
+        (&why["since"], &why["file"], &why["line"]),
+        (&json!(15), &json!("a.pmi"), &json!(16))
+    );
+    assert_eq!(why["changed_by"], json!({"kind": "statement", "file": "a.pmi", "line": 16}));
+    assert_eq!(names(&why), [("RUN", 1.0), ("DC", 1.0)]);
+    let run = &why["because"][0];
+    assert_eq!((&run["since"], &run["line"]), (&json!(3), &json!(14)));
+    // RUN holds itself: START has been 0 since tick 5, so only STOP would end it.
+    assert_eq!(names(run), [("STOP", 0.0)]);
+    assert_eq!(run["because"][0]["changed_by"]["kind"], "power-up");
+    let delayed = &why["because"][1];
+    assert_eq!((&delayed["since"], names(delayed)), (&json!(15), vec![("TC", 1.0)]));
+    assert_eq!(names(&delayed["because"][0]), [("DOOR", 1.0)]);
+    let door = &delayed["because"][0]["because"][0];
+    assert_eq!((&door["since"], &door["changed_by"]), (&json!(10), &json!({"kind": "stimulus"})));
+    assert!(door.get("line").is_none() && door["because"] == json!([]));
+    assert_eq!(
+        why["would"],
+        json!([[{"name": "STOP", "value": 1}], [{"name": "DOOR", "value": 0}]])
+    );
+    let keys: Vec<&String> = why.as_object().unwrap().keys().collect();
+    assert_eq!(
+        keys,
+        ["name", "value", "tick", "since", "file", "line", "because", "changed_by", "would"]
+    );
+}
+
+#[test]
+fn pmi_why_it_did_not_come_and_what_a_timer_waits_for() {
+    let folder = lathe();
+    // The timer has 2 of its 5 scans left at the end of tick 13: set to 5 in tick 10, then 4, 3, 2.
+    let why = json_of(&folder, "a.pmi OUT --stimulus a.csv --ticks 40 --tick 13");
+    assert_eq!((&why["value"], &why["since"]), (&json!(0), &json!(0)));
+    assert_eq!(why["changed_by"], json!({"kind": "power-up"}));
+    assert_eq!(names(&why), [("DC", 0.0)]);
+    assert_eq!(names(&why["because"][0]), [("TC", 1.0), ("TC#COUNT", 2.0)]);
+    let count = &why["because"][0]["because"][1];
+    assert_eq!((&count["since"], &count["changed_by"]["kind"]), (&json!(13), &json!("timer")));
+    // No input makes time pass faster.
+    assert_eq!(why["would"], json!([]));
+    let text = folder.plcc("why a.pmi OUT --stimulus a.csv --ticks 40 --tick 13").exits(0).stdout;
+    assert!(text.starts_with("OUT is 0 since power-up, because DC is 0.\n"), "{text}");
+    assert!(text.contains("TC#COUNT is 2 (0.04 s left) since tick 13 (0.26 s)"), "{text}");
+    // In the next scan the timer runs out by itself.
+    let why = json_of(&folder, "a.pmi OUT --stimulus a.csv --ticks 40 --tick 14");
+    assert_eq!(why["would"], json!([[]]));
+}
+
+#[test]
+fn pmi_a_statement_that_was_not_executed_is_explained_by_its_condition() {
+    let folder = lathe();
+    // N counts in the ticks 15 to 29, in which OUT is 1: 15 of them.
+    let why = json_of(&folder, "a.pmi N --stimulus a.csv --ticks 40");
+    assert_eq!((&why["value"], &why["tick"], &why["since"]), (&json!(15), &json!(39), &json!(29)));
+    assert_eq!((&why["line"], names(&why)), (&json!(18), vec![("OUT", 0.0)]));
+    // Of RUN and DC it is DC that is missing.
+    assert_eq!(names(&why["because"][0]), [("DC", 0.0)]);
+    assert_eq!(why["would"], json!([]));
+}
+
+#[test]
+fn pmi_flip_flops_arrays_and_forms_of_conditions() {
+    let text = "$INPUT\nI1=0/0\nI2=0/1\n$FLIPFLOP\nQ/D/CK/PR/CL\n$INTEGER\nA[3],K=2,M\n$LOGICAL\nX,Y\n$END\n\
+                D = T\nPR = F\nCL = I2\nCK = I1\n\
+                A[1] = 7\nM = A[K - 1]\n\
+                IF (M > 5)\nX = Q\nELSE\nX = T\nENDIF\n\
+                Y = I1 & I2 ! Q\n";
+    let folder =
+        Folder::with(&[("f.pmi", text), ("f.csv", "tick,name,value\n2,I1,1\n4,I1,0\n6,I2,1\n")]);
+    // The clock rose in tick 2, and CL has cleared it in tick 6.
+    let why = json_of(&folder, "f.pmi X --stimulus f.csv --ticks 9");
+    assert_eq!((&why["value"], &why["since"], &why["line"]), (&json!(0), &json!(6), &json!(18)));
+    assert_eq!(names(&why), [("Q", 0.0), ("M", 7.0)]);
+    assert_eq!(names(&why["because"][0]), [("CL", 1.0)]);
+    assert_eq!(names(&why["because"][0]["because"][0]), [("I2", 1.0)]);
+    // K is a constant; an element of an array is a variable.
+    assert_eq!(names(&why["because"][1]), [("A[1]", 7.0)]);
+    let why = json_of(&folder, "f.pmi Y --stimulus f.csv --ticks 9");
+    assert_eq!(names(&why), [("I1", 0.0), ("Q", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "I1", "value": 1}]]));
+    let refused = folder.plcc("why f.pmi A --ticks 3").exits(2).stderr;
+    assert!(refused.contains("`A` is a whole array; name one element, as A[0]"), "{refused}");
+    let refused = folder.plcc("why f.pmi XX --ticks 3").exits(2).stderr;
+    assert!(refused.contains("no variable named `XX`"), "{refused}");
+}
+
+/// An NCT program: a flag that is set and reset at two places, arithmetic in OP, a subroutine, a timer.
+const MILL: &str = ":001\n(I000 A NI001) U012 Z\nI001 D012 Z\nLF020 + 2 SF022\nLF022 >5 U013 E D013 Z\n\
+                    I002 C010 Z\nJ1\n:000\nJ0\n:010\nI003 UF0303 Z\nR\n";
+
+#[test]
+fn nct_flags_are_held_by_the_conditions_around_them() {
+    let folder = Folder::with(&[
+        ("m.nct", MILL),
+        ("m.csv", "tick,name,value\n2,I000,1\n4,I000,0\n6,F020,9\n8,I003,1\n"),
+    ]);
+    // Nothing has reset it: I001 would.
+    let why = json_of(&folder, "m.nct Y012 --stimulus m.csv --ticks 10");
+    assert_eq!((&why["value"], &why["since"], &why["line"]), (&json!(1), &json!(2), &json!(2)));
+    assert_eq!(why["changed_by"], json!({"kind": "statement", "file": "m.nct", "line": 2}));
+    assert_eq!(names(&why), [("I001", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "I001", "value": 1}]]));
+    // Before, I000 was missing.
+    let why = json_of(&folder, "m.nct Y012 --stimulus m.csv --ticks 10 --tick 1");
+    assert_eq!((&why["value"], names(&why)), (&json!(0), vec![("I000", 0.0)]));
+    assert_eq!(why["would"], json!([[{"name": "I000", "value": 1}]]));
+    // What is computed in OP is followed to the variables.
+    let why = json_of(&folder, "m.nct Y013 --stimulus m.csv --ticks 10");
+    assert_eq!(
+        (&why["value"], &why["since"], names(&why)),
+        (&json!(1), &json!(6), vec![("F022", 11.0)])
+    );
+    assert_eq!(names(&why["because"][0]), [("F020", 9.0)]);
+    assert_eq!(why["because"][0]["because"][0]["changed_by"], json!({"kind": "stimulus"}));
+    // The call of the subroutine is missing.
+    let why = json_of(&folder, "m.nct F0303 --stimulus m.csv --ticks 10");
+    assert_eq!(names(&why), [("I002", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "I002", "value": 1}]]));
+}
+
+/// Two PLCs: the first reads a key, the second switches a lamp. PLC 3 is never enabled.
+const PANEL: &str = "#define KEY M11\n#define LAMP M1\nKEY->Y:$FFC2,0\nM12->Y:$FFC2,1\nLAMP->Y:$FFC2,8\nM2->Y:$FFC2,9\n\
+                     I5=2\nOPEN PLC 1 CLEAR\nIF (KEY=1 AND M12=1)\nP1=5\nELSE\nP1=0\nENDIF\nCLOSE\n\
+                     OPEN PLC 2 CLEAR\nIF (P1>3)\nLAMP=1\nELSE\nLAMP=0\nENDIF\nCLOSE\n\
+                     OPEN PLC 3 CLEAR\nM2=1\nCLOSE\nENABLE PLC 1,2\nDISABLE PLC 3\n";
+
+#[test]
+fn pmac_a_lamp_is_followed_through_two_plcs() {
+    let folder = Folder::with(&[
+        ("p.pmc", PANEL),
+        ("p.csv", "tick,name,value\n0,M11,0\n0,M12,0\n20,M11,1\n"),
+    ]);
+    let why = json_of(&folder, "p.pmc M1 --stimulus p.csv --ticks 40");
+    assert_eq!((&why["value"], &why["line"]), (&json!(0), &json!(19)));
+    assert_eq!(names(&why), [("P1", 0.0)]);
+    assert_eq!(names(&why["because"][0]), [("M12", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "M12", "value": 1}]]));
+    // Before the first key both are missing.
+    let why = json_of(&folder, "p.pmc M1 --stimulus p.csv --ticks 40 --tick 10");
+    assert_eq!(names(&why["because"][0]), [("M11", 0.0), ("M12", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "M11", "value": 1}, {"name": "M12", "value": 1}]]));
+    let text = folder.plcc("why p.pmc M2 --stimulus p.csv --ticks 40").exits(0).stdout;
+    assert!(text.contains("PLC3 would give it another value, and does not run."), "{text}");
+}
+
+#[test]
+fn a_source_with_errors_and_wrong_usage() {
+    let folder = lathe();
+    folder.write("b.pmi", support::BROKEN);
+    let failed = folder.plcc("why b.pmi N --ticks 3").exits(1);
+    assert!(failed.stderr.contains("PMI-31") && failed.stdout.is_empty(), "{}", failed.stderr);
+    let refused = folder.plcc("why a.pmi OUT --ticks 3 --tick 3").exits(2).stderr;
+    assert!(refused.contains("the run ends before tick 3"), "{refused}");
+    folder.plcc("why a.pmi").exits(2);
+    folder.plcc("why missing.pmi N").exits(2);
+    // A program that is stopped is explained in the tick in which it was.
+    folder.write("s.pmi", support::STOPS);
+    let why = json_of(&folder, "s.pmi N --ticks 10");
+    assert_eq!((&why["tick"], &why["value"]), (&json!(3), &json!(3)));
+    let refused = folder.plcc("why s.pmi N --tick 7").exits(2).stderr;
+    assert!(refused.contains("stopped in tick 3"), "{refused}");
+}
+
+#[test]
+fn a_record_is_explained_as_its_run_was() {
+    let folder = lathe();
+    folder.plcc("run a.pmi --ticks 40 --stimulus a.csv --record a.plcrec").exits(0);
+    let of_source = json_of(&folder, "a.pmi OUT --stimulus a.csv --ticks 40 --tick 20");
+    assert_eq!(json_of(&folder, "a.plcrec OUT --tick 20"), of_source);
+    let end = json_of(&folder, "a.plcrec OUT");
+    assert_eq!(
+        (&end["tick"], &end["since"], names(&end)),
+        (&json!(39), &json!(30), vec![("DC", 0.0)])
+    );
+    let refused = folder.plcc("why a.plcrec OUT --tick 41").exits(2).stderr;
+    assert!(refused.contains("tick 41"), "{refused}");
+}

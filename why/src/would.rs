@@ -1,0 +1,259 @@
+//! Which inputs would switch a variable: the smallest sets of them with which the next scan gives it its other value, each
+//! tried in the statement interpreter.
+
+use std::collections::HashSet;
+use std::rc::Rc;
+
+use plcc_abi::place::Direction;
+use plcc_frontend::common::Accessed;
+use plcc_frontend::presentation::{Exchange, Uses};
+use plcc_replay::DebugError;
+use plcc_runtime::{Setting, VariableKey};
+
+use crate::explanation::{Number, Wish};
+use crate::inquiry::{Inquiry, Moment};
+use crate::variable::Variable;
+
+/// How many sets are looked for.
+const MOST_SETS: usize = 3;
+
+/// How many inputs a set has at most.
+const MOST_INPUTS: usize = 3;
+
+/// How many inputs, the nearest ones first, and other values of them all, are combined.
+const MOST_CHOICES: usize = 48;
+
+/// How many values of a number are tried.
+const MOST_VALUES: usize = 8;
+
+/// An input that can be set to another value.
+#[derive(Clone, Debug)]
+struct Choice {
+    input: usize,
+    name: String,
+    key: VariableKey,
+    value: f64,
+}
+
+impl Inquiry<'_> {
+    /// The smallest sets of inputs with which the next scan gives a variable another value.
+    pub(crate) fn would(
+        &mut self,
+        variable: &Rc<Variable>,
+        value: f64,
+        at: Moment,
+    ) -> Result<Vec<Vec<Wish>>, DebugError> {
+        let Some(key) = variable.key else { return Ok(vec![]) };
+        let round = self.round(at)?;
+        // Where the tasks run in turn, one reads what another has written: all of them run twice at most before that has
+        // come from the first to the last.
+        let ticks = match (at.tick + 1).saturating_sub(round.first) {
+            0 | 1 => 1,
+            turn => 2 * turn,
+        };
+        self.go_behind(at.tick)?;
+        let choices = self.choices(variable)?;
+        let state = self.history.executive().checkpoint();
+        let mut engine = self.checked().interpreter();
+        let mut switches = |set: &[&Choice]| -> Result<bool, DebugError> {
+            let executive = self.history.executive();
+            executive.resume(&state).map_err(|error| DebugError(error.to_string()))?;
+            for choice in set {
+                executive.write(choice.key, setting(choice.value));
+            }
+            for _ in 0..ticks {
+                if executive.tick(engine.as_mut(), &mut vec![]).is_err() {
+                    return Ok(false);
+                }
+                let now = match executive.read(key) {
+                    plcc_runtime::Value::Int(number) => number as f64,
+                    plcc_runtime::Value::Float(number) => number,
+                    plcc_runtime::Value::Array(_) => return Ok(false),
+                };
+                if now != value {
+                    return Ok(true);
+                }
+            }
+            Ok(false)
+        };
+        let mut found = vec![];
+        if switches(&[])? {
+            found.push(vec![]);
+        } else {
+            for size in 1..=MOST_INPUTS {
+                let mut chosen = vec![];
+                combine(&choices, size, 0, &mut chosen, &mut |set| {
+                    if switches(set)? {
+                        let wish = |choice: &&Choice| Wish {
+                            name: choice.name.clone(),
+                            value: Number(choice.value),
+                        };
+                        found.push(set.iter().map(wish).collect());
+                    }
+                    Ok(found.len() < MOST_SETS)
+                })?;
+                if !found.is_empty() {
+                    break;
+                }
+            }
+        }
+        let executive = self.history.executive();
+        executive.resume(&state).map_err(|error| DebugError(error.to_string()))?;
+        Ok(found)
+    }
+
+    /// The inputs on which a variable depends, the nearest ones first, each with its other values.
+    fn choices(&mut self, variable: &Rc<Variable>) -> Result<Vec<Choice>, DebugError> {
+        let image = self.history.executive().image().to_vec();
+        let mut choices: Vec<Choice> = vec![];
+        let mut inputs = 0;
+        let mut seen = HashSet::from([variable.name.clone()]);
+        let mut seen_statements = HashSet::new();
+        let mut open = vec![(Rc::clone(variable), vec![])];
+        while !open.is_empty() && choices.len() < MOST_CHOICES {
+            let mut next = vec![];
+            for (variable, numbers) in open {
+                let writers = self.writers(&variable);
+                if self.is_input(&variable, &writers)
+                    && let Some(key) = variable.key
+                    && let Some(now) = self.number_now(&variable)
+                {
+                    let values = other_values(&variable, now, &numbers);
+                    choices.extend(values.into_iter().map(|value| Choice {
+                        input: inputs,
+                        name: variable.name.clone(),
+                        key,
+                        value,
+                    }));
+                    inputs += 1;
+                }
+                let mut statements = writers;
+                let parts = self.checked().parts(&variable.name, &image);
+                for part in parts {
+                    let part = self.named(&part.name);
+                    if seen.insert(part.name.clone()) {
+                        next.push((part, vec![]));
+                    }
+                }
+                while let Some(statement) = statements.pop() {
+                    if !seen_statements.insert(statement) {
+                        continue;
+                    }
+                    let task = self.task_of(statement);
+                    let reads: Vec<Accessed> =
+                        self.effects(task, statement).reads.iter().map(|read| read.0).collect();
+                    let numbers = self.numbers_of(statement, &image);
+                    for read in reads {
+                        if self.checked().is_handed_on(read) {
+                            statements.extend(self.before_it(statement));
+                            continue;
+                        }
+                        let Some(variable) = self.variable(read) else { continue };
+                        if seen.insert(variable.name.clone()) {
+                            next.push((variable, numbers.clone()));
+                        }
+                    }
+                    statements
+                        .extend(self.graph.guards(statement).iter().map(|guard| guard.condition));
+                    statements.extend(self.graph.callers(statement));
+                }
+            }
+            open = next;
+        }
+        choices.truncate(MOST_CHOICES);
+        Ok(choices)
+    }
+
+    /// The statements in front of one to which a register is handed, from the one on that gives the register a value by itself.
+    fn before_it(&mut self, statement: u32) -> Vec<u32> {
+        let mut found = vec![];
+        for before in (0..statement).rev().take(64) {
+            let task = self.task_of(before);
+            let effects = self.effects(task, before);
+            let hands_on = |(accessed, _): &(Accessed, _)| self.checked().is_handed_on(*accessed);
+            if !effects.writes.iter().any(hands_on) {
+                continue;
+            }
+            found.push(before);
+            if !effects.reads.iter().any(hands_on) {
+                break;
+            }
+        }
+        found
+    }
+
+    /// Whether the machine or the control gives a variable its value.
+    fn is_input(&mut self, variable: &Variable, writers: &[u32]) -> bool {
+        if !variable.can_be_set {
+            return false;
+        }
+        let declared = match variable.direction {
+            Direction::Input => return true,
+            Direction::Output => Some(Exchange::Program),
+            Direction::Internal => None,
+        };
+        let in_word = variable.place.is_some_and(|place| place.width <= 32);
+        let uses = Uses { read: true, written: !writers.is_empty(), in_word, declared };
+        let given = self.checked().exchange(&variable.name, uses);
+        match given {
+            Some(Exchange::Machine) => true,
+            // The control sets it, and the program takes it back: an M function of PMI.
+            Some(Exchange::Both) => writers.iter().all(|&writer| self.only_clears(writer)),
+            Some(Exchange::Program) | None => false,
+        }
+    }
+
+    /// Whether a statement writes nothing but 0, whatever the variables are.
+    fn only_clears(&mut self, statement: u32) -> bool {
+        let task = self.task_of(statement);
+        let effects = self.effects(task, statement);
+        effects.reads.is_empty() && effects.writes.iter().all(|(_, value)| value.number() == 0.0)
+    }
+}
+
+fn setting(value: f64) -> Setting {
+    if value.fract() == 0.0 { Setting::Int(value as i64) } else { Setting::Float(value) }
+}
+
+/// The other values of an input that are tried.
+fn other_values(variable: &Variable, now: f64, numbers: &[f64]) -> Vec<f64> {
+    if variable.is_logical {
+        return vec![if now == 0.0 { 1.0 } else { 0.0 }];
+    }
+    let near = |number: f64| [number, number + 1.0, number - 1.0];
+    let mut values = vec![];
+    for value in numbers.iter().copied().flat_map(near).chain([0.0, 1.0]) {
+        let fits = variable.place.and_then(|place| place.range());
+        let fits = fits.is_none_or(|range| value.fract() == 0.0 && range.contains(&(value as i64)));
+        if value != now && fits && !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    values.truncate(MOST_VALUES);
+    values
+}
+
+/// Shows sets of `size` choices of different inputs, until `show` wants no more.
+fn combine<'c>(
+    choices: &'c [Choice],
+    size: usize,
+    from: usize,
+    chosen: &mut Vec<&'c Choice>,
+    show: &mut dyn FnMut(&[&'c Choice]) -> Result<bool, DebugError>,
+) -> Result<bool, DebugError> {
+    if chosen.len() == size {
+        return show(chosen);
+    }
+    for (at, choice) in choices.iter().enumerate().skip(from) {
+        if chosen.last().is_some_and(|last| last.input == choice.input) {
+            continue;
+        }
+        chosen.push(choice);
+        let goes_on = combine(choices, size, at + 1, chosen, show)?;
+        chosen.pop();
+        if !goes_on {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
