@@ -6,8 +6,8 @@ mod support;
 
 use support::{BROKEN, COUNTER, Folder, PLC1, SLICES, STOPS};
 
-const COMMANDS: [&str; 8] =
-    ["check", "build", "run", "bench", "explain", "xref", "completions", "man"];
+const COMMANDS: [&str; 9] =
+    ["check", "build", "run", "bench", "explain", "why", "xref", "completions", "man"];
 
 #[test]
 fn help_says_what_each_command_does() {

@@ -102,6 +102,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-record",
             "plcc-replay",
             "plcc-runtime",
+            "plcc-why",
         ],
     ),
     ("plcc-random", &[]),
