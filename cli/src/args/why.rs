@@ -39,6 +39,14 @@ pub(crate) struct WhyArgs {
     #[arg(long)]
     pub(crate) repeat: bool,
 
+    /// A source: the other side answers, as with `plcc run --simulate`
+    #[arg(long)]
+    pub(crate) simulate: bool,
+
+    /// A source: the part program that a simulated control executes
+    #[arg(long, value_name = "FILE", requires = "simulate")]
+    pub(crate) part_program: Option<PathBuf>,
+
     /// A socket: the file in which the control is being recorded
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,

@@ -51,7 +51,7 @@ fn of_source(args: &WhyArgs, report: &Report) -> Result<Option<Explanation>, Fai
         return Err(Failure::usage("--record names the record of a control: name its socket too"));
     }
     let settings = SourceSettings::for_files(&args.source, &args.target, report)?;
-    let program = Input::read(&args.target, &args.source)?.check(&settings.options);
+    let program = Input::read(&args.target, &args.source)?.check(&settings)?;
     let errors: Vec<_> =
         program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
     let Some(checked) = program.checked.filter(|_| errors.is_empty()) else {
@@ -64,7 +64,7 @@ fn of_source(args: &WhyArgs, report: &Report) -> Result<Option<Explanation>, Fai
         (Some(tick), _, _) => tick,
         (None, Some(ticks), _) => ticks.saturating_sub(1),
         (None, None, Some(path)) => {
-            let stimulus = session::stimulus(path, &*session.view.names());
+            let stimulus = session::stimulus(path, &*session.view.names(), session.view.tick_ns());
             let stimulus = stimulus.map_err(|error| Failure::usage(error.to_string()))?;
             stimulus.period().saturating_sub(1)
         }
@@ -126,6 +126,8 @@ fn run_command(args: &WhyArgs) -> Result<RunCommand, Failure> {
     command.run.control = args.control.clone();
     command.run.stimulus = args.stimulus.clone();
     command.run.repeat = args.repeat;
+    command.run.simulate = args.simulate;
+    command.run.part_program = args.part_program.clone();
     (command.run.ticks, command.run.duration) = (args.ticks, args.duration);
     Ok(command)
 }
