@@ -7,7 +7,7 @@ use plcc_abi::Dialect;
 use plcc_diag::lints::Level;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_at_most, read_regular, why_not_read};
-use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options};
+use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options, Words};
 use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_load::Artifact;
 
@@ -227,16 +227,29 @@ impl Input {
             .map_or_else(PathBuf::new, |&id| existing_path(Path::new(self.sources.path(id))))
     }
 
+    /// The words of the program, with the files that it includes.
+    pub(crate) fn words(&self, options: &Options) -> (SourceMap, Words) {
+        let mut sources = self.sources.clone();
+        let loader = self.loader(options);
+        let words = language(self.dialect).words(&mut sources, &self.files, &loader, options);
+        (sources, words)
+    }
+
+    /// What reads the included files: they lie beside the program, or in the folders that are named for them.
+    fn loader(&self, options: &Options) -> Below {
+        let named = self.files.iter().map(|&file| PathBuf::from(self.sources.path(file)));
+        let named: Vec<PathBuf> = named.map(|path| folder_of(&existing_path(&path))).collect();
+        Below::new(named.iter().chain(&self.folder).chain(&options.include_dirs))
+    }
+
     /// Checks the program. Its diagnostics are in the order in which the text is read.
     ///
     /// # Errors
     /// When the machine file gives names that the program can't have.
     pub(crate) fn check(self, settings: &SourceSettings) -> Result<Program, Failure> {
         let options = &settings.options;
-        let Self { mut sources, files, dialect, folder } = self;
-        let named = files.iter().map(|&file| PathBuf::from(sources.path(file)));
-        let named: Vec<PathBuf> = named.map(|path| folder_of(&existing_path(&path))).collect();
-        let loader = Below::new(named.iter().chain(&folder).chain(&options.include_dirs));
+        let loader = self.loader(options);
+        let Self { mut sources, files, dialect, folder: _ } = self;
         let (checked, mut diagnostics) =
             compile::check(&mut sources, &files, dialect, &loader, options);
         diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));

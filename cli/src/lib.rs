@@ -82,6 +82,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Dev { command } => commands::dev::dev(command, report),
         args::Command::Monitor(args) => commands::monitor::monitor(&args, report),
         args::Command::Debug => commands::debug::debug(),
+        args::Command::Diff(args) => commands::diff::diff(&args, report),
         args::Command::Lsp => commands::lsp::lsp(),
         args::Command::Explain(args) => commands::explain::explain(&args),
         args::Command::Io(args) => commands::io::io(&args, report),

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
-use plcc_frontend::common::{Controller, FileLoader, Limits, Machine, Options};
+use plcc_frontend::common::{Controller, FileLoader, Limits, Machine, Options, Words};
+use plcc_frontend::language;
 use plcc_load::Artifact;
 use plcc_record::{RecordedFile, RecordedProgram, RecordedSources};
 use plcc_runtime::NativeEngine;
@@ -74,6 +75,50 @@ impl FileLoader for RecordedFiles {
     }
 }
 
+/// Sources that a record or an artifact holds, to be read.
+struct Opened {
+    dialect: Dialect,
+    options: Options,
+    sources: SourceMap,
+    /// The files that were named on the command line.
+    named: Vec<FileId>,
+    /// The files that they include.
+    included: RecordedFiles,
+}
+
+impl Opened {
+    /// # Errors
+    /// When the record is of another version of plcc, so that its options can't be read.
+    fn new(recorded: &RecordedSources) -> Result<Self, String> {
+        let unusable =
+            || "the program in the record can't be read: another version of plcc has recorded it";
+        let named = |dialect: &&Dialect| dialect.name() == recorded.dialect;
+        let dialect = *Dialect::ALL.iter().find(named).ok_or_else(unusable)?;
+        let options: RecordedOptions =
+            serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
+        let machine = options.machine.as_deref().map(Machine::parse).transpose();
+        let options = Options {
+            limits: if options.original_limits { Limits::Original } else { Limits::None },
+            defines: options.defines,
+            controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
+            machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
+            include_dirs: options.include_dirs,
+            ..Options::default()
+        };
+        let mut sources = SourceMap::new();
+        let files = || recorded.files.iter();
+        let named = files()
+            .take(recorded.named)
+            .map(|file| sources.add(file.path.clone(), file.text.as_bytes()))
+            .collect();
+        let included = files().skip(recorded.named);
+        let included =
+            included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
+        let included = RecordedFiles(included.collect());
+        Ok(Self { dialect, options, sources, named, included })
+    }
+}
+
 /// Checks sources that a record or an artifact holds. Gives the program where it has no errors, the sources, and what was
 /// found.
 ///
@@ -82,32 +127,21 @@ impl FileLoader for RecordedFiles {
 pub(crate) fn check_recorded(
     recorded: &RecordedSources,
 ) -> Result<(Option<Checked>, SourceMap, Vec<Diagnostic>), String> {
-    let unusable =
-        || "the program in the record can't be read: another version of plcc has recorded it";
-    let named = |dialect: &&Dialect| dialect.name() == recorded.dialect;
-    let dialect = *Dialect::ALL.iter().find(named).ok_or_else(unusable)?;
-    let options: RecordedOptions =
-        serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
-    let machine = options.machine.as_deref().map(Machine::parse).transpose();
-    let options = Options {
-        limits: if options.original_limits { Limits::Original } else { Limits::None },
-        defines: options.defines,
-        controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
-        machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
-        include_dirs: options.include_dirs,
-        ..Options::default()
-    };
-    let mut sources = SourceMap::new();
-    let files = || recorded.files.iter();
-    let ids: Vec<FileId> = files()
-        .take(recorded.named)
-        .map(|file| sources.add(file.path.clone(), file.text.as_bytes()))
-        .collect();
-    let included = files().skip(recorded.named);
-    let included = included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
-    let loader = RecordedFiles(included.collect());
-    let (checked, found) = compile::check(&mut sources, &ids, dialect, &loader, &options);
+    let Opened { dialect, options, mut sources, named, included } = Opened::new(recorded)?;
+    let (checked, found) = compile::check(&mut sources, &named, dialect, &included, &options);
     Ok((checked, sources, found))
+}
+
+/// The sources that a record or an artifact holds, their words, and their language.
+///
+/// # Errors
+/// As those of [`check_recorded`].
+pub(crate) fn words_of_recorded(
+    recorded: &RecordedSources,
+) -> Result<(SourceMap, Words, Dialect), String> {
+    let Opened { dialect, options, mut sources, named, included } = Opened::new(recorded)?;
+    let words = language(dialect).words(&mut sources, &named, &included, &options);
+    Ok((sources, words, dialect))
 }
 
 /// The first error of a program in one line, `CODE: message`; `None` if it has none.

@@ -1,6 +1,7 @@
 //! The commands and options of `plcc`, with their help texts.
 
 mod build;
+mod diff;
 mod machine;
 mod names;
 mod plot;
@@ -17,6 +18,7 @@ use clap::{Args, ColorChoice, Parser, Subcommand};
 use plcc_host::args::{ControlArgs, RunArgs};
 
 pub(crate) use build::{BuildArgs, CheckArgs, Emit, KeyCommand};
+pub(crate) use diff::DiffArgs;
 pub(crate) use machine::{HalArgs, IoArgs, IoFormat};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
@@ -209,6 +211,21 @@ An editor starts this command and tells it by the protocol's request `launch` wh
 the options are those of `plcc run` (`program`, `stimulus`, `machine`, `ticks`, `args`). docs/debugger.md \
 says how editors are set up.")]
     Debug,
+
+    /// Says which statements of two versions of a program differ in meaning, and what depends on them
+    #[command(after_help = "\
+Comments, layout, the base of numbers and the names of inputs and outputs do not count. A statement that stands elsewhere \
+counts if it has passed one with which its order matters. Of each statement that differs it lists the outputs, \
+messages and commands that depend on it, and by way of which variables.
+
+Examples:
+  plcc diff lathe-1996.pmi lathe.pmi
+  plcc diff lathe.plcx lathe.pmi            does the artifact hold what is on file?
+  plcc diff old.pmc new.pmc --html diff.html
+
+Exit status: 0 both mean the same; 1 a statement differs, or a source has errors; 2 wrong usage, or a file that can't \
+be read.")]
+    Diff(DiffArgs),
 
     /// Tells an editor about a program while it is written: Language Server Protocol on standard input and output
     #[command(after_help = "\

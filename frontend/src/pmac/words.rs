@@ -287,6 +287,11 @@ impl Cutter<'_> {
             self.push(plain(Span { end: split, ..at }, WordKind::Keyword));
             return self.push(called(Span { start: split, ..at }, name));
         }
+        if number.is_some() && ["PLC", "PLCC"].iter().any(|it| it.eq_ignore_ascii_case(letters)) {
+            let split = at.start + letters.len() as u32;
+            self.push(plain(Span { end: split, ..at }, WordKind::Keyword));
+            return self.push(plain(Span { start: split, ..at }, WordKind::Number));
+        }
         match upper.as_str() {
             "OPEN" | "OPE" => {
                 self.end_program(at);
@@ -367,7 +372,8 @@ impl Cutter<'_> {
             };
         }
         let is_function = FUNCTIONS.iter().any(|(name, _)| name.eq_ignore_ascii_case(text));
-        let is_word = || find(Cursor::new(text), PLC.or(ONLINE).or(MOTION)).is_some();
+        let is_program = ["PLC", "PLCC"].iter().any(|it| it.eq_ignore_ascii_case(text));
+        let is_word = || is_program || find(Cursor::new(text), PLC.or(ONLINE).or(MOTION)).is_some();
         let kind = if is_function || is_word() { WordKind::Keyword } else { WordKind::Constant };
         Meaning { kind, name: None, defined_as: None }
     }

@@ -1,0 +1,184 @@
+//! `plcc diff`: which statements of two versions of a program differ in meaning, and what depends on them.
+
+mod page;
+mod text;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use plcc_abi::{Dialect, Program};
+use plcc_diag::{SourceMap, Span};
+use plcc_diff::{Affected, Difference, Version, compare};
+use plcc_frontend::common::words::DeclarationKind;
+use plcc_load::Artifact;
+use plcc_record::RecordedSources;
+use plcc_runtime::names_of;
+use serde_json::{Value, json};
+
+use crate::args::{DiffArgs, FormatArg};
+use crate::failure::{DONE, ERRORS, Failure};
+use crate::input::{Input, SourceSettings};
+use crate::output;
+use crate::recorded::{check_recorded, words_of_recorded};
+use crate::report::{Destination, Report};
+
+/// A version that has been read.
+struct Side {
+    dialect: Dialect,
+    version: Version,
+    /// What the names of the program are to the machine.
+    roles: BTreeMap<String, &'static str>,
+}
+
+pub(crate) fn diff(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
+    let (Some(old), Some(new)) =
+        (Side::read(&args.old, args, report)?, Side::read(&args.new, args, report)?)
+    else {
+        report.message("nothing is compared: a program has errors");
+        return Ok(ERRORS);
+    };
+    if old.dialect != new.dialect {
+        let (a, b) = (old.dialect.name(), new.dialect.name());
+        return Err(Failure::usage(format!(
+            "the old version is a program in {a}, the new one in {b}"
+        )));
+    }
+    let found = compare(&old.version, &new.version);
+    let rows: Vec<Row> = found.iter().map(|it| Row::of(it, &old, &new)).collect();
+    match args.source.message_format {
+        FormatArg::Json => {
+            for row in &rows {
+                output::print(format!("{}\n", row.json()).as_bytes())?;
+            }
+        }
+        FormatArg::Human => output::print(text::text(&rows, report).as_bytes())?,
+    }
+    if let Some(path) = &args.html {
+        let read = [args.old.clone(), args.new.clone()];
+        output::write(path, page::page(args, &rows).as_bytes(), &SourceMap::new(), &read)?;
+    }
+    Ok(if rows.is_empty() { DONE } else { DIFFERENT })
+}
+
+/// The exit status if a statement differs.
+const DIFFERENT: u8 = 1;
+
+impl Side {
+    /// Reads a version. `None` if it has errors, which have been told.
+    fn read(path: &Path, args: &DiffArgs, report: &Report) -> Result<Option<Self>, Failure> {
+        if path.is_file()
+            && let Ok(artifact) = fs::read(path)
+                .map_err(drop)
+                .and_then(|bytes| if Artifact::is_artifact(&bytes) { Ok(bytes) } else { Err(()) })
+        {
+            return Self::of_artifact(path, &artifact).map(Some);
+        }
+        let files = [path.to_owned()];
+        let settings = SourceSettings::for_files(&args.source, &files, report)?;
+        let input = Input::read(&files, &args.source)?;
+        let (sources, words) = input.words(&settings.options);
+        let dialect = input.dialect;
+        let program = input.check(&settings)?;
+        let errors: Vec<_> = program.diagnostics.into_iter().filter(|it| it.is_error()).collect();
+        let to = Destination::from(args.source.message_format);
+        report.show(&program.sources, &errors, to)?;
+        let Some(checked) = program.checked.filter(|_| errors.is_empty()) else { return Ok(None) };
+        let lowered = checked.lower();
+        let program = lowered.map_err(|error| Failure::file(path, error))?.program;
+        let version = Version { sources, words };
+        let roles = roles(&program, &version);
+        Ok(Some(Self { dialect, version, roles }))
+    }
+
+    fn of_artifact(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
+        let artifact = Artifact::parse(bytes, None).map_err(|error| Failure::file(path, error))?;
+        let recorded = RecordedSources::from_bytes(&artifact.sources);
+        let recorded = recorded.ok_or_else(|| {
+            let why = "it was built without the text of its sources (--no-source), so that its statements are not known";
+            Failure::file(path, why)
+        })?;
+        let (sources, words, dialect) =
+            words_of_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
+        check_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
+        let version = Version { sources, words };
+        let roles = roles(&artifact.program, &version);
+        Ok(Self { dialect, version, roles })
+    }
+}
+
+/// What the names of a program are to the machine: outputs, messages.
+fn roles(program: &Program, version: &Version) -> BTreeMap<String, &'static str> {
+    let outputs = names_of(program).outputs().into_iter().map(|(name, _)| (name, "output"));
+    let declared = version.words.declarations.iter().filter_map(|it| match it.kind {
+        DeclarationKind::Announcement => Some((it.name.clone(), "message")),
+        DeclarationKind::Output => Some((it.name.clone(), "output")),
+        _ => None,
+    });
+    outputs.chain(declared).collect()
+}
+
+/// Where a statement is, and its text.
+struct Place {
+    file: String,
+    line: u32,
+    text: String,
+}
+
+impl Place {
+    fn of(span: Span, side: &Side) -> Self {
+        let sources = &side.version.sources;
+        let text = sources.slice(span).split_whitespace().collect::<Vec<_>>().join(" ");
+        Self {
+            file: sources.path(span.file).to_owned(),
+            line: sources.line(span.file, span.start),
+            text,
+        }
+    }
+
+    fn json(&self) -> Value {
+        json!({"file": self.file, "line": self.line, "text": self.text})
+    }
+}
+
+/// A statement that differs, as it is shown.
+struct Row {
+    change: &'static str,
+    old: Option<Place>,
+    new: Option<Place>,
+    /// What depends on it, with what that is.
+    affected: Vec<(Affected, &'static str)>,
+}
+
+impl Row {
+    fn of(difference: &Difference, old: &Side, new: &Side) -> Self {
+        let role = |affected: &Affected| {
+            let role = || new.roles.get(&affected.name).or_else(|| old.roles.get(&affected.name));
+            if affected.is_statement { "command" } else { role().copied().unwrap_or("variable") }
+        };
+        Self {
+            change: difference.change.name(),
+            old: difference.old.map(|span| Place::of(span, old)),
+            new: difference.new.map(|span| Place::of(span, new)),
+            affected: difference.affected.iter().map(|it| (it.clone(), role(it))).collect(),
+        }
+    }
+
+    /// What the machine or the operator sees of it.
+    fn effects(&self) -> impl Iterator<Item = &(Affected, &'static str)> {
+        self.affected.iter().filter(|(_, role)| *role != "variable")
+    }
+
+    fn json(&self) -> Value {
+        let affects = self
+            .affected
+            .iter()
+            .map(|(it, role)| json!({"name": it.name, "kind": role, "via": it.via}));
+        json!({
+            "change": self.change,
+            "old": self.old.as_ref().map(Place::json),
+            "new": self.new.as_ref().map(Place::json),
+            "affects": affects.collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! `plcc diff`: two versions of a program, as a user compares them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+mod support;
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use support::Folder;
+
+const OLD: &str = "$INPUT\nDOOR = 1/0\n$OUTPUT\nLAMP = 2/0\n$END\nA = DOOR\nLAMP = A\n";
+
+fn plcc(folder: &Folder, args: &[&str]) -> Output {
+    let plcc = env!("CARGO_BIN_EXE_plcc");
+    Command::new(plcc).args(args).current_dir(folder.path()).output().unwrap()
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+#[test]
+fn what_differs_is_shown_with_the_outputs_that_depend_on_it() {
+    let new = OLD.replace("A = DOOR", "A = /DOOR ? closed");
+    let folder = Folder::with(&[
+        ("old.pmi", OLD),
+        ("new.pmi", &new),
+        ("same.pmi", &OLD.replace(" = ", "=")),
+    ]);
+    let output = plcc(&folder, &["diff", "old.pmi", "new.pmi"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(
+        text(&output),
+        "changed\n  - old.pmi:6: A = DOOR\n  + new.pmi:6: A = /DOOR\n    output LAMP depends on it by way of A\n\
+         1 statement differs; what depends on them: LAMP\n"
+    );
+    let output = plcc(&folder, &["diff", "old.pmi", "same.pmi"]);
+    assert_eq!(
+        (output.status.code(), text(&output).as_str()),
+        (Some(0), "both versions mean the same\n")
+    );
+    let output = plcc(&folder, &["diff", "old.pmi", "new.pmi", "--message-format", "json"]);
+    let row: Value = serde_json::from_str(&text(&output)).unwrap();
+    assert_eq!(row["change"], "changed");
+    assert_eq!(
+        (row["old"]["line"].as_u64(), row["new"]["text"].as_str()),
+        (Some(6), Some("A = /DOOR"))
+    );
+    assert_eq!(
+        row["affects"][1],
+        serde_json::json!({"name": "LAMP", "kind": "output", "via": ["A"]})
+    );
+}
+
+/// Whether a control runs what is on file: an artifact holds the text of its sources.
+#[test]
+fn an_artifact_is_compared_with_a_source() {
+    let folder =
+        Folder::with(&[("a.pmi", OLD), ("new.pmi", &OLD.replace("LAMP = A", "LAMP = DOOR"))]);
+    assert!(plcc(&folder, &["build", "a.pmi"]).status.success());
+    assert_eq!(plcc(&folder, &["diff", "a.plcx", "a.pmi"]).status.code(), Some(0));
+    let output = plcc(&folder, &["diff", "a.plcx", "new.pmi", "--html", "out.html"]);
+    assert_eq!(output.status.code(), Some(1));
+    let page = std::fs::read_to_string(folder.path().join("out.html")).unwrap();
+    assert!(
+        page.contains("<code>LAMP = DOOR</code>") && page.contains("output <b>LAMP</b>"),
+        "{page}"
+    );
+    assert!(plcc(&folder, &["build", "a.pmi", "--no-source", "-o", "b.plcx"]).status.success());
+    let output = plcc(&folder, &["diff", "b.plcx", "a.pmi"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("without the text of its sources"));
+}
+
+#[test]
+fn a_version_with_errors_is_not_compared() {
+    let folder =
+        Folder::with(&[("a.pmi", OLD), ("b.pmi", "$END\nA = \n"), ("c.nct", ":001 J1\n:000 J0\n")]);
+    let output = plcc(&folder, &["diff", "a.pmi", "b.pmi"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("nothing is compared"));
+    assert_eq!(plcc(&folder, &["diff", "a.pmi", "c.nct"]).status.code(), Some(2));
+    assert_eq!(plcc(&folder, &["diff", "a.pmi", "none.pmi"]).status.code(), Some(2));
+}
