@@ -1,11 +1,22 @@
 //! Pairs of versions, and the statements that differ.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
-use plcc_abi::Dialect;
 use plcc_diag::SourceMap;
 use plcc_diff::{Change, Difference, Version, compare};
 use plcc_frontend::common::{MemoryLoader, Options};
-use plcc_frontend::language;
+use plcc_frontend::language::{LANGUAGES, Language};
+
+/// A language, by its place in the list.
+#[derive(Clone, Copy)]
+enum Dialect {
+    Pmi,
+    Nct,
+    Pmac,
+}
+
+fn language(dialect: Dialect) -> &'static dyn Language {
+    LANGUAGES[dialect as usize]
+}
 
 fn version(dialect: Dialect, text: &str) -> Version {
     let mut sources = SourceMap::new();

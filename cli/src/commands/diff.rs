@@ -11,12 +11,14 @@ use plcc_abi::{Dialect, Program};
 use plcc_diag::{SourceMap, Span};
 use plcc_diff::{Affected, Difference, Version, compare};
 use plcc_frontend::common::words::DeclarationKind;
+use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_load::Artifact;
 use plcc_record::RecordedSources;
 use plcc_runtime::names_of;
 use serde_json::{Value, json};
 
 use crate::args::{DiffArgs, FormatArg};
+use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
@@ -87,7 +89,7 @@ impl Side {
         let lowered = checked.lower();
         let program = lowered.map_err(|error| Failure::file(path, error))?.program;
         let version = Version { sources, words };
-        let roles = roles(&program, &version);
+        let roles = roles(&program, &version, Some(&checked));
         Ok(Some(Self { dialect, version, roles }))
     }
 
@@ -100,22 +102,37 @@ impl Side {
         })?;
         let (sources, words, dialect) =
             words_of_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
-        check_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
+        let (checked, ..) =
+            check_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
         let version = Version { sources, words };
-        let roles = roles(&artifact.program, &version);
+        let roles = roles(&artifact.program, &version, checked.as_ref());
         Ok(Self { dialect, version, roles })
     }
 }
 
-/// What the names of a program are to the machine: outputs, messages.
-fn roles(program: &Program, version: &Version) -> BTreeMap<String, &'static str> {
-    let outputs = names_of(program).outputs().into_iter().map(|(name, _)| (name, "output"));
-    let declared = version.words.declarations.iter().filter_map(|it| match it.kind {
-        DeclarationKind::Announcement => Some((it.name.clone(), "message")),
-        DeclarationKind::Output => Some((it.name.clone(), "output")),
-        _ => None,
-    });
-    outputs.chain(declared).collect()
+/// What the names of a program are to the machine: outputs, messages, what the control reads.
+fn roles(
+    program: &Program,
+    version: &Version,
+    checked: Option<&Checked>,
+) -> BTreeMap<String, &'static str> {
+    let mut roles = BTreeMap::new();
+    for (name, (read, written)) in version.words.uses() {
+        let uses = Uses { read: read > 0, written: written > 0, in_word: true, declared: None };
+        let exchange = checked.and_then(|it| it.program().exchange(name, uses));
+        if uses.written && matches!(exchange, Some(Exchange::Program | Exchange::Both)) {
+            roles.insert(name.to_owned(), "control");
+        }
+    }
+    for it in &version.words.declarations {
+        match it.kind {
+            DeclarationKind::Announcement => roles.insert(it.name.clone(), "message"),
+            DeclarationKind::Output => roles.insert(it.name.clone(), "output"),
+            _ => None,
+        };
+    }
+    roles.extend(names_of(program).outputs().into_iter().map(|(name, _)| (name, "output")));
+    roles
 }
 
 /// Where a statement is, and its text.

@@ -46,10 +46,11 @@ pub(super) fn page(args: &DiffArgs, rows: &[Row]) -> String {
             } else {
                 format!(" by way of {}", escaped(&it.via.join(", ")))
             };
+            let role = if *role == "control" { "for the control:" } else { role };
             format!("{role} <b>{}</b>{via}", escaped(&it.name))
         });
         let effects: Vec<String> = effects.collect();
-        out.push_str(if effects.is_empty() { "no output, message or command" } else { "" });
+        out.push_str(if effects.is_empty() { "nothing outside of the program" } else { "" });
         out.push_str(&effects.join("<br>"));
         out.push_str("</tr>\n");
     }

@@ -28,10 +28,18 @@ pub(super) fn text(rows: &[Row], report: &Report) -> String {
                 via => format!(" by way of {}", via.join(", ")),
             };
             let name = printable(&affected.name).to_string();
-            let _ = writeln!(out, "    {role} {name} depends on it{via}");
+            let _ = match *role {
+                "control" => {
+                    writeln!(out, "    {name}, which the control reads, depends on it{via}")
+                }
+                role => writeln!(out, "    {role} {name} depends on it{via}"),
+            };
         }
         if row.effects().next().is_none() {
-            let _ = writeln!(out, "    no output, message or command depends on it");
+            let _ = writeln!(
+                out,
+                "    no output, message or command depends on it, and nothing that the control reads"
+            );
         }
     }
     let _ = writeln!(out, "{}", summary(rows));
@@ -50,7 +58,7 @@ fn summary(rows: &[Row]) -> String {
     let count = count_of(rows.len(), "statement");
     let verb = if rows.len() == 1 { "differs" } else { "differ" };
     match names.as_slice() {
-        [] => format!("{count} {verb}; no output, message or command depends on them"),
+        [] => format!("{count} {verb}; the machine does not notice it"),
         names => format!("{count} {verb}; what depends on them: {}", printable(&names.join(", "))),
     }
 }
