@@ -31,6 +31,12 @@ fn pmi_breaks_steps_back_over_scans_and_finds_the_last_writer() {
     assert_eq!(client.value("N*2 > 5"), "1");
     assert_eq!(client.accesses(), ["N (read)=3", "N (written)=3 → 4"]);
     assert_eq!(client.scope("Outputs"), ["LAMP=1"]);
+    // It was switched on in the scan before, when N had become 3.
+    let why = client.ask("evaluate", json!({"expression": "why LAMP", "context": "repl"}));
+    let why = why["result"].as_str().unwrap();
+    assert!(why.starts_with("LAMP is 1 since tick 2 (0.04 s), because N is 3.\n"), "{why}");
+    let reason = client.refused("evaluate", json!({"expression": "why L", "context": "repl"}));
+    assert!(reason.contains("no variable named `L`"), "{reason}");
     assert_eq!(client.go("stepBack", json!({})), at("step", 2, 10));
     assert_eq!(client.go("plcc/scanBack", json!({})), at("step", 1, 6));
     assert_eq!(client.value("N"), "1");

@@ -6,6 +6,7 @@ use serde_json::json;
 
 use plcc_replay::DebugError;
 use plcc_replay::{Direction, StepKind, Stopped};
+use plcc_why::{Question, explain};
 
 use super::answers::Answer;
 use super::protocol::EvaluateArguments;
@@ -14,6 +15,7 @@ use super::server::Server;
 /// What `help` prints.
 const HELP: &str = "\
 EXPRESSION         its value, in the program's own language
+why NAME           says what holds its value, since when, and what would switch it
 writer NAME        goes back to the statement that wrote NAME last
 change NAME        goes back to the statement that changed NAME last
 set NAME=VALUE     sets NAME once, as the operator would; a program that assigns NAME in every scan
@@ -47,6 +49,7 @@ impl<W: Write> Server<'_, W> {
         let rest = rest.trim();
         Some(match (word, rest) {
             ("help", "") => done(HELP, None),
+            ("why", name) if !name.is_empty() => self.why(name),
             ("writer", name) if !name.is_empty() => self.writer(name),
             ("change", name) if !name.is_empty() => self.last_change(name),
             ("set", change) if change.contains('=') => self.change(change, false),
@@ -57,6 +60,16 @@ impl<W: Write> Server<'_, W> {
             ("scan", "back") => self.scan(Direction::Back),
             _ => return None,
         })
+    }
+
+    /// Why a variable has its value at the position; the user stays there.
+    fn why(&mut self, name: &str) -> Answer {
+        let debugger = self.debugger()?;
+        let position = debugger.position();
+        let (program, history) = debugger.program_and_history();
+        let question = Question { step: Some(position.step), ..Question::new(name, position.tick) };
+        let explanation = explain(program, history, &question)?;
+        done(explanation.to_string().trim_end(), None)
     }
 
     fn writer(&mut self, name: &str) -> Answer {

@@ -21,7 +21,11 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     let path = args.target.first().ok_or_else(|| Failure::usage("TARGET is missing"))?;
     let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
     let explanation = if is_socket {
-        let record = args.record.as_deref().ok_or_else(|| Failure::usage("--record is missing"))?;
+        let record = args.record.as_deref().ok_or_else(|| {
+            Failure::usage(
+                "the past of a control that runs is in its record: name that with --record",
+            )
+        })?;
         of_record(args, record, true)?
     } else if path.as_os_str() != "-" && is_recording(path)? {
         of_record(args, path, false)?
