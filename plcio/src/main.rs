@@ -5,6 +5,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `settings.rs` | what the configuration says |
+//! | `checkout.rs` | the wires, gone through with two people |
 //! | `driver.rs` | what a driver is to a session |
 //! | `drivers.rs` | the list of all drivers |
 //! | `reconnection.rs` | connections that are made again, and what is reported of it |
@@ -20,6 +21,7 @@
 //! | `opcua/` | the server for OPC UA (feature `opcua`) |
 //! | `plant/` | values, events and records for other computers of a plant, by zenoh (feature `zenoh`) |
 
+mod checkout;
 mod driver;
 mod drivers;
 #[cfg(feature = "ethercat")]
@@ -69,7 +71,7 @@ use settings::Settings;
     name = "plcio",
     version,
     after_help = "Exit status: 0 ended by a signal, or the configuration has no mistakes; 2 the configuration can't be used.\n\n\
-                  Examples:\n  plcio run /etc/plcrt/lathe.toml\n  plcio check-config /etc/plcrt/lathe.toml\n\n\
+                  Examples:\n  plcio run /etc/plcrt/lathe.toml\n  plcio check-config /etc/plcrt/lathe.toml\n  plcio checkout /etc/plcrt/lathe.toml\n\n\
                   `plcio FILE.toml` is short for `plcio run FILE.toml`."
 )]
 struct Cli {
@@ -88,6 +90,18 @@ enum Command {
         /// The configuration of the control
         #[arg(value_name = "FILE.toml")]
         config: PathBuf,
+    },
+
+    /// Goes through the wires with two people: each input is switched, each output driven after a question, and a protocol says
+    /// what was seen. The control runs, with plcio run beside it and --allow force
+    Checkout {
+        /// The configuration of the control
+        #[arg(value_name = "FILE.toml")]
+        config: PathBuf,
+
+        /// The protocol [default: FILE.checkout-TIME.csv]
+        #[arg(long, value_name = "OUT.csv")]
+        protocol: Option<PathBuf>,
     },
 
     /// Prints the names of the drivers that this plcio was built with
@@ -111,11 +125,15 @@ enum Command {
 #[derive(Args)]
 struct RunCommand {
     /// The configuration of the control
-    #[arg(value_name = "FILE.toml", required_unless_present_any = ["check_config", "drivers", "completions", "man"])]
+    #[arg(value_name = "FILE.toml", required_unless_present_any = ["check_config", "checkout", "drivers", "completions", "man"])]
     config: Option<PathBuf>,
 
     #[arg(long, value_name = "FILE.toml", exclusive = true, hide = true)]
     check_config: Option<PathBuf>,
+
+    /// Goes through the wires with two people, as the command checkout
+    #[arg(long, value_name = "FILE.toml", exclusive = true)]
+    checkout: Option<PathBuf>,
 
     #[arg(long, exclusive = true, hide = true)]
     drivers: bool,
@@ -133,6 +151,9 @@ impl Command {
         match self {
             Self::Run(RunCommand { check_config: Some(config), .. }) => {
                 Self::CheckConfig { config }
+            }
+            Self::Run(RunCommand { checkout: Some(config), .. }) => {
+                Self::Checkout { config, protocol: None }
             }
             Self::Run(RunCommand { drivers: true, .. }) => Self::Drivers,
             Self::Run(RunCommand { completions: Some(shell), .. }) => Self::Completions { shell },
@@ -222,6 +243,7 @@ fn main() -> ExitCode {
             Err(message) => Err(message),
         },
         Command::CheckConfig { config } => check(&config),
+        Command::Checkout { config, protocol } => checkout::checkout(&config, protocol),
         Command::Drivers => print(drivers::names().as_bytes()),
         Command::Man { dir } => manual(dir.as_deref()),
         Command::Completions { shell } => print(&plcc_pages::completions(Cli::command(), shell)),

@@ -52,7 +52,17 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ),
     ("libplcrt", &["plcc-host", "plcc-load", "plcc-runtime"]),
     ("plcctl", &["plcc-pages", "plcc-protocol"]),
-    ("plcio", &["plcc-abi", "plcc-configuration", "plcc-files", "plcc-image", "plcc-pages"]),
+    (
+        "plcio",
+        &[
+            "plcc-abi",
+            "plcc-configuration",
+            "plcc-files",
+            "plcc-image",
+            "plcc-pages",
+            "plcc-protocol",
+        ],
+    ),
     (
         "plcc-replay",
         &[

@@ -113,6 +113,150 @@ fn names_that_people_gave_are_wired() {
     assert_eq!(image.read().unwrap().output(pump), Some(Number::Int(1)), "it is held");
 }
 
+/// `plcio checkout` at the other end of two pipes, as two people at a terminal.
+struct Checkout {
+    process: std::process::Child,
+    said: std::sync::mpsc::Receiver<u8>,
+    text: String,
+}
+
+impl Checkout {
+    fn start(folder: &Folder, args: &[&str]) -> Self {
+        let mut command = plcio();
+        command.args(args).current_dir(folder.path(""));
+        command.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let (send, said) = std::sync::mpsc::channel();
+        let out = process.stdout.take().unwrap();
+        std::thread::spawn(move || {
+            for byte in std::io::Read::bytes(out).map_while(Result::ok) {
+                let _ = send.send(byte);
+            }
+        });
+        Self { process, said, text: String::new() }
+    }
+
+    /// Waits until it says something behind what was waited for last.
+    fn says(&mut self, part: &str) {
+        while !self.text.contains(part) {
+            let byte = self.said.recv_timeout(Duration::from_secs(60));
+            let byte = byte.unwrap_or_else(|_| panic!("`{part}` is not in {}", self.text));
+            self.text.push(char::from(byte));
+        }
+        self.text.clear();
+    }
+
+    fn answer(&mut self, line: &str) {
+        use std::io::Write;
+        let input = self.process.stdin.as_mut().unwrap();
+        input.write_all(format!("{line}\n").as_bytes()).unwrap();
+    }
+}
+
+/// Two people go through the wires: nothing moves but what they ask for, and what they saw is written down.
+#[test]
+fn a_checkout_moves_nothing_that_was_not_asked() {
+    let folder = Folder::new("wiring-checkout");
+    folder.artifact("p.plcx", Dialect::Pmi, PMI);
+    let more =
+        "socket = \"socket\"\nallow = [\"force\"]\n[[io]]\nname = \"COPY\"\ndriver = \"other\"\n";
+    let entries = CONFIGURATION.find("[[io]]").unwrap();
+    let (head, entries) = CONFIGURATION.split_at(entries);
+    let (keys, copy) = more.split_at(more.find("[[io]]").unwrap());
+    fs::write(folder.path("c.toml"), format!("{head}{keys}{entries}{copy}")).unwrap();
+    let mut control = folder.start(&["--config", "c.toml"]);
+    let path = folder.path("image");
+    wait_until("the control goes on", || {
+        ImageReader::open(&path).is_ok_and(|image| image.last_tick() != 0)
+    });
+    let image = ImageReader::open(&path).unwrap();
+    let symbols = image.symbols();
+    let line = |name: &str| {
+        let symbol = symbols.iter().find(|symbol| symbol.name == name).unwrap();
+        image.read().unwrap().output(symbol).unwrap()
+    };
+    let (give, given) = std::sync::mpsc::channel::<i64>();
+    let writer_path = path.clone();
+    let driver = std::thread::spawn(move || {
+        let mut writer = InputWriter::open(&writer_path, "a driver").unwrap();
+        let (door, level) = (writer.claim("DOOR").unwrap(), writer.claim("LEVEL").unwrap());
+        let mut open = 1;
+        loop {
+            match given.try_recv() {
+                Ok(value) => open = value,
+                Err(std::sync::mpsc::TryRecvError::Disconnected) => return,
+                Err(std::sync::mpsc::TryRecvError::Empty) => {}
+            }
+            writer.set(door, Number::Int(open)).unwrap();
+            writer.set(level, Number::Int(6)).unwrap();
+            writer.publish().unwrap();
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    });
+    wait_until("the inputs come", || line("COPY") == Number::Int(6));
+    let mut people = Checkout::start(&folder, &["checkout", "c.toml", "--protocol", "p.csv"]);
+    people.says("2 inputs and 2 outputs.");
+    people.answer("yes");
+    people.says("Input DOOR");
+    give.send(0).unwrap();
+    people.says("DOOR is 0.");
+    // The program would switch the pump on now.
+    people.says("Input LEVEL");
+    assert_eq!(line("PUMP"), Number::Int(0), "it is held");
+    people.answer("s");
+    people.says("DRIVE IT TO 1?");
+    assert_eq!(line("PUMP"), Number::Int(0));
+    people.answer("yes");
+    people.says("Has it acted?");
+    wait_until("the pump runs", || line("PUMP") == Number::Int(1));
+    people.answer("turns the wrong way");
+    people.says("Output COPY");
+    wait_until("it is as before", || line("PUMP") == Number::Int(0));
+    people.answer("9");
+    people.says("DRIVE IT TO 9?");
+    people.answer("no");
+    people.says("first person");
+    people.answer("Anna");
+    people.says("second person");
+    people.answer("Otto");
+    people.says("Give the outputs back");
+    assert_eq!((line("PUMP"), line("COPY")), (Number::Int(0), Number::Int(6)));
+    people.answer("yes");
+    people.says("The protocol is p.csv");
+    assert!(people.process.wait().unwrap().success());
+    wait_until("the program has its outputs again", || line("PUMP") == Number::Int(1));
+    let protocol = folder.read("p.csv");
+    let rows: Vec<&str> =
+        protocol.lines().skip(1).filter_map(|row| Some(row.split_once(',')?.1)).collect();
+    let expected = [
+        "begin,,,outputs held,2 outputs",
+        "input,DOOR,other ,switched,1 to 0",
+        "input,LEVEL,other ,passed over,",
+        "output,PUMP,other ,fault,driven to 1 and back to 0; turns the wrong way",
+        "output,COPY,other ,passed over,",
+        "signed,Anna,,yes,",
+        "signed,Otto,,yes,",
+        "end,,,outputs given back,",
+    ];
+    assert_eq!(rows, expected);
+    // Who leaves in the middle leaves the outputs held.
+    let mut people = Checkout::start(&folder, &["--checkout", "c.toml"]);
+    people.says("Begin? (yes)");
+    people.answer("yes");
+    people.says("Input DOOR");
+    people.process.stdin = None;
+    assert!(people.process.wait().unwrap().success());
+    give.send(1).unwrap();
+    wait_until("the door is open", || line("DOOR") == Number::Int(1));
+    assert_eq!(line("PUMP"), Number::Int(1), "it is held at what it was");
+    let mut people = Checkout::start(&folder, &["checkout", "c.toml", "--protocol", "q.csv"]);
+    assert_eq!(people.process.wait().unwrap().code(), Some(2), "there are forces");
+    drop(give);
+    driver.join().unwrap();
+    control.signal("TERM", 1);
+    assert_eq!(control.end().code(), Some(130));
+}
+
 /// Parameters, variables of the executive and P-variables become safe when their writer is late, and that is logged.
 #[test]
 fn variables_that_are_not_inputs_have_safe_values_too() {
