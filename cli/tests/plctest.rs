@@ -396,6 +396,10 @@ fn a_test_that_fails_leaves_a_record_that_ends_with_its_tick() {
     for (line, ticks) in [(0, 30), (1, 9)] {
         let record = lines[line]["failure"]["record"].as_str().unwrap();
         assert!(record.starts_with("kept/"), "{record}");
+        assert!(
+            lines[line]["failure"]["why"].as_str().is_some_and(|why| why.contains("since")),
+            "{line}"
+        );
         let dump = folder.plcc(&format!("replay {record} --dump -")).exits(0).json();
         assert_eq!((&dump[0]["ticks"], &dump[0]["variables"]["N"]), (&ticks.into(), &ticks.into()));
     }

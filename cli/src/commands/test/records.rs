@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use clap::Parser;
 use plcc_files::why_not_written;
 use plcc_host::session::replay::RunSettings;
 use plcc_plctest::report::Ran;
@@ -12,16 +13,21 @@ use plcc_plctest::{Station, run_test};
 use plcc_record::{
     Appending, Keep, RecordFile, RecordedProgram, Recorder, ReplaceableExecutive, RunHeader,
 };
+use plcc_replay::Debugger;
 use plcc_runtime::{Executive, Stop};
+use plcc_why::{Question, explain};
 
 use super::Job;
 use super::program::TestProgram;
-use crate::args::TestArgs;
+use crate::args::{Cli, Command, TestArgs};
+use crate::debug_session::attach;
 use crate::failure::Failure;
 use crate::input::machine_text;
 use crate::recorded::recorded_sources;
 use crate::report::Report;
 
+/// Of so many tests that failed it is told why.
+const MAX_EXPLAINED: usize = 20;
 /// At most so many tests that failed are recorded.
 const MAX_RECORDS: usize = 100;
 
@@ -54,12 +60,30 @@ pub(super) fn record_failures(
         if let Some(why) = station.trouble.into_inner() {
             return Err(Failure::file(&path, why));
         }
+        if number <= MAX_EXPLAINED {
+            ran.why = ran.outcome.failure.as_ref().and_then(|failure| why(&path, failure));
+        }
         ran.record = Some(path.to_string_lossy().into_owned());
     }
     if failed.len() > MAX_RECORDS {
         report.note(&format!("only the first {MAX_RECORDS} tests that failed are recorded"));
     }
     Ok(())
+}
+
+/// Why a variable of the condition that failed has its value, as `plcc why` says it: the first one that is 0, or else the
+/// first. `None` where nothing can be said of it.
+fn why(record: &Path, failure: &plcc_plctest::Failure) -> Option<String> {
+    let zero = failure.values.iter().find(|(_, value)| value == "0");
+    let (name, _) = zero.or(failure.values.first())?;
+    let tick = failure.tick?;
+    let parsed = Cli::try_parse_from(["plcc", "run", "-"]).ok()?;
+    let Command::Run(command) = parsed.command else { return None };
+    let mut debugger = Debugger::new(attach(&command, record, false).ok()?);
+    debugger.go_to_tick(tick).ok()?;
+    let (program, history) = debugger.program_and_history();
+    let explanation = explain(program, history, &Question::new(name, tick)).ok()?;
+    Some(explanation.to_string().trim_end().to_owned())
 }
 
 /// The folder for the records, which is made where it does not exist.
