@@ -18,7 +18,7 @@ impl Engine for Idle {
 }
 
 fn stimulus(text: &[u8]) -> Result<Stimulus, Vec<String>> {
-    Stimulus::parse(text, &ControlNames::new()).map_err(|errors| {
+    Stimulus::parse(text, &ControlNames::new(), 1_000_000).map_err(|errors| {
         errors.lines.iter().map(|error| format!("{}: {}", error.line, error.message)).collect()
     })
 }
@@ -43,7 +43,7 @@ fn run_with(
     repeat: bool,
     format: TraceFormat,
 ) -> Output {
-    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new(), 1_000_000).unwrap();
     let watch = Watch::parse(watch, &ControlNames::new()).unwrap();
     let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
     let end = Run {
@@ -157,7 +157,7 @@ fn a_stimulus_can_begin_again() {
 #[test]
 fn a_player_goes_on_from_any_tick_as_if_it_had_played_all_before() {
     let table = b"tick,name,value\n0,A,1\n2,A,2\n2,A,3\n5,A,4\n";
-    let stimulus = Stimulus::parse(table, &ControlNames::new()).unwrap();
+    let stimulus = Stimulus::parse(table, &ControlNames::new(), 1_000_000).unwrap();
     for (repeat, beyond) in [(false, [9, 9, 9]), (true, [1, 9, 3])] {
         // What A becomes in each tick from one on; 9 where no row sets it.
         let played = |from: u64| -> Vec<i64> {
@@ -282,7 +282,7 @@ impl Hook for Follower {
 fn hooks_are_called_before_the_stimulus_and_after_each_tick() {
     let mut control = Control { stops: Some(2), ..Control::default() };
     let table = b"tick,name,value\n1,A,5\n1,P10,9\n";
-    let stimulus = Stimulus::parse(table, &ControlNames::new()).unwrap();
+    let stimulus = Stimulus::parse(table, &ControlNames::new(), 1_000_000).unwrap();
     let watch = Watch::parse(&["P10"], &ControlNames::new()).unwrap();
     let (mut hook, mut trace) = (Follower::default(), vec![]);
     Run {
@@ -304,7 +304,7 @@ fn run_late(overrun: OverrunPolicy, journal: ScanJournal) -> (Control, End, Stri
     let clock = control.clock.clone();
     let table: String = (0..10).map(|tick| format!("{tick},A,{}\n", tick + 10)).collect();
     let table = format!("tick,name,value\n{table}5,P10,7\n");
-    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+    let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new(), 1_000_000).unwrap();
     let watch = Watch::parse(&["A,P10"], &ControlNames::new()).unwrap();
     let (mut trace, mut events) = (vec![], vec![]);
     let end = Run {
@@ -437,7 +437,7 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
         let watch = ["A,P10", "ARR"];
         let expected = run_with(&mut Control::default(), table, &watch, 6, false, format);
         let mut control = Control::default();
-        let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new()).unwrap();
+        let stimulus = Stimulus::parse(table.as_bytes(), &ControlNames::new(), 1_000_000).unwrap();
         let watch = Watch::parse(&watch, &ControlNames::new()).unwrap();
         let ((mut trace, to_trace), (mut events, to_events)) = (pipe_file(), pipe_file());
         let journal = crate::journal::Journal::discarding();
