@@ -213,7 +213,7 @@ fn every_wrong_line_is_named() {
 fn a_huge_stimulus_with_mistakes_everywhere_is_cut_short() {
     let mut text = b"tick,name,value\n".to_vec();
     text.extend(b"0,B,1\n".repeat(1000));
-    let errors = Stimulus::parse(&text, &ControlNames::new()).unwrap_err();
+    let errors = Stimulus::parse(&text, &ControlNames::new(), 1_000_000).unwrap_err();
     assert_eq!((errors.lines.len(), errors.more), (20, 980));
 }
 
@@ -408,7 +408,8 @@ fn no_tick_is_skipped_while_the_program_stands_still() {
 fn a_stimulus_that_repeats_is_applied_to_skipped_ticks_too() {
     let mut control = Control::default();
     let stimulus =
-        Stimulus::parse(b"tick,name,value\n0,A,1\n2,A,2\n4,A,5\n", &ControlNames::new()).unwrap();
+        Stimulus::parse(b"tick,name,value\n0,A,1\n2,A,2\n4,A,5\n", &ControlNames::new(), 1_000_000)
+            .unwrap();
     let mut player = Player::new(stimulus.clone(), true);
     player.apply(0, &mut control);
     assert_eq!(player.next_after(0), 2);
