@@ -181,6 +181,17 @@ host_fns! {
     /// [statements](crate::pmac::Statement). Of a condition it gives whether that holds, 1 or 0; of an
     /// assignment 0.
     PmacStatement = 127, "pmac_statement", effect, (I32) -> I32;
+    /// PMAC: whether a [statement of motion](crate::pmac::motion::MotionStatement), by its index, can be calculated
+    /// now. If it gives 0 the program is suspended in front of the statement.
+    PmacMotionReady = 128, "pmac_motion_ready", effect, (I32) -> I32;
+    /// PMAC: a value of the statement of motion that comes next.
+    PmacMotionValue = 129, "pmac_motion_value", effect, (F64);
+    /// PMAC: carries out a statement of motion, by its index, with the values that were given. If it does not give
+    /// 0 the program is suspended behind the statement.
+    PmacMotion = 130, "pmac_motion", effect, (I32) -> I32;
+    /// PMAC: the number of the motor that a context addresses: the context and the number. Numbers that no motor
+    /// has change nothing.
+    PmacAddressMotor = 131, "pmac_address_motor", effect, (I32, F64);
 }
 
 /// What is known of the double that a host function returns, whatever its operands are.

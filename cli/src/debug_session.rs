@@ -55,7 +55,8 @@ fn report() -> Report {
 
 /// A session of a program that is run in simulated time.
 pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> {
-    let settings = SourceSettings::for_files(&command.source, &command.files, &report())?;
+    let mut settings = SourceSettings::for_files(&command.source, &command.files, &report())?;
+    settings.options.simulate = command.run.simulate;
     let program = Input::read(&command.files, &command.source)?.check(&settings)?;
     let Some(checked) = program.checked.filter(|_| {
         command.keep_going || !program.diagnostics.iter().any(plcc_diag::Diagnostic::is_error)

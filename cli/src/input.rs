@@ -42,6 +42,7 @@ impl SourceSettings {
         let lints = lint_levels(args, &machine_file)
             .map_err(|error| Failure::file(machine.as_deref().unwrap_or(Path::new("")), error))?;
         let options = Options {
+            simulate: false,
             limits: args.limits.unwrap_or_default().into(),
             defines: args.define.clone(),
             controller: args.controller.unwrap_or_default().into(),

@@ -45,7 +45,9 @@ impl Replacement {
     ) {
         let Self { executive, engine, recorder_program, .. } = self;
         if !running.change_program(executive, engine, recorder_program, &self.plan) {
-            return self.fail("the programs are for different controls");
+            return self.fail(
+                "the programs are for different controls, or a motion program runs that the new one changes",
+            );
         }
         std::mem::swap(publisher, &mut self.publisher);
         player.exchange_keys(&mut self.set);

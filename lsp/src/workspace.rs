@@ -186,6 +186,7 @@ impl Workspace {
         let machine = machine_beside(root, documents);
         let lints = LintLevels::of_machine(&machine).unwrap_or_default();
         Options {
+            simulate: false,
             limits: if settings.no_limits { Limits::None } else { Limits::Original },
             defines: settings.define.clone().into_iter().collect(),
             controller: if settings.turbo { Controller::Turbo } else { Controller::Pmac },

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use plcc_runtime::event::MotionReport;
 use plcc_runtime::{DisplayedText, EventBody, SimulatorEvent};
 
 /// An event's body; the fields are those of [`EventBody`].
@@ -59,6 +60,7 @@ pub(super) enum RecordedEvent<'a> {
     SimulatorWaits {
         awaited: Cow<'a, str>,
     },
+    Motion(MotionReport),
     Stop {
         code: Cow<'a, str>,
         file: Option<Cow<'a, str>>,
@@ -121,6 +123,7 @@ impl<'a> From<&'a EventBody> for RecordedEvent<'a> {
                     Self::SimulatorWaits { awaited: borrowed(awaited) }
                 }
             },
+            EventBody::Motion(report) => Self::Motion(report.clone()),
             EventBody::Stop { code, file, line } => Self::Stop {
                 code: borrowed(code),
                 file: file.as_deref().map(borrowed),
@@ -173,6 +176,7 @@ impl From<RecordedEvent<'_>> for EventBody {
             RecordedEvent::SimulatorWaits { awaited } => {
                 Self::Simulator(SimulatorEvent::Waits { awaited: (*awaited).into() })
             }
+            RecordedEvent::Motion(report) => Self::Motion(report),
             RecordedEvent::Stop { code, file, line } => {
                 Self::Stop { code: code.into(), file: owned(file), line }
             }

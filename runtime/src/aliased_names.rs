@@ -73,6 +73,10 @@ impl Names for WithGiven {
         self.own.declared()
     }
 
+    fn patterns(&self) -> Vec<(String, VariableKey)> {
+        self.own.patterns()
+    }
+
     fn outputs(&self) -> Vec<(String, VariableKey)> {
         self.own.outputs()
     }

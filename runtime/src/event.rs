@@ -10,6 +10,7 @@ use std::sync::Arc;
 use serde::{Serialize, Serializer};
 
 use crate::display_field;
+pub use crate::pmac::MotionReport;
 
 /// Something that happened in a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -109,6 +110,9 @@ pub enum EventBody {
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<u32>,
     },
+    /// What a PMAC's simulated motion reports (`--simulate`). It has kinds of its own.
+    #[serde(untagged)]
+    Motion(MotionReport),
 }
 
 /// What the simulated other side tells. The fields stand in the order in which JSON has them.

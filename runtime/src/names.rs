@@ -100,6 +100,12 @@ pub trait Names: Debug + Send + Sync {
     /// numbers in names are compared as numbers, so that P2 stands before P10.
     fn declared(&self) -> Vec<(String, VariableKey)>;
 
+    /// The variables for which a pattern can stand: those of [`declared`](Self::declared), and what the control has
+    /// besides that is only looked at.
+    fn patterns(&self) -> Vec<(String, VariableKey)> {
+        self.declared()
+    }
+
     /// The physical outputs, in natural sort order: what may become something else than off at a stop.
     fn outputs(&self) -> Vec<(String, VariableKey)>;
 
@@ -166,7 +172,7 @@ impl dyn Names + '_ {
     /// and after them others that have an alias which matches.
     pub fn matching(&self, matches: impl Fn(&str) -> bool) -> Vec<(String, VariableKey)> {
         let given = self.given();
-        let mut found = self.declared();
+        let mut found = self.patterns();
         let aliased = |name: &str| given.aliases_of(name).into_iter().any(&matches);
         found.retain(|(name, _)| matches(name) || aliased(name));
         let others = given.aliases().filter(|(alias, _)| matches(alias)).map(|(_, name)| name);

@@ -26,6 +26,7 @@ pub mod arithmetic;
 pub mod compile;
 pub mod drive;
 pub mod gen_ir;
+pub mod gen_motion;
 pub mod gen_nct;
 pub mod gen_pmac;
 pub mod gen_pmi;

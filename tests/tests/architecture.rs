@@ -18,8 +18,9 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-pages", &[]),
     ("plcc-protocol", &["plcc-abi"]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
+    ("plcc-motion", &["plcc-abi"]),
     ("plcc-simulator", &["plcc-abi", "plcc-diag"]),
-    ("plcc-runtime", &["plcc-abi", "plcc-simulator"]),
+    ("plcc-runtime", &["plcc-abi", "plcc-motion", "plcc-simulator"]),
     ("plcc-load", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     ("plcc-record", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     (
@@ -137,6 +138,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-ir",
     "plcc-load",
     "plcc-monitor",
+    "plcc-motion",
     "plcc-protocol",
     "plcc-random",
     "plcc-record",

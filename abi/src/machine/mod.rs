@@ -18,6 +18,7 @@
 
 mod names;
 mod nct;
+mod simulated_motors;
 pub mod simulator;
 
 use alloc::{
@@ -50,6 +51,8 @@ pub struct Machine {
     pub names: Vec<MachineName>,
     /// `[simulator]`: the other side of the control, where the file has that table.
     pub simulator: Option<SimulatorTable>,
+    /// `[[simulator.motor]]`: a PMAC's motors, by rising number.
+    pub motors: Vec<crate::pmac::motion::Plant>,
 }
 
 /// An executive variable that the machine file adds or changes.
@@ -176,8 +179,9 @@ impl Machine {
         }
         let names = names::read(text).map_err(MachineError)?;
         let simulator = simulator::read(text).map_err(MachineError)?;
+        let motors = simulated_motors::read(text).map_err(MachineError)?;
         let lints = file.lints.into_iter().collect();
-        Ok(Self { variables, nct, lints, names, simulator })
+        Ok(Self { variables, nct, lints, names, simulator, motors })
     }
 }
 

@@ -75,11 +75,15 @@ pub mod region {
     pub const EXEC: &str = "exec";
 }
 
-/// Contexts with an addressed coordinate system: PLC 0-31, PLCC 0-31, commands.
-pub const CONTEXTS: u32 = 65;
+/// Contexts with an addressed coordinate system: PLC 0-31, PLCC 0-31, commands, motion programs.
+pub const CONTEXTS: u32 = 66;
 
 /// The context of queued commands.
 pub const COMMAND_CONTEXT: u32 = 64;
+
+/// The context of motion programs. The executive sets it before each calculation to the coordinate system that
+/// runs the program, so that several can run one.
+pub const MOTION_CONTEXT: u32 = 65;
 
 /// The context of a PLC or PLCC.
 pub const fn context(compiled: bool, number: u32) -> u32 {
@@ -97,6 +101,11 @@ pub mod exec {
     /// The offset of a context's first Q-variable.
     pub const fn q_base(context: u32) -> u32 {
         Q_BASES + super::WORD_SIZE * context
+    }
+
+    /// The offset of the number of a context's addressed motor, 0 until ADDRESS gives one.
+    pub const fn motor(context: u32) -> u32 {
+        q_base(super::CONTEXTS) + super::WORD_SIZE * context
     }
 }
 
@@ -158,7 +167,7 @@ impl Layout {
         let assumption_flags = differing_definitions + count;
         let invalid_assumptions = assumption_flags + count;
         let q_base = invalid_assumptions + exec::Q_BASES;
-        let end = invalid_assumptions + exec::q_base(CONTEXTS);
+        let end = invalid_assumptions + exec::motor(CONTEXTS);
         let size = end.next_multiple_of(REGION_ALIGNMENT);
         Self {
             controller,
@@ -181,6 +190,11 @@ impl Layout {
     /// The offset in the image of the first Q-variable of a context's coordinate system.
     pub const fn q_base_at(&self, context: u32) -> u32 {
         self.invalid_assumptions + exec::q_base(context)
+    }
+
+    /// The offset in the image of the number of a context's addressed motor.
+    pub const fn motor_at(&self, context: u32) -> u32 {
+        self.invalid_assumptions + exec::motor(context)
     }
 
     /// The image's regions by rising offset, with the names in [`region`]. What is where in the

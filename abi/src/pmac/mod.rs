@@ -11,6 +11,7 @@ pub mod expression;
 pub mod fixed;
 pub mod layout;
 pub mod memory;
+pub mod motion;
 pub mod name;
 pub mod pure_functions;
 pub mod range;
@@ -21,13 +22,15 @@ pub mod tables;
 pub use assumption::{Assumption, Definitions, DirectAccess};
 pub use controller::Controller;
 pub use definition::{Definition, Field, Format};
-pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, WORD_SIZE, context};
+pub use layout::{COMMAND_CONTEXT, Layout, MOTION_CONTEXT, Place, Run, Space, WORD_SIZE, context};
 pub use memory::{Memory, View};
 pub use name::{PmacName, PmacNameError};
 pub use range::Range;
 pub use sparse_memory::SparseMemory;
 pub use symbols::field_place;
-pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable};
+pub use tables::{
+    CommandStep, Define, Kind, Output, PlcOp, PmacTables, Program, Statement, Text, Variable,
+};
 
 impl crate::DialectTables for PmacTables {
     type Variable = PmacName;

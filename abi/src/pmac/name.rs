@@ -7,6 +7,7 @@
 //! | `X:$0700`, `Y:65474` | a word of memory |
 //! | `Y:$FFC2,8`, `Y:$FFC2,8,4` | a bit of a word, and several bits from one on |
 //! | `D:$28`, `DP:$D200`, `L:$1001`, `F:$D200` | two words of memory, in that format |
+//! | `#1.CMD`, `&1.X` | a value of a simulated motor or coordinate system: [`MotionName`] |
 //! | `PLC3`, `PLCC3` | whether a PLC or PLCC is enabled: see [`PlcOp`](super::PlcOp) for what setting it does |
 
 use alloc::{format, string::String};
@@ -14,6 +15,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::motion::MotionName;
 use super::{Controller, Definition, Field, Kind, Layout, Variable};
 
 /// A variable or a place of memory, as users name it.
@@ -30,6 +32,8 @@ pub enum PmacName {
         /// Its number, 0 to 31.
         number: u32,
     },
+    /// A value of a simulated motor or coordinate system.
+    Motion(MotionName),
 }
 
 /// The highest number of a PLC.
@@ -64,6 +68,12 @@ impl PmacName {
             .filter(|c| !c.is_ascii_whitespace())
             .map(|c| c.to_ascii_uppercase())
             .collect();
+        if let Some((sign, number, name)) = MotionName::parse(&upper) {
+            return match MotionName::exists(sign, number, layout) {
+                Ok(()) => Ok(Self::Motion(name)),
+                Err((what, last)) => Err(beyond(layout, &format!("{what}{last}"))),
+            };
+        }
         if let Some((space, address)) = upper.split_once(':') {
             let (address, bits) = match address.split_once(',') {
                 Some((address, bits)) => (address, Some(bits)),
@@ -147,6 +157,8 @@ impl PmacName {
             }
             Self::Memory(definition) => (u32::MAX, Kind::Q, definition.address()),
             Self::Plc { compiled, number } => (u32::MAX, Kind::P, 2 * number + u32::from(compiled)),
+            Self::Motion(MotionName::Motor(number, _)) => (0, Kind::I, u32::from(number)),
+            Self::Motion(MotionName::System(number, _)) => (0, Kind::L, u32::from(number)),
         }
     }
 }
@@ -187,6 +199,7 @@ impl fmt::Display for PmacName {
             Self::Plc { compiled, number } => {
                 write!(f, "{}{number}", if compiled { "PLCC" } else { "PLC" })
             }
+            Self::Motion(name) => write!(f, "{name}"),
         }
     }
 }

@@ -5,8 +5,8 @@ use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    controller::Controller, definition::Definition, expression::Op, layout::Run, range::Range,
-    sparse_memory::SparseMemory,
+    controller::Controller, definition::Definition, expression::Op, layout::Run,
+    motion::MotionTables, range::Range, sparse_memory::SparseMemory,
 };
 
 /// What a statement does to PLCs. The numbers are the argument of the host function.
@@ -86,14 +86,23 @@ pub enum Text {
         text: String,
         /// Why it is not valid, if so: `ERR003`.
         error: Option<String>,
-        /// The task that does it, where it concerns variables or PLCs.
-        task: Option<u32>,
+        /// What it does, in order.
+        steps: Vec<CommandStep>,
     },
     /// A write to the MACRO ring.
     Macro {
         /// The statement.
         text: String,
     },
+}
+
+/// A part of what a COMMAND does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CommandStep {
+    /// A task is run, which does what concerns variables and PLCs.
+    Task(u32),
+    /// A command for motors or coordinate systems: its index in the tables of motion.
+    Motion(u32),
 }
 
 /// A definition that a COMMAND makes.
@@ -200,4 +209,6 @@ pub struct PmacTables {
     pub save: bool,
     /// The physical outputs.
     pub outputs: Vec<Output>,
+    /// What concerns motors, coordinate systems and motion programs.
+    pub motion: MotionTables,
 }

@@ -392,6 +392,10 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) stimulus: Option<PathBuf>,
 
+    /// Motors and motion programs of a PMAC are simulated, as in `plcc run --simulate`
+    #[arg(long)]
+    pub(crate) simulate: bool,
+
     /// How many ticks to run in each engine [default: 100000, or as many as fit into ten seconds]
     #[arg(long, visible_alias = "scans", value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) ticks: Option<u64>,

@@ -61,7 +61,8 @@ struct Results {
 }
 
 pub(crate) fn bench(args: &BenchArgs, passes: &PassArgs, report: &Report) -> Result<u8, Failure> {
-    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let mut settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    settings.options.simulate = args.simulate;
     let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
@@ -152,7 +153,9 @@ fn run(
     args: &BenchArgs,
     settings: &SourceSettings,
 ) -> Result<TimedRun, Failure> {
-    let executive = session::executive(program, &args.control, false, settings.machine_file());
+    let machine = settings.machine_file();
+    let control = session::with_motors(program, &args.control, args.simulate, machine);
+    let executive = session::executive(program, &control, false, machine);
     let executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
         Some(path) => session::stimulus(path, &*executive.names(), executive.tick_ns())

@@ -40,7 +40,8 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
                     through statements";
         return Err(Failure::usage(what));
     }
-    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let mut settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    settings.options.simulate = args.run.simulate;
     let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     input::refuse_options_of_others(program.dialect, |other| {
         (args.keep_going && language(other).runs_despite_errors()).then_some("--keep-going")

@@ -33,4 +33,7 @@ pub struct Options {
     pub include_dirs: Vec<PathBuf>,
     /// `-A`, `-W`, `--deny` and `[lints]` of the machine file: which lints are shown, and how.
     pub lints: LintLevels,
+    /// `--simulate`: whether the program will run with a simulated other side, so that errors of PMAC's motion
+    /// programs are errors.
+    pub simulate: bool,
 }

@@ -9,6 +9,8 @@ use crate::common::Accessed;
 const MEMORY: u32 = 1 << 16;
 /// PLCs and PLCCs.
 const PLC: u32 = 1 << 17;
+/// Values of simulated motors and coordinate systems, which no statement accesses.
+const MOTION: u32 = 1 << 18;
 /// How many kinds of variables there may be.
 const KINDS: u32 = 8;
 
@@ -32,12 +34,16 @@ pub(super) fn accessed(name: PmacName) -> Accessed {
             Accessed::one(MEMORY + space, definition.address())
         }
         PmacName::Plc { compiled, number } => Accessed::one(PLC + u32::from(compiled), number),
+        PmacName::Motion(_) => Accessed::one(MOTION, 0),
     }
 }
 
 /// The variable or word at a place; `None` if there is none.
 pub(super) fn name(accessed: Accessed) -> Option<PmacName> {
     let Accessed { area, first, .. } = accessed;
+    if area == MOTION {
+        return None;
+    }
     if let Some(compiled) = area.checked_sub(PLC) {
         return Some(PmacName::Plc { compiled: compiled == 1, number: first });
     }

@@ -11,6 +11,7 @@
 //! | `IF (P1=1) P2=0 ENDIF P3=0` | 0: `If(P1=1, 2)`, 1: `Assign(P2, 0)`, 2: `Assign(P3, 0)` |
 
 pub(crate) use plcc_abi::pmac::expression::{Bin, Cmp, Func, Op};
+use plcc_abi::pmac::motion::{MotionCommand, MotionKind};
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
 use super::origin::{Origins, TextRange};
@@ -121,6 +122,10 @@ pub(crate) enum StmtKind {
     Word(Space, u32, Expr),
     /// SAVE in a COMMAND.
     Save,
+    /// A statement of motion: an index into [`Download::motion`], and the operations of all its values together.
+    Motion(u32, Expr),
+    /// The end of a WHILE in a motion program: the index of the `While`, and of the statement of motion.
+    Loop(u32, u32),
 }
 
 impl StmtKind {
@@ -128,7 +133,10 @@ impl StmtKind {
     pub(crate) fn expressions(&self) -> impl Iterator<Item = Expr> {
         let expressions = match *self {
             Self::Assign(target, value) => [target.index(), Some(value)],
-            Self::If(expr, _) | Self::While(expr, _) | Self::Word(_, _, expr) => [Some(expr), None],
+            Self::If(expr, _)
+            | Self::While(expr, _)
+            | Self::Word(_, _, expr)
+            | Self::Motion(_, expr) => [Some(expr), None],
             Self::AddressBy(motor, system) => [Some(motor), Some(system)],
             Self::Text(_, value) => [value, None],
             Self::Jump(_)
@@ -136,7 +144,8 @@ impl StmtKind {
             | Self::Plc(..)
             | Self::Address(..)
             | Self::Define(_)
-            | Self::Save => [None, None],
+            | Self::Save
+            | Self::Loop(..) => [None, None],
         };
         expressions.into_iter().flatten()
     }
@@ -153,8 +162,8 @@ pub(crate) struct Stmt {
     pub(crate) integer: bool,
 }
 
-/// What an on-line command does, at load or when a COMMAND gives it. Commands for motors and coordinate systems,
-/// and resets such as `$$$`, do nothing here and have none.
+/// What an on-line command does, at load or when a COMMAND gives it. Resets such as `$$$` do nothing here and have
+/// none.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
     /// Assignment.
@@ -174,6 +183,8 @@ pub(crate) enum Action {
     Save,
     /// A PLCC is erased.
     DeletePlcc(u8),
+    /// Something that motors or coordinate systems do, where they are simulated.
+    Motion(MotionCommand),
 }
 
 /// Which memory a W command writes.
@@ -200,15 +211,51 @@ pub(crate) struct Online {
     pub(crate) at: TextRange,
 }
 
-/// A PLC or PLCC.
+/// A statement of motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MotionStmt {
+    /// What it does.
+    pub(crate) kind: MotionKind,
+    /// Its values, in order.
+    pub(crate) values: Vec<Expr>,
+}
+
+/// A PLC, a PLCC or a motion program.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Buffer {
     /// Its statements.
     pub(crate) code: Vec<Stmt>,
     /// Where it was opened last; `None` if it never was.
     pub(crate) opened: Option<TextRange>,
-    /// Whether its IF and WHILE do not match their ends. It has no statements then.
+    /// Whether its IF and WHILE do not match their ends, or a motion program has other errors. It has no statements
+    /// then.
     pub(crate) broken: bool,
+    /// The labels of a motion program in the order of the text: number, index of the statement behind it, and place.
+    pub(crate) labels: Vec<(u32, u32, TextRange)>,
+}
+
+impl Buffer {
+    /// The statements of a motion program at which it can go on, by rising index: its top, labels, the conditions
+    /// of WHILE, the statements of motion and those behind them.
+    pub(crate) fn resume_points(&self) -> Vec<u32> {
+        resume_points(&self.code, &self.labels)
+    }
+}
+
+/// See [`Buffer::resume_points`].
+pub(crate) fn resume_points(code: &[Stmt], labels: &[(u32, u32, TextRange)]) -> Vec<u32> {
+    let mut points = vec![0];
+    points.extend(labels.iter().map(|(_, index, _)| *index));
+    for (index, stmt) in (0u32..).zip(code) {
+        match stmt.kind {
+            StmtKind::Motion(..) => points.extend([index, index + 1]),
+            StmtKind::Loop(head, _) => points.push(head),
+            _ => {}
+        }
+    }
+    points.sort_unstable();
+    points.dedup();
+    points
 }
 
 /// The name of a program, as a statement writes it: `PLC 3`.
@@ -227,12 +274,17 @@ pub(crate) struct Download {
     pub(crate) plcs: Vec<Buffer>,
     /// PLCC 0 to 31.
     pub(crate) plccs: Vec<Buffer>,
+    /// The motion programs, by number.
+    pub(crate) progs: std::collections::BTreeMap<u32, Buffer>,
+    /// The statements of motion of all motion programs.
+    pub(crate) motion: Vec<MotionStmt>,
     /// On-line commands, in order.
     pub(crate) online: Vec<Online>,
-    /// The texts of SEND, DISPLAY, COMMAND and writes to the MACRO ring. The `task` of a COMMAND is
-    /// an index into `commands` here; [`tables::program`](super::tables::program) makes it the
-    /// index of a task.
+    /// The texts of SEND, DISPLAY, COMMAND and writes to the MACRO ring. The tasks among the steps of a COMMAND
+    /// are indices into `commands` here; [`tables::program`](super::tables::program) makes them indices of tasks.
     pub(crate) texts: Vec<Text>,
+    /// The commands for motors and coordinate systems that COMMANDs give.
+    pub(crate) motion_commands: Vec<MotionCommand>,
     /// The statements that COMMANDs execute, for those that execute any.
     pub(crate) commands: Vec<Vec<Stmt>>,
     /// The definitions that COMMANDs make.
@@ -264,9 +316,11 @@ impl Download {
         plcs.chain(plccs)
     }
 
-    /// All statements: of PLCs, of PLCCs, and those that COMMANDs execute.
+    /// All statements: of PLCs, of PLCCs, of motion programs, and those that COMMANDs execute.
     pub(crate) fn statements(&self) -> impl Iterator<Item = &Stmt> {
-        self.programs().map(|(_, _, buffer)| &buffer.code).chain(&self.commands).flatten()
+        let plcs = self.programs().map(|(_, _, buffer)| &buffer.code);
+        let motion = self.progs.values().map(|buffer| &buffer.code);
+        plcs.chain(motion).chain(&self.commands).flatten()
     }
 
     /// All assignments, those of on-line commands first: target, value and place.
@@ -295,7 +349,9 @@ impl Download {
             | StmtKind::Plc(..)
             | StmtKind::Address(..)
             | StmtKind::Define(_)
-            | StmtKind::Save => None,
+            | StmtKind::Save
+            | StmtKind::Motion(..)
+            | StmtKind::Loop(..) => None,
         }
     }
 }

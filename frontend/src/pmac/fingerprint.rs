@@ -9,7 +9,7 @@ use std::fmt::{self, Write};
 use std::hash::Hasher;
 
 use plcc_abi::Fnv;
-use plcc_abi::pmac::Text;
+use plcc_abi::pmac::{CommandStep, Text};
 
 use super::ast::{Download, Expr, Stmt, StmtKind, Target};
 
@@ -22,26 +22,26 @@ pub(crate) fn fingerprint(download: &Download, code: &[Stmt]) -> u64 {
 }
 
 fn write_statements(download: &Download, code: &[Stmt], hash: &mut Fnv) -> fmt::Result {
-    let mut command = None;
+    let mut tasks = Vec::new();
     for stmt in code {
-        write_statement(download, stmt, hash, &mut command)?;
-        if let Some(task) = command.take() {
+        write_statement(download, stmt, hash, &mut tasks)?;
+        for task in tasks.drain(..) {
             // A COMMAND holds no COMMAND.
             let code = download.commands.get(task as usize).map_or(&[][..], Vec::as_slice);
             for stmt in code {
-                write_statement(download, stmt, hash, &mut None)?;
+                write_statement(download, stmt, hash, &mut Vec::new())?;
             }
         }
     }
     Ok(())
 }
 
-/// Writes what a statement does. Sets `command` to the index of the statements that it has executed.
+/// Writes what a statement does. Appends to `tasks` the indices of the statements that it has executed.
 fn write_statement(
     download: &Download,
     stmt: &Stmt,
     hash: &mut Fnv,
-    command: &mut Option<u32>,
+    tasks: &mut Vec<u32>,
 ) -> fmt::Result {
     let ops = |expr: Expr| download.ops(expr);
     write!(hash, "{} ", stmt.integer)?;
@@ -58,8 +58,11 @@ fn write_statement(
         StmtKind::Text(index, value) => {
             write!(hash, "text {:?} ", value.map(ops))?;
             match download.texts.get(index as usize) {
-                Some(Text::Command { text, error, task }) => {
-                    *command = *task;
+                Some(Text::Command { text, error, steps }) => {
+                    tasks.extend(steps.iter().filter_map(|step| match step {
+                        CommandStep::Task(task) => Some(*task),
+                        CommandStep::Motion(_) => None,
+                    }));
                     write!(hash, "{text:?} {error:?};")
                 }
                 text => write!(hash, "{text:?};"),
@@ -71,6 +74,12 @@ fn write_statement(
         StmtKind::Word(space, address, value) => {
             write!(hash, "word {space:?} {address} {:?};", ops(value))
         }
+        StmtKind::Motion(index, _) => {
+            let Some(motion) = download.motion.get(index as usize) else { return Ok(()) };
+            let values: Vec<_> = motion.values.iter().map(|value| ops(*value)).collect();
+            write!(hash, "motion {:?} {values:?};", motion.kind)
+        }
+        StmtKind::Loop(head, _) => write!(hash, "loop {head};"),
         kind @ (StmtKind::Jump(_)
         | StmtKind::EndWhile(_)
         | StmtKind::Plc(..)

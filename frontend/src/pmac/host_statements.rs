@@ -24,7 +24,9 @@ fn parts(download: &Download, stmt: &Stmt) -> Option<(Option<(Kind, u16)>, Expr)
         | StmtKind::Text(..)
         | StmtKind::Define(_)
         | StmtKind::Word(..)
-        | StmtKind::Save => return None,
+        | StmtKind::Save
+        | StmtKind::Motion(..)
+        | StmtKind::Loop(..) => return None,
     };
     let mut names_m = false;
     for_each_named_m(download, std::slice::from_ref(stmt), &mut |_| names_m = true);
@@ -54,6 +56,6 @@ pub(crate) fn numbers(
     };
     match kind {
         TaskKind::Plc { .. } => code.iter().map(&mut number).collect(),
-        TaskKind::Command(_) => vec![],
+        TaskKind::Command(_) | TaskKind::Motion(_) => vec![],
     }
 }

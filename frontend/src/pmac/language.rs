@@ -206,7 +206,9 @@ impl CheckedProgram for Program {
             | StmtKind::Text(..)
             | StmtKind::Define(_)
             | StmtKind::Word(..)
-            | StmtKind::Save => Some(self.download.origins.place(stmt.at).0),
+            | StmtKind::Save
+            | StmtKind::Motion(..)
+            | StmtKind::Loop(..) => Some(self.download.origins.place(stmt.at).0),
         };
         let tasks = tasks(&self.download, &self.loaded);
         tasks.iter().flat_map(|(_, code)| code.iter().map(place)).collect()

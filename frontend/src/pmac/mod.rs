@@ -103,7 +103,8 @@ pub fn check(
     let mut loaded = load::load(&download);
     assumptions::assume(&download, &mut loaded);
     if !diagnostics.iter().any(Diagnostic::is_error) {
-        let has_motion = diagnostics.iter().any(|d| d.code == "PMAC-N1");
+        let unread = |d: &Diagnostic| d.code == "PMAC-N1" || d.code == "PMAC-W20";
+        let has_motion = diagnostics.iter().any(unread);
         diagnostics.extend(lints::find(&download, &loaded, has_motion));
     }
     options.lints.apply(sources, &mut diagnostics, &COMMENT_MARKS, None);
@@ -123,7 +124,7 @@ impl Program {
         let module = lower::lower(&self.download, &self.loaded, &self.sources)?;
         let names = self.files().map(str::to_owned).collect();
         let tasks = module.tasks.clone();
-        let program = tables::program(&self.download, &self.loaded, names, tasks);
+        let program = tables::program(&self.download, &self.loaded, names, tasks, &self.sources);
         Ok(Lowered { program, module, return_stack: None })
     }
 
@@ -152,7 +153,8 @@ impl Program {
 
     /// Where each variable is read, written and tested.
     pub fn cross_reference(&self) -> CrossReference {
-        let tables = tables::program(&self.download, &self.loaded, vec![], vec![]).tables;
+        let tables =
+            tables::program(&self.download, &self.loaded, vec![], vec![], &self.sources).tables;
         analyse::cross_reference::cross_reference(&self.download, &self.sources, &tables)
     }
 

@@ -14,6 +14,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use plcc_abi::image::read_u64;
+use plcc_abi::pmac::motion::MotionKind;
 use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, Output, Space, Variable};
 
 use super::analyse::load::Loaded;
@@ -69,7 +70,8 @@ impl Assigned {
             | Action::Plc(..)
             | Action::System(_)
             | Action::Save
-            | Action::DeletePlcc(_) => {}
+            | Action::DeletePlcc(_)
+            | Action::Motion(_) => {}
         }
     }
 }
@@ -89,6 +91,12 @@ pub(super) fn outputs<'a>(
         match stmt.kind {
             StmtKind::Assign(target, _) => assigned.target(target),
             StmtKind::Word(space, address, _) => assigned.word(space, address),
+            StmtKind::Motion(index, _) => {
+                let motion = download.motion.get(index as usize).map(|motion| &motion.kind);
+                if let Some(MotionKind::Sync(_, number)) = motion {
+                    assigned.variables.insert((Kind::M, *number));
+                }
+            }
             StmtKind::If(..)
             | StmtKind::Jump(_)
             | StmtKind::While(..)
@@ -98,7 +106,8 @@ pub(super) fn outputs<'a>(
             | StmtKind::AddressBy(..)
             | StmtKind::Text(..)
             | StmtKind::Define(_)
-            | StmtKind::Save => {}
+            | StmtKind::Save
+            | StmtKind::Loop(..) => {}
         }
     }
     let layout = &loaded.layout;

@@ -1,22 +1,25 @@
 //! Fills the tables that the executive needs of a download.
 
-use plcc_abi::pmac::{Kind, PmacTables, Program as PlcProgram, Run, Text, Variable};
+use plcc_abi::pmac::motion::{MotionProgram, MotionStatement, MotionTables};
+use plcc_abi::pmac::{CommandStep, Kind, PmacTables, Program as PlcProgram, Run, Text, Variable};
 use plcc_abi::{Program, Tables, Task};
+use plcc_diag::SourceMap;
 
 use super::analyse::load::Loaded;
-use super::ast::{Download, Op, Stmt, StmtKind, Target};
+use super::ast::{Buffer, Download, Op, Stmt, StmtKind, Target};
 use super::fingerprint::fingerprint;
 use super::host_statements;
 use super::outputs;
 use super::tasks::{TaskKind, tasks};
 
-/// The program for the executive. `files` are the paths of its sources, `module_tasks` the tasks of
-/// its code.
+/// The program for the executive. `files` are the paths of its sources, which `sources` has, `module_tasks`
+/// the tasks of its code.
 pub(crate) fn program(
     download: &Download,
     loaded: &Loaded,
     files: Vec<String>,
     module_tasks: Vec<Task>,
+    sources: &SourceMap,
 ) -> Program {
     let tasks = tasks(download, loaded);
     let mut programs = Vec::new();
@@ -31,14 +34,19 @@ pub(crate) fn program(
             programs.push(PlcProgram { number, compiled, task, enabled, paused, fingerprint });
             add_named(download, code, &mut named);
             first_command = task + 1;
+        } else if let TaskKind::Motion(_) = kind {
+            add_named(download, code, &mut named);
         }
     }
     named.sort_unstable();
     named.dedup();
     let mut texts = download.texts.clone();
     for text in &mut texts {
-        if let Text::Command { task: Some(task), .. } = text {
-            *task += first_command;
+        let Text::Command { steps, .. } = text else { continue };
+        for step in steps {
+            if let CommandStep::Task(task) = step {
+                *task += first_command;
+            }
         }
     }
     let tables = PmacTables {
@@ -53,6 +61,7 @@ pub(crate) fn program(
         initial: Run::pack(&loaded.image),
         sparse: loaded.sparse.clone(),
         save: loaded.save,
+        motion: motion_tables(download, loaded, &tasks, sources),
         outputs: outputs::outputs(download, loaded, tasks.iter().map(|(_, code)| *code)),
     };
     Program {
@@ -63,6 +72,66 @@ pub(crate) fn program(
         tables: Tables::Pmac(tables),
         names: vec![],
     }
+}
+
+/// What concerns motors, coordinate systems and motion programs.
+fn motion_tables(
+    download: &Download,
+    loaded: &Loaded,
+    tasks: &[(TaskKind, &[Stmt])],
+    sources: &SourceMap,
+) -> MotionTables {
+    let motion = &loaded.motion;
+    // Where each statement of motion stands.
+    let mut statements: Vec<MotionStatement> = download
+        .motion
+        .iter()
+        .map(|stmt| MotionStatement { kind: stmt.kind.clone(), file: 0, line: 0 })
+        .collect();
+    let mut programs = Vec::new();
+    for (&number, buffer) in &download.progs {
+        for stmt in &buffer.code {
+            let (StmtKind::Motion(index, _) | StmtKind::Loop(_, index)) = stmt.kind else {
+                continue;
+            };
+            if let Some(statement) = statements.get_mut(index as usize) {
+                let (span, _) = download.origins.place(stmt.at);
+                statement.file = span.file.0;
+                statement.line = sources.line(span.file, span.start);
+            }
+        }
+        let is_it = |(kind, _): &(TaskKind, &[Stmt])| *kind == TaskKind::Motion(number);
+        let task = tasks.iter().position(is_it).map(|task| task as u32);
+        programs.push(MotionProgram {
+            number,
+            task,
+            labels: labels(buffer),
+            fingerprint: fingerprint(download, &buffer.code),
+        });
+    }
+    MotionTables {
+        programs,
+        statements,
+        commands: download.motion_commands.clone(),
+        start: motion.start.clone(),
+        definitions: motion.definitions.iter().map(|(&motor, &own)| (motor, own)).collect(),
+        modes: motion.modes.iter().map(|(&system, &modes)| (system, modes)).collect(),
+        image: motion.image.clone(),
+        sparse: motion.sparse.clone(),
+    }
+}
+
+/// The labels of a motion program by rising number, each with its resume point. The first of a number counts.
+fn labels(buffer: &Buffer) -> Vec<(u32, u32)> {
+    let points = buffer.resume_points();
+    let mut labels: Vec<(u32, u32)> = Vec::new();
+    for &(number, index, _) in &buffer.labels {
+        let Ok(point) = points.binary_search(&index) else { continue };
+        if let Err(at) = labels.binary_search_by_key(&number, |(label, _)| *label) {
+            labels.insert(at, (number, point as u32));
+        }
+    }
+    labels
 }
 
 /// Appends the variables that statements name to `named`, for dumps. A Q-variable is taken to

@@ -2,13 +2,13 @@
 //! system that it addresses.
 //!
 //! An engine runs a task by its index. First come the PLCs that have statements, by rising number,
-//! then such PLCCs, then one task for each COMMAND that executes statements. Lowering, the
+//! then such PLCCs, then one task for each COMMAND that executes statements, then the motion programs. Lowering, the
 //! statement interpreter and the executive's tables all number tasks by this list.
 
-use plcc_abi::pmac::{COMMAND_CONTEXT, layout};
+use plcc_abi::pmac::{COMMAND_CONTEXT, MOTION_CONTEXT, layout};
 
 use super::analyse::load::Loaded;
-use super::ast::{Download, Stmt};
+use super::ast::{Buffer, Download, Stmt, StmtKind};
 
 /// What a task belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub(crate) enum TaskKind {
     },
     /// The statements of a COMMAND: their index in [`Download::commands`].
     Command(u32),
+    /// A motion program, by its number.
+    Motion(u32),
 }
 
 impl TaskKind {
@@ -31,16 +33,18 @@ impl TaskKind {
             Self::Plc { compiled: false, number } => format!("PLC{number}"),
             Self::Plc { compiled: true, number } => format!("PLCC{number}"),
             Self::Command(index) => format!("COMMAND{index}"),
+            Self::Motion(number) => format!("PROG{number}"),
         }
     }
 
     /// The number of the task's context: the place in the image where its addressed coordinate
     /// system is kept. Every PLC and PLCC has its own. All commands share one, which the executive
-    /// sets before each command to the coordinate system of the PLC that gave it.
+    /// sets before each command to the coordinate system of the PLC that gave it; so do motion programs.
     pub(crate) fn context(self) -> u32 {
         match self {
             Self::Plc { compiled, number } => layout::context(compiled, number),
             Self::Command(_) => COMMAND_CONTEXT,
+            Self::Motion(_) => MOTION_CONTEXT,
         }
     }
 }
@@ -60,5 +64,20 @@ pub(crate) fn tasks<'a>(download: &'a Download, loaded: &Loaded) -> Vec<(TaskKin
     for (index, code) in (0u32..).zip(&download.commands) {
         tasks.push((TaskKind::Command(index), code.as_slice()));
     }
+    for (&number, buffer) in &download.progs {
+        if !buffer.code.is_empty() {
+            tasks.push((TaskKind::Motion(number), buffer.code.as_slice()));
+        }
+    }
     tasks
+}
+
+/// The statements of a task at which a suspended scan can go on, by rising index: of a motion program those that
+/// [`Buffer::resume_points`](super::ast::Buffer::resume_points) gives, of others the conditions of their WHILE.
+pub(crate) fn resume_points(download: &Download, kind: TaskKind, code: &[Stmt]) -> Vec<u32> {
+    if let TaskKind::Motion(number) = kind {
+        return download.progs.get(&number).map(Buffer::resume_points).unwrap_or_default();
+    }
+    let heads = (0..).zip(code).filter(|(_, stmt)| matches!(stmt.kind, StmtKind::While(..)));
+    heads.map(|(index, _)| index).collect()
 }

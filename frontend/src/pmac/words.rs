@@ -77,9 +77,11 @@ impl Statements {
                 Action::Plc(_, set) => {
                     Does::Switches { compiled: set.compiled, programs: set.bits }
                 }
-                Action::System(_) | Action::Write(..) | Action::Save | Action::DeletePlcc(_) => {
-                    Does::Reads
-                }
+                Action::System(_)
+                | Action::Write(..)
+                | Action::Save
+                | Action::DeletePlcc(_)
+                | Action::Motion(_) => Does::Reads,
             };
             (place(online.at), does)
         });
@@ -97,7 +99,9 @@ impl Statements {
                 | StmtKind::AddressBy(..)
                 | StmtKind::Text(..)
                 | StmtKind::Word(..)
-                | StmtKind::Save => Does::Reads,
+                | StmtKind::Save
+                | StmtKind::Motion(..)
+                | StmtKind::Loop(..) => Does::Reads,
             };
             (place(stmt.at), does)
         });

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use plcc_abi::Program;
+use plcc_abi::pmac::motion::Plant;
 use serde::{Deserialize, Serialize};
 
 use super::{Choices, ControlArgs, ControlOptions};
@@ -14,6 +15,10 @@ pub struct PmacArgs {
     /// PMAC: background steps in each servo cycle [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000))]
     pub background_steps: Option<u32>,
+
+    /// The motors that are simulated, as the machine file describes them; `None` without `--simulate`.
+    #[arg(skip)]
+    pub motors: Option<Vec<Plant>>,
 }
 
 /// The PMAC, as one of the controls.
@@ -24,8 +29,9 @@ impl ControlOptions for Pmac {
         args.pmac.background_steps.is_some().then_some("--background-steps")
     }
 
+    /// The motors that are simulated.
     fn takes_machine_file(&self) -> bool {
-        false
+        true
     }
 
     fn executive(
@@ -39,7 +45,10 @@ impl ControlOptions for Pmac {
             background_steps: background_steps.unwrap_or(standard.background_steps),
             realtime: choices.realtime,
         };
-        let executive = PmacExecutive::new(program, options);
-        Ok(Box::new(executive.ok_or("it is not for a PMAC")?))
+        let mut executive = PmacExecutive::new(program, options).ok_or("it is not for a PMAC")?;
+        if let Some(motors) = &choices.args.pmac.motors {
+            executive.simulate(motors)?;
+        }
+        Ok(Box::new(executive))
     }
 }

@@ -3,6 +3,7 @@
 //! shows progress, writes the outputs, and gives the exit status.
 
 mod interfaces;
+mod motors;
 mod output;
 mod predecessor;
 mod record;
@@ -43,6 +44,7 @@ use crate::output_file::open;
 use crate::realtime_priority;
 use crate::signal_listener::refuse_suspension;
 use interfaces::{Interfaces, StatusSources};
+pub use motors::with_motors;
 pub use output::{PathConflict, missing_folders, path_conflicts, write_whole};
 use output::{check_paths, check_retained, check_writable};
 use predecessor::Predecessor;
@@ -123,7 +125,7 @@ fn session(
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
     let _open_until_the_plot_is_written = args.plot.as_deref().map(check_writable).transpose()?;
     args.retain.as_deref().map_or(Ok(()), check_retained)?;
-    let args = &simulated::with_simulation(args, machine)?;
+    let args = &simulated::with_simulation(program, args, machine)?;
     let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
     let mut to = Destinations::standard(log);
     if args.realtime && io::stderr().is_terminal() {

@@ -7,7 +7,7 @@ use plcc_abi::machine::Machine;
 use plcc_runtime::{Executive, Purpose};
 use plcc_simulator::Strictness;
 
-use super::SessionError;
+use super::{SessionError, with_motors};
 use crate::args::RunArgs;
 use crate::control_args;
 use crate::journal::Journal;
@@ -18,10 +18,12 @@ use crate::simulation::{Simulated, Simulation};
 /// # Errors
 /// When the part program can't be read.
 pub(super) fn with_simulation(
+    program: &Program,
     args: &RunArgs,
     machine: Option<&Machine>,
 ) -> Result<RunArgs, SessionError> {
     let mut args = args.clone();
+    args.control = with_motors(program, &args.control, args.simulate, machine);
     if args.simulate {
         let machine = args.machine_path.as_deref().zip(machine);
         let read = Simulation::read(machine, args.part_program.as_deref());
@@ -78,7 +80,7 @@ pub fn simulated_executive(
     args: &RunArgs,
     machine: Option<&Machine>,
 ) -> Result<Box<dyn Executive + Send>, SessionError> {
-    let args = with_simulation(args, machine)?;
+    let args = with_simulation(program, args, machine)?;
     let made = control_args::executive(program, &args.control, false, machine)?;
     let Some(simulation) = &args.simulation else { return Ok(made) };
     let made = simulation.beside(made, program, &args.control, machine, Strictness::Refuse);

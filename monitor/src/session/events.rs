@@ -116,6 +116,7 @@ fn line(event: &Event) -> EventLine {
         }
         EventBody::Macro { text } => (EventKind::Command, None, format!("MACRO {text}")),
         EventBody::Simulator(event) => (EventKind::Text, None, format!("simulator: {event}")),
+        EventBody::Motion(report) => (EventKind::Text, None, report.to_string()),
         EventBody::Stop { code, file, line } => {
             let place = match (file, line) {
                 (Some(file), Some(line)) => format!(" at line {line} of {file}"),

@@ -21,6 +21,7 @@ pub(super) fn shown(event: &Event) -> String {
         },
         EventBody::Macro { text } => format!("tick {tick}: MACRO {text}"),
         EventBody::Simulator(event) => format!("tick {tick}: simulator: {event}"),
+        EventBody::Motion(report) => format!("tick {tick}: {report}"),
         EventBody::Stop { code, .. } => format!("tick {tick}: stopped: {code}"),
     }
 }

@@ -5,15 +5,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{
     Host, HostFn,
-    image::{read_f64, read_u32, write_f64},
+    image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{
-        Definition, Kind, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
-        expression, pure_functions,
+        CommandStep, Definition, Kind, Layout, MOTION_CONTEXT, Memory, PlcOp, PmacTables, Space,
+        Text, View, arithmetic::finite, expression, pure_functions,
     },
 };
 
 use crate::{DisplayedText, Event, EventBody};
 
+use super::motion::Motion;
 use super::save::Origin;
 use super::state::{MAX_QUEUED, Queued, State, Status};
 
@@ -24,11 +25,21 @@ pub(super) enum PreparedText {
     /// A value is shown.
     Value { position: u32, width: u32, decimals: u32 },
     /// A command is queued.
-    Queue { body: EventBody, task: u32 },
+    Queue { body: EventBody, steps: Vec<PreparedStep> },
+}
+
+/// A part of what a command does.
+#[derive(Clone, Copy)]
+pub(super) enum PreparedStep {
+    /// A task is run.
+    Task(u32),
+    /// A command for motors or coordinate systems, by its index in the tables.
+    Motion(u32),
 }
 
 impl PreparedText {
-    fn new(text: &Text) -> Self {
+    /// A text's preparation. Commands for motors do nothing where these are not simulated.
+    fn new(text: &Text, simulated: bool) -> Self {
         let shared = |text: &Option<String>| text.as_deref().map(Into::into);
         Self::Always(match text {
             Text::Send { text, port } => {
@@ -41,12 +52,19 @@ impl PreparedText {
             &Text::Value { position, width, decimals } => {
                 return Self::Value { position, width, decimals };
             }
-            Text::Command { text, error, task } => {
+            Text::Command { text, error, steps } => {
                 let body = EventBody::Command { text: text.as_str().into(), error: shared(error) };
-                match (error, task) {
-                    (None, Some(task)) => return Self::Queue { body, task: *task },
-                    _ => body,
+                let prepare = |step: &CommandStep| match *step {
+                    CommandStep::Task(task) => Some(PreparedStep::Task(task)),
+                    CommandStep::Motion(command) => {
+                        simulated.then_some(PreparedStep::Motion(command))
+                    }
+                };
+                let steps: Vec<PreparedStep> = steps.iter().filter_map(prepare).collect();
+                if error.is_none() && !steps.is_empty() {
+                    return Self::Queue { body, steps };
                 }
+                body
             }
             Text::Macro { text } => EventBody::Macro { text: text.as_str().into() },
         })
@@ -90,6 +108,10 @@ pub(super) struct PmacHost {
     pub(super) origin: Arc<Origin>,
     /// Another number whenever what SAVE keeps may have changed.
     pub(super) saved_revision: u64,
+    /// The simulation of motors and coordinate systems, whose state is in `state`.
+    pub(super) motion: Option<Motion>,
+    /// What is to be said of the run, not of the program.
+    pub(super) notes: Vec<String>,
 }
 
 impl PmacHost {
@@ -99,13 +121,29 @@ impl PmacHost {
             origin,
             state: State::new(&tables, &layout),
             operands: Vec::with_capacity(longest(&tables)),
-            texts: tables.texts.iter().map(PreparedText::new).collect(),
+            texts: tables.texts.iter().map(|text| PreparedText::new(text, false)).collect(),
             tables,
             layout,
             running: 0,
             events: Vec::with_capacity(64),
             saved_revision: next_revision(),
+            motion: None,
+            notes: Vec::new(),
         }
+    }
+
+    /// Prepares the texts anew, for a control whose motors are simulated.
+    pub(super) fn prepare_texts(&mut self) {
+        let texts = &self.tables.texts;
+        self.texts = texts.iter().map(|text| PreparedText::new(text, true)).collect();
+    }
+
+    /// A part of what the command with this text does.
+    pub(super) fn step(&self, text: u32, index: usize) -> Option<PreparedStep> {
+        let Some(PreparedText::Queue { steps, .. }) = self.texts.get(text as usize) else {
+            return None;
+        };
+        steps.get(index).copied()
     }
 
     fn view<'a>(&'a self, image: &'a [u8]) -> View<'a> {
@@ -181,10 +219,19 @@ impl PmacHost {
                 text: DisplayedText::Value { value, width: *width, decimals: *decimals },
                 position: Some(i64::from(*position)),
             },
-            PreparedText::Queue { body, task } => {
+            PreparedText::Queue { body, .. } => {
                 if self.state.queue.len() < MAX_QUEUED {
                     let q_base = read_u32(image, self.layout.q_base_at(self.running));
-                    self.state.queue.push_back(Queued { task: *task, q_base });
+                    let motor = match &self.motion {
+                        None => 0,
+                        Some(motion) if self.running == MOTION_CONTEXT => self
+                            .state
+                            .motion
+                            .as_ref()
+                            .map_or(1, |state| state.lowest_motor(motion.running)),
+                        Some(_) => read_u32(image, self.layout.motor_at(self.running)),
+                    };
+                    self.state.queue.push_back(Queued { text: index, motor, q_base });
                 }
                 body.clone()
             }
@@ -304,6 +351,30 @@ impl Host for PmacHost {
             }
             HostFn::PmacSave => {
                 self.save(image);
+                0
+            }
+            HostFn::PmacMotionReady => {
+                let ready = self.with_motion(image, |machine| machine.ready(a as u32));
+                u64::from(ready.unwrap_or(true))
+            }
+            HostFn::PmacMotionValue => {
+                self.with_motion(image, |machine| machine.value(f64::from_bits(a)));
+                0
+            }
+            HostFn::PmacMotion => {
+                let suspends = self.with_motion(image, |machine| machine.execute(a as u32));
+                u64::from(suspends.unwrap_or(true))
+            }
+            HostFn::PmacAddressMotor => {
+                let number = f64::from_bits(b);
+                let last =
+                    f64::from(plcc_abi::pmac::motion::registers::motors(self.layout.controller));
+                if (0.5..last + 0.5).contains(&number)
+                    && (a as u32) < plcc_abi::pmac::layout::CONTEXTS
+                {
+                    let offset = self.layout.motor_at(a as u32);
+                    write_u32(image, offset, number.round() as u32);
+                }
                 0
             }
             HostFn::PmacStatement => u64::from(self.statement(image, a as u32)),

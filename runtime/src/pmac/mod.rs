@@ -8,6 +8,8 @@
 mod carry_over;
 mod forces;
 mod host;
+mod motion;
+mod motion_report;
 mod names;
 mod outputs;
 mod save;
@@ -44,6 +46,7 @@ use crate::{
     ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 use host::PmacHost;
+pub use motion_report::MotionReport;
 use names::PmacNames;
 use state::{State, Status};
 use tick::Clocks;
@@ -127,7 +130,13 @@ impl PmacExecutive {
             Setting::Float(value) => value,
         };
         match name {
-            PmacName::Memory(definition) => self.memory().write(definition, value),
+            PmacName::Memory(definition) => {
+                self.memory().write(definition, value);
+                self.hold_bits(name);
+            }
+            PmacName::Motion(name) => {
+                self.host.with_motion(&mut self.image, |machine| machine.set(name, value));
+            }
             PmacName::Plc { compiled, number } => {
                 if let Some(op) = names::plc_op(value) {
                     self.host.command_plcs(op, compiled, number, number);
@@ -144,10 +153,14 @@ impl PmacExecutive {
                         let offset = layout.q_offset(layout.q_base_of(system) + number);
                         write_f64(&mut self.image, offset, finite(value));
                     }
-                    Kind::M => self.memory().write_m(number, value),
+                    Kind::M => {
+                        self.memory().write_m(number, value);
+                        self.hold_bits(name);
+                    }
                     Kind::L => {
                         let definition = self.host.l_definition(number);
                         self.memory().write(definition, value);
+                        self.hold_bits(name);
                     }
                 }
             }
@@ -159,6 +172,7 @@ impl PmacExecutive {
         Value::Float(match name {
             PmacName::Memory(definition) => self.view().read(definition),
             PmacName::Plc { compiled, number } => self.host.plc_status(compiled, number),
+            PmacName::Motion(name) => self.host.read_motion(&self.image, name),
             PmacName::Variable(Named { kind, number, system }) => match kind {
                 Kind::I => read_f64(&self.image, layout.i_offset(number)),
                 Kind::P => read_f64(&self.image, layout.p_offset(number)),
@@ -181,7 +195,7 @@ impl PmacExecutive {
             PmacName::Variable(Named { kind: Kind::L, number, .. }) => {
                 Some(self.host.l_definition(number))
             }
-            PmacName::Variable(_) | PmacName::Plc { .. } => None,
+            PmacName::Variable(_) | PmacName::Plc { .. } | PmacName::Motion(_) => None,
         }
     }
 
@@ -300,6 +314,10 @@ impl Executive for PmacExecutive {
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         let old = old.as_any_mut().downcast_mut::<Self>();
         let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
+        let (was, is) = (&old.host.tables.motion, &self.host.tables.motion);
+        if old.host.state.motion.as_ref().is_some_and(|state| !state.can_go_over(was, is)) {
+            return false;
+        }
         self.take_over_from(old, plan);
         true
     }
@@ -380,7 +398,8 @@ impl Executive for PmacExecutive {
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
         let (mut image, state): (_, State) = self.identity.read(self.image.len(), checkpoint)?;
-        let state = state.fitted(&self.host.state).ok_or(CheckpointError::Damaged)?;
+        let own = (&self.host.state, &self.host.tables);
+        let state = state.fitted(own.0, own.1).ok_or(CheckpointError::Damaged)?;
         let mut plcs = state.plcs.all().iter().chain(state.plccs.all());
         if !plcs.all(|plc| self.identity.can_resume(plc.task, plc.resume)) {
             return Err(CheckpointError::Damaged);

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use plcc_abi::DialectVariable;
 use plcc_abi::image::read_u64;
 use plcc_abi::place::{Direction, Place, Type};
+use plcc_abi::pmac::motion::MotionName;
 use plcc_abi::pmac::name::suggest;
 use plcc_abi::pmac::{
     Definition, Field, Kind, Layout, Output, PlcOp, PmacName, PmacNameError, PmacTables, Run,
@@ -28,6 +29,8 @@ pub(super) struct PmacNames {
     plcs: Vec<(bool, u32)>,
     named: Vec<Variable>,
     pub(super) outputs: Vec<Output>,
+    /// Whether motors and coordinate systems are simulated, so that their names mean something.
+    simulated: bool,
 }
 
 /// The key of a variable.
@@ -53,8 +56,14 @@ impl PmacNames {
             plcs: tables.programs.iter().map(|plc| (plc.compiled, plc.number)).collect(),
             named: tables.named.clone(),
             outputs: tables.outputs.clone(),
+            simulated: false,
             layout,
         }
+    }
+
+    /// The names of a control whose motors and coordinate systems are simulated.
+    pub(super) fn simulated(tables: &PmacTables) -> Self {
+        Self { simulated: true, ..Self::new(tables) }
     }
 
     /// Finds what a name means.
@@ -76,6 +85,11 @@ impl PmacNames {
         {
             return Err(unfit("is empty: the program has no text for it".into()));
         }
+        if let PmacName::Motion(_) = name
+            && !self.simulated
+        {
+            return Err(unfit("is simulated with --simulate only".into()));
+        }
         Ok(name)
     }
 
@@ -92,7 +106,7 @@ impl PmacNames {
                 self.m.get(number as usize).copied()
             }
             PmacName::Variable(Variable { kind: Kind::L, number, .. }) => self.l_definition(number),
-            PmacName::Variable(_) | PmacName::Plc { .. } => None,
+            PmacName::Variable(_) | PmacName::Plc { .. } | PmacName::Motion(_) => None,
         }
     }
 
@@ -108,7 +122,7 @@ impl PmacNames {
                 Kind::M | Kind::L => field_place(layout, self.definition(name)?),
             },
             PmacName::Memory(definition) => field_place(layout, definition),
-            PmacName::Plc { .. } => None,
+            PmacName::Plc { .. } | PmacName::Motion(_) => None,
         }
     }
 
@@ -143,9 +157,29 @@ impl PmacNames {
 }
 
 impl Names for PmacNames {
-    /// All names can be used for every purpose.
-    fn find(&self, name: &str, _: Purpose) -> Result<VariableKey, NameError> {
-        self.variable(name).map(key)
+    /// All names can be used for every purpose, but for what motors do, which nobody sets.
+    fn find(&self, text: &str, purpose: Purpose) -> Result<VariableKey, NameError> {
+        let name = self.variable(text)?;
+        let can_be_set = match name {
+            PmacName::Motion(MotionName::Motor(_, value)) => value.can_be_set(),
+            PmacName::Motion(MotionName::System(..)) => false,
+            _ => true,
+        };
+        if !can_be_set && purpose != Purpose::Watch {
+            let reason = "is what the simulated motion does, and can't be set".into();
+            return Err(NameError::Unfit { name: text.into(), reason });
+        }
+        Ok(key(name))
+    }
+
+    /// Those of the simulated motors and coordinate systems, which no dump has.
+    fn patterns(&self) -> Vec<(String, VariableKey)> {
+        let mut names = self.declared();
+        if self.simulated {
+            let motion = MotionName::all(&self.layout).map(PmacName::Motion);
+            names.extend(motion.map(|name| (name.to_string(), key(name))));
+        }
+        names
     }
 
     fn canonical(&self, key: VariableKey) -> String {

@@ -78,7 +78,7 @@ impl PmacNames {
         let definition = self.definition(found).unwrap_or(Definition::Star);
         let number = match found {
             PmacName::Variable(variable) => variable.number,
-            PmacName::Memory(_) | PmacName::Plc { .. } => 0,
+            PmacName::Memory(_) | PmacName::Plc { .. } | PmacName::Motion(_) => 0,
         };
         let is_line = match definition {
             Definition::X { address, .. } => layout.is_io(Space::X, address),

@@ -29,6 +29,8 @@ pub(super) struct State {
     pub(super) saved: SavedImage,
     /// The forces in effect.
     pub(super) forces: Forces,
+    /// The motors and coordinate systems, where they are simulated.
+    pub(super) motion: Option<Box<plcc_motion::State>>,
 }
 
 /// What the last SAVE kept.
@@ -81,7 +83,10 @@ pub(super) struct Plcs {
 /// A command that waits for its turn.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Queued {
-    pub(super) task: u32,
+    /// The index of the text, which says what is done.
+    pub(super) text: u32,
+    /// The motor that its PLC addressed; 0 for none.
+    pub(super) motor: u32,
     /// The Q-variables of the coordinate system that its PLC addressed.
     pub(super) q_base: u32,
 }
@@ -176,13 +181,23 @@ impl State {
             sparse: tables.sparse.clone(),
             saved: SavedImage { image, exists: tables.save, origin: None },
             forces: Forces::default(),
+            motion: None,
         }
     }
 
     /// Makes a state that was read usable in the place of another one, which is the program's own;
     /// `None` where it does not fit.
-    pub(super) fn fitted(mut self, own: &Self) -> Option<Self> {
-        let fits = self.plcs.fits(&own.plcs)
+    pub(super) fn fitted(mut self, own: &Self, tables: &PmacTables) -> Option<Self> {
+        let motion_fits = match (&mut self.motion, &own.motion) {
+            (None, None) => true,
+            (Some(read), Some(own)) => {
+                read.make_room();
+                read.fits(own, &tables.motion)
+            }
+            _ => false,
+        };
+        let fits = motion_fits
+            && self.plcs.fits(&own.plcs)
             && self.plccs.fits(&own.plccs)
             && self.saved.image.len() == own.saved.image.len()
             && self.last_plc < 32

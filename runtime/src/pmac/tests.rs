@@ -4,8 +4,8 @@ use plcc_abi::{
     Engine, HostFn, Outcome, Program, ResumePoint, Scan, Tables, Task,
     image::{read_f64, write_f64},
     pmac::{
-        self, Controller, Define, Definition, Field, Kind, Layout, Memory, PlcOp, PmacTables,
-        Range, Run, Space, Text, Variable as Named,
+        self, CommandStep, Controller, Define, Definition, Field, Kind, Layout, Memory, PlcOp,
+        PmacTables, Range, Run, Space, Text, Variable as Named,
     },
 };
 
@@ -324,8 +324,8 @@ fn commands_wait_for_the_end_of_the_step() {
         Outcome::End
     });
     download.tables.texts = vec![
-        Text::Command { text: "Q5=7".into(), error: None, task: Some(task) },
-        Text::Command { text: "Q5=".into(), error: Some("ERR003".into()), task: None },
+        Text::Command { text: "Q5=7".into(), error: None, steps: vec![CommandStep::Task(task)] },
+        Text::Command { text: "Q5=".into(), error: Some("ERR003".into()), steps: vec![] },
     ];
     let (mut executive, mut script) = download.start();
     let events = run(&mut executive, &mut script, 1);

@@ -6,8 +6,8 @@ use plcc_abi::{
     Engine, Outcome, ResumePoint, Scan, TimeLimit, Trap, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{
-        COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend,
-        layout::WORD_SIZE,
+        COMMAND_CONTEXT, Controller, Layout, MOTION_CONTEXT, Place, Space, context,
+        fixed::sign_extend, layout::WORD_SIZE,
     },
 };
 
@@ -82,6 +82,7 @@ impl Clocks {
 fn program_name(context: u32) -> String {
     match context {
         COMMAND_CONTEXT => "a COMMAND".into(),
+        MOTION_CONTEXT => "a motion program".into(),
         32.. => format!("PLCC {}", context - 32),
         _ => format!("PLC {context}"),
     }
@@ -91,6 +92,7 @@ impl PmacExecutive {
     /// One servo cycle.
     pub(super) fn servo_cycle(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         self.count_time(1);
+        self.servo();
         if self.host.state.until_interrupt == 0 {
             self.host.state.until_interrupt = self.i(8);
             self.interrupt(engine)?;
@@ -147,10 +149,14 @@ impl PmacExecutive {
         let left = read_u32(&self.image, self.clocks.watchdog).saturating_sub(WATCHDOG_STEP);
         write_u32(&mut self.image, self.clocks.watchdog, left);
         self.watch_interrupt()?;
+        if self.simulates() {
+            self.host.with_motion(&mut self.image, |machine| machine.interrupt());
+        }
         if matches!(self.i(5), 1 | 3) {
             self.run_if_enabled(false, 0, engine)?;
             self.run_if_enabled(true, 0, engine)?;
         }
+        self.calculate(engine)?;
         let interval = self.interrupt_interval();
         if self.is_overdue(interval) {
             self.decisions.note(ClockDecision::Overdue);
@@ -227,7 +233,7 @@ impl PmacExecutive {
 
     /// Runs one scan of a task. Gives the resume point at which the next one goes on; `None` if that begins at
     /// the top.
-    fn run(
+    pub(super) fn run(
         &mut self,
         context: u32,
         task: usize,
@@ -262,6 +268,9 @@ impl PmacExecutive {
 
     fn housekeeping(&mut self, step: u32) -> Result<(), Stop> {
         write_u32(&mut self.image, self.clocks.watchdog, WATCHDOG_START);
+        if self.simulates() {
+            self.host.with_motion(&mut self.image, |machine| machine.housekeeping());
+        }
         let interval = self.interrupt_interval();
         let tripped = ClockDecision::BackgroundTripped { step };
         let in_time = match (self.decisions.followed(), &mut self.watchdog) {
@@ -298,16 +307,5 @@ impl PmacExecutive {
             (None, Some(watchdog)) => watchdog.is_overdue(interval),
             (None, None) => false,
         }
-    }
-
-    /// The commands that were queued.
-    fn do_commands(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        while let Some(command) = self.host.state.queue.pop_front() {
-            let offset = self.host.layout.q_base_at(COMMAND_CONTEXT);
-            write_u32(&mut self.image, offset, command.q_base);
-            // On-line commands have no WHILE, so they always come to their end.
-            self.run(COMMAND_CONTEXT, command.task as usize, None, engine)?;
-        }
-        Ok(())
     }
 }

@@ -159,6 +159,9 @@ impl PmacExecutive {
         std::mem::swap(&mut state.saved, &mut was.saved);
         // They hold the words that they held before, also those of variables that the program has moved.
         std::mem::swap(&mut state.forces, &mut was.forces);
+        if let (Some(own), Some(was)) = (&mut state.motion, &mut was.motion) {
+            own.take_over(was, &old.host.tables.motion, &self.host.tables.motion);
+        }
         // What the former download has saved stays its own until this one saves, so that the next
         // start carries it over as this one's text asks.
         state.saved.origin.get_or_insert_with(|| Arc::clone(&old.host.origin));

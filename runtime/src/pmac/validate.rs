@@ -42,6 +42,7 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
         sparse: _,
         save: _,
         outputs,
+        motion,
     } = tables;
     let layout = Layout::new(*controller);
     ensure(u64::from(layout.size) <= image.size, || "its image is too short".into())?;
@@ -85,7 +86,19 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
         image.check(*offset, length, "its initial state")?;
     }
-    Ok(())
+    for Run { offset, bytes } in &motion.image {
+        let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        image.check(*offset, length, "its initial state")?;
+    }
+    let motors = plcc_abi::pmac::motion::registers::motors(*controller);
+    let definitions = motion.definitions.iter().all(|(motor, own)| {
+        (1..=motors).contains(&u32::from(*motor))
+            && (1..=layout.systems()).contains(&u32::from(own.system))
+    });
+    ensure(definitions, || "it defines axes of motors that do not exist".into())?;
+    let rising = motion.programs.is_sorted_by_key(|program| program.number)
+        && motion.programs.iter().all(|p| p.labels.is_sorted_by_key(|(label, _)| *label));
+    ensure(rising, || "its motion programs are out of order".into())
 }
 
 /// Whether a definition's bits are those of a word.

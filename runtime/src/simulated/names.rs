@@ -136,6 +136,10 @@ impl Names for SimulatedNames {
         self.program.declared()
     }
 
+    fn patterns(&self) -> Vec<(String, VariableKey)> {
+        self.program.patterns()
+    }
+
     fn outputs(&self) -> Vec<(String, VariableKey)> {
         self.program.outputs()
     }

@@ -14,7 +14,7 @@ use plcc_load::Artifact;
 use plcc_random::seeds;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
-use plcc_runtime::{Event, Executive, Purpose};
+use plcc_runtime::{Event, Executive, Purpose, Value};
 use plcc_tests::as_if_long;
 use plcc_tests::gen_pmac::{generate, generate_for};
 use plcc_tests::idioms::Failure;
@@ -30,10 +30,10 @@ struct Machine {
 ///
 /// # Errors
 /// The download has errors, or the compiler can't make its code.
-fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failure> {
+fn machines(source: &str, controller: Controller, simulate: bool) -> Result<Vec<Machine>, Failure> {
     let mut sources = SourceMap::new();
     let file = sources.add("generated.pmc", source.as_bytes());
-    let options = Options { controller, ..Options::default() };
+    let options = Options { controller, simulate, ..Options::default() };
     let (program, all) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
     if let Some(error) = all.iter().find(|d| d.is_error()) {
         return Err(Failure::Invalid(plcc_diag::render::draw(&sources, error, false)));
@@ -84,7 +84,10 @@ fn machines(source: &str, controller: Controller) -> Result<Vec<Machine>, Failur
         ("aot speed", artifact(OptLevel::Speed)?),
     ];
     let machine = |(name, engine)| {
-        let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
+        let mut executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
+        if simulate {
+            executive.simulate(&[]).unwrap();
+        }
         Machine { name, engine, executive }
     };
     Ok(engines.into_iter().map(machine).collect())
@@ -110,7 +113,30 @@ pub(super) fn run(
     ticks: u32,
     controller: Controller,
 ) -> Result<Vec<Event>, Failure> {
-    let mut machines = machines(source, controller)?;
+    run_machines(machines(source, controller, false)?, stimulus, ticks, controller, &mut |_| {})
+}
+
+/// The same with motors and motion programs. `see` is called after every tick with what reads a variable.
+///
+/// # Errors
+/// As for [`run`].
+pub(super) fn simulated(
+    source: &str,
+    stimulus: &str,
+    ticks: u32,
+    controller: Controller,
+    see: &mut dyn FnMut(&dyn Fn(&str) -> f64),
+) -> Result<Vec<Event>, Failure> {
+    run_machines(machines(source, controller, true)?, stimulus, ticks, controller, see)
+}
+
+fn run_machines(
+    mut machines: Vec<Machine>,
+    stimulus: &str,
+    ticks: u32,
+    controller: Controller,
+    see: &mut dyn FnMut(&dyn Fn(&str) -> f64),
+) -> Result<Vec<Event>, Failure> {
     let rows: Vec<(u32, &str, &str)> = stimulus
         .lines()
         .skip(1)
@@ -155,6 +181,15 @@ pub(super) fn run(
                 return Err(Failure::Differs(what));
             }
         }
+        let executive = &first.executive;
+        let names = executive.names();
+        see(&|name| {
+            let key = names.find(name, Purpose::Watch).unwrap();
+            match executive.read(key) {
+                Value::Float(value) => value,
+                other => panic!("{other:?}"),
+            }
+        });
         all.append(&mut results.swap_remove(0).1);
     }
     Ok(all)
@@ -188,7 +223,7 @@ fn stored_values_are_finite() {
     for seed in 1000..1020 {
         let case = generate(seed, 60);
         for Machine { name, mut engine, mut executive } in
-            machines(&case.source, Controller::Pmac).unwrap()
+            machines(&case.source, Controller::Pmac, false).unwrap()
         {
             for _ in 0..8 {
                 executive.tick(engine.as_mut(), &mut vec![]).unwrap();

@@ -12,5 +12,6 @@ mod explain;
 mod function_lengths;
 mod idioms;
 mod later_code;
+mod motion;
 mod moved;
 mod moved_count;

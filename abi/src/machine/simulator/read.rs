@@ -69,6 +69,8 @@ pub(in crate::machine) fn read(text: &str) -> Result<Option<SimulatorTable>, Str
         }
     }
     check_letters(&read)?;
+    // A PMAC's motors are read in a file of their own.
+    let _ = fields.take("motor");
     fields.finish()?;
     Ok(Some(read))
 }

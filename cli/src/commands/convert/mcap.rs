@@ -281,6 +281,10 @@ fn log(event: &Event, time: u64) -> Json {
         },
         EventBody::Macro { text } => (INFO, "MACRO".into(), text.to_string()),
         EventBody::Simulator(event) => (INFO, "simulator".into(), event.to_string()),
+        EventBody::Motion(report) => {
+            let level = if report.is_warning() { WARNING } else { INFO };
+            (level, "motion".into(), report.to_string())
+        }
         EventBody::Stop { code, file, line } => {
             place = file.as_ref().map(ToString::to_string).unwrap_or_default();
             line_number = line.map_or(0, u64::from);

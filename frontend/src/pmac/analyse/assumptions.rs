@@ -81,7 +81,9 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
             | StmtKind::Address(..)
             | StmtKind::AddressBy(..)
             | StmtKind::Text(..)
-            | StmtKind::Save => {}
+            | StmtKind::Save
+            | StmtKind::Motion(..)
+            | StmtKind::Loop(..) => {}
         }
     }
 }

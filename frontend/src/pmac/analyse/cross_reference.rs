@@ -117,7 +117,8 @@ impl Finder<'_> {
             | Action::Plc(..)
             | Action::System(_)
             | Action::Save
-            | Action::DeletePlcc(_) => {}
+            | Action::DeletePlcc(_)
+            | Action::Motion(_) => {}
         }
     }
 }

@@ -3,10 +3,11 @@
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Assumption, Kind, Layout, Memory, PlcOp, Range, Space, SparseMemory, Variable, arithmetic,
-    fixed, layout::CONTEXTS,
+    Assumption, Controller, Kind, Layout, Memory, PlcOp, Range, Space, SparseMemory, Variable,
+    arithmetic, fixed, layout::CONTEXTS,
 };
 
+use super::load_motion::{LoadedMotion, simulated_default};
 use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
 use crate::pmac::reference::tables;
 
@@ -55,6 +56,8 @@ pub(crate) struct Loaded {
     pub(crate) ranges: Vec<(u32, Range)>,
     /// The definitions of M-variables that code for this state assumes.
     pub(crate) assumed: Vec<Assumption>,
+    /// The state of motors and coordinate systems.
+    pub(crate) motion: LoadedMotion,
 }
 
 /// Executes on-line commands.
@@ -65,15 +68,28 @@ struct OnlineExecutor {
     system: u32,
     /// The stack of the evaluator.
     stack: Vec<f64>,
+    /// Whether commands for motors and coordinate systems are executed, as where motion is simulated.
+    simulates: bool,
 }
 
 /// Executes a download's on-line commands. `assumed` of the result is still empty, see
 /// `assumptions.rs`.
 pub(crate) fn load(download: &Download) -> Loaded {
+    let mut plain = executed(download, false);
+    let simulated = executed(download, true);
+    let mut motion = simulated.motion;
+    motion.image = LoadedMotion::differs(&plain.image, &simulated.image);
+    motion.sparse = simulated.sparse;
+    plain.motion = motion;
+    plain
+}
+
+/// The state after load, with what commands do to motors and coordinate systems or without.
+fn executed(download: &Download, simulates: bool) -> Loaded {
     let layout = Layout::new(download.controller);
     let mut image = vec![0; layout.size as usize];
     for number in 0..layout.count {
-        let value = tables::i_default(download.controller, number);
+        let value = default(download.controller, number, simulates);
         write_f64(&mut image, layout.i_offset(number), value);
     }
     for context in 0..CONTEXTS {
@@ -91,14 +107,27 @@ pub(crate) fn load(download: &Download) -> Loaded {
             named: Vec::new(),
             ranges: tables::ranges(download.controller),
             assumed: Vec::new(),
+            motion: LoadedMotion::new(),
         },
         system: 1,
         stack: Vec::new(),
+        simulates,
     };
     for online in &download.online {
         executor.execute(download, &online.action);
     }
+    if simulates {
+        let mut motion = std::mem::take(&mut executor.out.motion);
+        motion.finish(&mut executor.memory());
+        executor.out.motion = motion;
+    }
     executor.out
+}
+
+/// The default of an I-variable.
+fn default(controller: Controller, number: u32, simulates: bool) -> f64 {
+    let simulated = simulated_default(controller, number).filter(|_| simulates);
+    simulated.unwrap_or_else(|| tables::i_default(controller, number))
 }
 
 impl OnlineExecutor {
@@ -111,7 +140,7 @@ impl OnlineExecutor {
                 }
                 for k in 0..count {
                     let number = first + k * step;
-                    let value = tables::i_default(download.controller, u32::from(number));
+                    let value = default(download.controller, u32::from(number), self.simulates);
                     self.write(Kind::I, u32::from(number), value);
                 }
             }
@@ -133,6 +162,13 @@ impl OnlineExecutor {
             }
             Action::Save => self.out.save = true,
             Action::DeletePlcc(number) => self.out.erased |= 1 << (number & 31),
+            Action::Motion(ref command) if self.simulates => {
+                let mut motion = std::mem::take(&mut self.out.motion);
+                let system = self.system as u8;
+                motion.execute(&mut self.memory(), system, command);
+                self.out.motion = motion;
+            }
+            Action::Motion(_) => {}
         }
     }
 

@@ -55,7 +55,9 @@ fn is_integer(kind: &StmtKind, ops: &[Op], with_point: &[usize]) -> bool {
         | StmtKind::Text(..)
         | StmtKind::Define(_)
         | StmtKind::Word(..)
-        | StmtKind::Save => return false,
+        | StmtKind::Save
+        | StmtKind::Motion(..)
+        | StmtKind::Loop(..) => return false,
     };
     let start = expr.start as usize;
     let ops = ops.get(start..start + expr.len as usize).unwrap_or(&[]);

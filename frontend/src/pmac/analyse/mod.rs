@@ -8,6 +8,7 @@ pub(crate) mod define_with_equals;
 pub(crate) mod enabled;
 pub(crate) mod lints;
 pub(crate) mod load;
+pub(crate) mod load_motion;
 pub(crate) mod local_variables;
 pub(crate) mod out_of_range;
 pub(crate) mod power_pmac;

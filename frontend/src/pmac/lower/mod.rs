@@ -1,5 +1,5 @@
-//! Lowers a checked download to IR: one task for each PLC and PLCC, and one for the text of each
-//! COMMAND.
+//! Lowers a checked download to IR: one task for each PLC and PLCC, one for the text of each
+//! COMMAND, and one for each motion program ([`motion`]).
 //!
 //! PLCs are lowered twice, which is a kind of speculation: specialised code accesses M-variables at
 //! the places that the assumed definitions give, general code looks before each statement whether the
@@ -17,6 +17,7 @@ mod expression;
 mod field;
 mod general;
 mod integer;
+mod motion;
 mod variables;
 
 use plcc_abi::HostFn;
@@ -31,7 +32,7 @@ use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
 use crate::pmac::host_statements;
-use crate::pmac::tasks::{TaskKind, tasks};
+use crate::pmac::tasks::{TaskKind, resume_points, tasks};
 
 use self::variables::Regions;
 
@@ -71,7 +72,7 @@ impl SingleBits {
 /// Whether a task's statements choose a coordinate system by ADDRESS. Texts of COMMAND always
 /// count: they address the coordinate system of the PLC that gives the command.
 fn has_address_statements(kind: TaskKind, code: &[Stmt]) -> bool {
-    matches!(kind, TaskKind::Command(_))
+    matches!(kind, TaskKind::Command(_) | TaskKind::Motion(_))
         || code.iter().any(|stmt| match stmt.kind {
             StmtKind::Address(_, system) => system.is_some(),
             StmtKind::AddressBy(_, system) => system.len > 0,
@@ -124,6 +125,7 @@ pub(crate) fn lower(
         specialised: false,
         has_specialised_code: false,
         may_change_definitions: false,
+        is_motion: false,
         single_bits: SingleBits::default(),
         host_statements: Vec::new(),
         next_host_statement: 0,
@@ -167,6 +169,8 @@ pub(crate) struct Lowerer<'a> {
     has_specialised_code: bool,
     /// Whether what has been emitted of the current statement may change a definition.
     pub(crate) may_change_definitions: bool,
+    /// Whether the current task is a motion program.
+    is_motion: bool,
     /// How often the current function works on single bits.
     pub(crate) single_bits: SingleBits,
     /// For each statement of the current task its number among those that the host executes.
@@ -212,15 +216,18 @@ impl Lowerer<'_> {
             places: (0..=code.len()).map(|_| self.builder.place()).collect(),
         });
         // A suspended scan goes on at a place of its own, where the guard is checked.
-        let resumes: Vec<Option<Place>> = code
-            .iter()
-            .map(|stmt| matches!(stmt.kind, StmtKind::While(..)).then(|| self.builder.place()))
-            .collect();
+        let mut resumes: Vec<Option<Place>> = vec![None; code.len() + 1];
+        for index in resume_points(self.download, kind, code) {
+            if let Some(slot) = resumes.get_mut(index as usize) {
+                *slot = Some(self.builder.place());
+            }
+        }
         let points: Vec<Place> = resumes.iter().copied().flatten().collect();
         self.builder.resume_points(self.task_count, &points);
         self.task_count += 1;
         let [specialised, general] = &versions;
-        let both = !matches!(kind, TaskKind::Command(_)) && self.assumes_definitions(code);
+        let both = matches!(kind, TaskKind::Plc { .. }) && self.assumes_definitions(code);
+        self.is_motion = matches!(kind, TaskKind::Motion(_));
         if both {
             self.branch_to_fitting_version(0, specialised, general)?;
             self.lower_version(code, specialised, Some(general), &resumes)?;
@@ -272,11 +279,14 @@ impl Lowerer<'_> {
     ) -> Result<(), BrokenInvariant> {
         self.specialised = other.is_some();
         // If there is specialised code, it may go over to any statement of the general code.
-        let entered = !self.specialised && self.assumes_definitions(code);
+        let entered = !self.specialised && !self.is_motion && self.assumes_definitions(code);
         self.has_specialised_code = entered;
         let targets = branch_targets(code);
         for (index, stmt) in code.iter().enumerate() {
-            let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
+            let bind = index == 0
+                || entered
+                || self.is_motion
+                || targets.get(index).copied().unwrap_or(false);
             if bind {
                 self.builder.bind(version.place(index)?);
             }
@@ -286,6 +296,7 @@ impl Lowerer<'_> {
             self.begin_statement(stmt);
             self.may_change_definitions = false;
             let lowered = match entered {
+                _ if self.is_motion => self.motion(index, stmt, version, resumes),
                 true => self.general_statement(index, stmt, version, resumes),
                 false => self.statement(stmt, version, resumes),
             };
@@ -365,16 +376,29 @@ impl Lowerer<'_> {
                 self.builder.suspend(resume);
             }
             StmtKind::Plc(op, plcs) => self.plc(op as i64, plcs),
-            StmtKind::Address(_, Some(system)) => {
+            StmtKind::Address(motor, system) => {
+                if let Some(motor) = motor {
+                    self.address_motor(Operand::Const(f64::from(motor)));
+                }
+                let Some(system) = system else { return Ok(()) };
                 let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
                 let base = self.layout.q_base_of(u32::from(system));
                 let b = self.builder.func();
                 let base = b.constant(Type::I32, i64::from(base));
                 b.store(at, base);
             }
-            StmtKind::Address(_, None) => {}
-            StmtKind::AddressBy(_, system) if system.len > 0 => self.address_by(system)?,
-            StmtKind::AddressBy(..) => {}
+            StmtKind::AddressBy(motor, system) => {
+                if motor.len > 0 {
+                    let motor = self.value(motor)?;
+                    self.address_motor(motor);
+                }
+                if system.len > 0 {
+                    self.address_by(system)?;
+                }
+            }
+            StmtKind::Motion(..) | StmtKind::Loop(..) => {
+                return Err(BrokenInvariant::new("a PLC has a statement of motion"));
+            }
             StmtKind::Text(index, value) => {
                 let value = value.map_or(Ok(Operand::Const(0.0)), |expr| self.value(expr))?;
                 let b = self.builder.func();

@@ -153,6 +153,13 @@ impl<O: Observer> Memory<'_, '_, O> {
         }
     }
 
+    /// ADDRESS of a motor, for commands.
+    pub(super) fn address_motor(&mut self, motor: f64) {
+        let context = (self.q_base_offset() - self.layout.q_base_at(0)) / 4;
+        let motor = arithmetic::finite(motor).to_bits();
+        self.host(HostFn::PmacAddressMotor, [u64::from(context), motor, 0, 0]);
+    }
+
     /// The offset of a Q-variable of the addressed coordinate system.
     fn system_q_offset(&self, number: u32) -> u32 {
         let first = read_u32(self.scan.image, self.q_base_offset());

@@ -20,8 +20,8 @@ use self::resolved::{
     Comparison, Destination, IntegerOperand, Operand, Operation, Statement, TableRange,
 };
 use super::analyse::load::Loaded;
-use super::ast::{Download, Func, Stmt, StmtKind};
-use super::tasks::tasks;
+use super::ast::{Download, Func, Stmt};
+use super::tasks::{resume_points, tasks};
 use crate::common::{NoObserver, Observer, StatementInterpreter};
 
 /// The statements of a PLC, a PLCC or a command.
@@ -30,12 +30,23 @@ struct Task {
     statements: Vec<Statement>,
     /// The offset in the image of the task's context, which has its addressed coordinate system.
     context: u32,
-    /// The indices of the WHILE statements, in their order. A suspended task goes on at one of them.
+    /// The indices of the statements at which a suspended task goes on, in their order: the WHILE statements, in a
+    /// motion program others too.
     resume_points: Vec<u32>,
     /// The number that its first statement has among the statements of all tasks.
     first: u32,
     /// The line at which each statement begins.
     lines: Vec<SourceLine>,
+}
+
+impl Task {
+    /// The scan ends, and the next one goes on at the statement with this index.
+    fn suspended(&self, at: u32) -> Outcome {
+        match self.resume_points.binary_search(&at) {
+            Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
+            Err(_) => Outcome::trap(TrapCode::Internal),
+        }
+    }
 }
 
 /// The statement interpreter.
@@ -66,9 +77,7 @@ impl Interpreter {
         let mut first = 0;
         for (kind, code) in tasks(download, loaded) {
             let statements = code.iter().map(|stmt| resolver.statement(stmt)).collect();
-            let whiles =
-                (0..).zip(code).filter(|(_, stmt)| matches!(stmt.kind, StmtKind::While(..)));
-            let resume_points = whiles.map(|(at, _)| at).collect();
+            let resume_points = resume_points(download, kind, code);
             let lines = code.iter().map(line).collect();
             all.push(Task { statements, context: kind.context(), resume_points, first, lines });
             first += code.len() as u32;
@@ -387,11 +396,7 @@ impl Interpreter {
                 }
                 Statement::Jump(target) => at = target,
                 Statement::EndWhile(head) => {
-                    let outcome = match task.resume_points.binary_search(&head) {
-                        Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
-                        Err(_) => Outcome::trap(TrapCode::Internal),
-                    };
-                    return (outcome, at);
+                    return (task.suspended(head), at);
                 }
                 Statement::Plc(op, compiled, set) => {
                     for number in (0..32_u64).filter(|number| set >> number & 1 != 0) {
@@ -415,6 +420,34 @@ impl Interpreter {
                 Statement::Word(space, address, expression) => {
                     let value = machine.value(expression, waiting);
                     machine.memory.write_word(space, address, fixed::bits(value) as u32);
+                }
+                Statement::AddressMotor(motor) => {
+                    machine.memory.address_motor(f64::from(motor));
+                }
+                Statement::AddressBoth(motor, system) => {
+                    let motor = machine.value(motor, waiting);
+                    machine.memory.address_motor(motor);
+                    if let Some(system) = system {
+                        let number = machine.value(system, waiting);
+                        machine.memory.address(fixed::bits(number));
+                    }
+                }
+                Statement::Motion(index, values) => {
+                    let args = [u64::from(index), 0, 0, 0];
+                    if machine.memory.host(HostFn::PmacMotionReady, args) == 0 {
+                        return task.suspended(this);
+                    }
+                    for value in values.of(&machine.tables.motion_values) {
+                        let value = arithmetic::finite(machine.value(*value, waiting));
+                        machine.memory.host(HostFn::PmacMotionValue, [value.to_bits(), 0, 0, 0]);
+                    }
+                    if machine.memory.host(HostFn::PmacMotion, args) != 0 {
+                        return task.suspended(at);
+                    }
+                }
+                Statement::Loop(head, index) => {
+                    machine.memory.host(HostFn::PmacMotion, [u64::from(index), 0, 0, 0]);
+                    return task.suspended(head);
                 }
                 Statement::Save => {
                     machine.memory.host(HostFn::PmacSave, [0; 4]);

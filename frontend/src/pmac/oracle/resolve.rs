@@ -28,6 +28,8 @@ pub(super) struct Tables {
     pub(super) integer_operations: Vec<Operation<IntegerOperand>>,
     /// The definitions of M-variables after load, encoded, by number.
     pub(super) definitions: Vec<u64>,
+    /// The values of statements of motion.
+    pub(super) motion_values: Vec<TableRange>,
 }
 
 /// Resolves the names in the statements of a download.
@@ -98,12 +100,30 @@ impl<'a> Resolver<'a> {
             StmtKind::Jump(target) => Statement::Jump(target),
             StmtKind::EndWhile(head) => Statement::EndWhile(head),
             StmtKind::Plc(op, plcs) => Statement::Plc(op, plcs.compiled, plcs.bits),
-            StmtKind::Address(_, Some(system)) => Statement::Address(u64::from(system)),
+            StmtKind::Address(None, Some(system)) => Statement::Address(u64::from(system)),
+            StmtKind::Address(Some(motor), None) => Statement::AddressMotor(u32::from(motor)),
+            StmtKind::Address(Some(motor), Some(system)) => {
+                let [motor, system] = [motor, system].map(|n| self.number(f64::from(n)));
+                Statement::AddressBoth(motor, Some(system))
+            }
+            StmtKind::AddressBy(motor, system) if motor.len > 0 => {
+                let motor = self.expression(motor);
+                let system = (system.len > 0).then(|| self.expression(system));
+                Statement::AddressBoth(motor, system)
+            }
             StmtKind::AddressBy(_, system) if system.len > 0 => {
                 Statement::AddressBy(self.expression(system))
             }
-            // Motors are addressed for commands only.
-            StmtKind::Address(_, None) | StmtKind::AddressBy(..) => Statement::Nothing,
+            StmtKind::Address(None, None) | StmtKind::AddressBy(..) => Statement::Nothing,
+            StmtKind::Motion(index, _) => {
+                let values = self.download.motion.get(index as usize).map(|stmt| &stmt.values);
+                let values = values.map_or(&[][..], Vec::as_slice);
+                let ranges: Vec<_> = values.iter().map(|value| self.expression(*value)).collect();
+                let start = self.tables.motion_values.len();
+                self.tables.motion_values.extend(ranges);
+                Statement::Motion(index, TableRange::since(start, &self.tables.motion_values))
+            }
+            StmtKind::Loop(head, index) => Statement::Loop(head, index),
             StmtKind::Text(index, value) => {
                 Statement::Text(index, value.map(|value| self.expression(value)))
             }
@@ -113,6 +133,13 @@ impl<'a> Resolver<'a> {
             }
             StmtKind::Save => Statement::Save,
         }
+    }
+
+    /// An expression that is a number.
+    fn number(&mut self, value: f64) -> TableRange {
+        let start = self.tables.operations.len();
+        self.tables.operations.push(Operation::Load(Operand::Constant(value)));
+        TableRange::since(start, &self.tables.operations)
     }
 
     fn assign(&mut self, target: Target, value: Expr) -> Statement {

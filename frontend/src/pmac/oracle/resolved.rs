@@ -221,5 +221,13 @@ pub(super) enum Statement {
     /// A value into a word.
     Word(Space, u32, TableRange),
     Save,
+    /// ADDRESS of a motor.
+    AddressMotor(u32),
+    /// ADDRESS of the motor whose number an expression gives, and perhaps of a coordinate system.
+    AddressBoth(TableRange, Option<TableRange>),
+    /// A statement of motion: its number and the place of its values in the table of values.
+    Motion(u32, TableRange),
+    /// The end of a WHILE in a motion program: the index of the WHILE and the number of the statement of motion.
+    Loop(u32, u32),
     Nothing,
 }

@@ -37,14 +37,16 @@ impl Reader<'_> {
                 let numbered = word.spelling == "PROGRAM";
                 let clears = words::find(self.cur, ONLINE)
                     .is_some_and(|(word, _)| word.keyword == Keyword::Clear);
+                let number = if numbered { self.cur.integer() } else { None };
                 if numbered
-                    && self.cur.integer().is_none()
+                    && number.is_none()
                     && (self.cur.byte().is_ascii_alphabetic() || self.cur.byte() == b'_')
                     && !clears
                 {
                     return self.cur.expected("a motion program's number");
                 }
-                Ok(OnlineCommand::OpenMotion)
+                let number = number.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
+                Ok(OnlineCommand::OpenMotion(number))
             }
             None => self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE"),
         }

@@ -1,6 +1,7 @@
 //! COMMAND: the on-line commands in its text, and the statements that execute them.
 
-use plcc_abi::pmac::{Define, Kind, Space, Text};
+use plcc_abi::pmac::motion::{MotionAction, MotionCommand};
+use plcc_abi::pmac::{CommandStep, Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
 
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
@@ -61,12 +62,12 @@ impl DownloadReader<'_> {
         start: usize,
     ) -> Parsed<()> {
         let at = self.reader.cur.since(start);
-        let (error, task) = match actions {
+        let (error, steps) = match actions {
             Ok(actions) => {
                 for action in &actions {
                     self.note_i5(action);
                 }
-                (None, self.command_code(actions, at))
+                (None, self.command_steps(actions, at))
             }
             // A limit of the compiler's own, of which the controller knows nothing.
             Err(error) if error.code == "PMAC-X4" => return Err(ParseError { at, ..error }),
@@ -80,10 +81,10 @@ impl DownloadReader<'_> {
                         None => diagnostic,
                     }
                 });
-                (Some("ERR003".to_owned()), None)
+                (Some("ERR003".to_owned()), Vec::new())
             }
         };
-        self.text(Text::Command { text, error, task }, None, start);
+        self.text(Text::Command { text, error, steps }, None, start);
         Ok(())
     }
 
@@ -132,55 +133,109 @@ impl DownloadReader<'_> {
         runs
     }
 
-    /// Stores the statements that execute a COMMAND, and returns their index in
-    /// [`Download::commands`](crate::pmac::ast::Download::commands). `None` for a command that
-    /// concerns motion alone.
-    fn command_code(
+    /// What executes a COMMAND, in order: tasks, whose statements are stored in
+    /// [`Download::commands`](crate::pmac::ast::Download::commands), and commands for motors and coordinate systems.
+    fn command_steps(
         &mut self,
         actions: Vec<Action>,
         at: crate::pmac::origin::TextRange,
-    ) -> Option<u32> {
-        let mut code = Vec::new();
+    ) -> Vec<CommandStep> {
+        let (mut steps, mut code) = (Vec::new(), Vec::new());
         for action in actions {
+            if let Action::System(system) = action {
+                let text = format!("&{system}");
+                self.motion_step(
+                    MotionCommand { text, action: MotionAction::System(system) },
+                    &mut steps,
+                    &mut code,
+                    at,
+                );
+                code.push(StmtKind::Address(None, Some(system)));
+                continue;
+            }
             match action {
-                Action::Assign(target, expr) => code.push(StmtKind::Assign(target, expr)),
-                Action::Defaults(first, count, step) => {
-                    for (first, count, value) in self.equal_defaults(first, count, step) {
-                        let expr = self.reader.constant(value);
-                        let target = match count {
-                            1 => Target::Var(Kind::I, first),
-                            _ => Target::Range { kind: Kind::I, first, count, step },
-                        };
-                        code.push(StmtKind::Assign(target, expr));
-                    }
-                }
-                Action::Define(first, count, definition) => {
-                    let (first, last) = (u32::from(first), u32::from(first + count) - 1);
-                    self.download.defines.push(Define { first, last, definition });
-                    code.push(StmtKind::Define(self.download.defines.len() as u32 - 1));
-                }
-                Action::Plc(op, plcs) => code.push(StmtKind::Plc(op, plcs)),
-                Action::System(system) => code.push(StmtKind::Address(None, Some(system))),
-                Action::Write(kind, addr, values) => {
-                    let space = match kind {
-                        WriteKind::X => Space::X,
-                        WriteKind::Y => Space::Y,
-                        WriteKind::Long | WriteKind::Double | WriteKind::Program => continue,
-                    };
-                    for (k, value) in values.into_iter().enumerate() {
-                        code.push(StmtKind::Word(space, addr.wrapping_add(k as u32), value));
-                    }
-                }
-                Action::Save => code.push(StmtKind::Save),
-                Action::DeletePlcc(_) => {}
+                Action::Motion(command) => self.motion_step(command, &mut steps, &mut code, at),
+                other => self.command_code(other, &mut code),
             }
         }
-        if !code.iter().any(|what| !matches!(what, StmtKind::Address(..))) {
-            return None;
+        self.task_step(&mut steps, &mut code, at);
+        // Texts that only address something do nothing.
+        let addresses = |step: &CommandStep| match *step {
+            CommandStep::Task(_) => false,
+            CommandStep::Motion(index) => {
+                self.download.motion_commands.get(index as usize).is_some_and(|c| {
+                    matches!(c.action, MotionAction::Motor(_) | MotionAction::System(_))
+                })
+            }
+        };
+        if steps.iter().all(addresses) {
+            steps.clear();
         }
-        let code = code.into_iter().map(|kind| Stmt { kind, at, integer: false }).collect();
+        steps
+    }
+
+    /// Appends a command for motors or coordinate systems behind what is to be done in front of it.
+    fn motion_step(
+        &mut self,
+        command: MotionCommand,
+        steps: &mut Vec<CommandStep>,
+        code: &mut Vec<StmtKind>,
+        at: crate::pmac::origin::TextRange,
+    ) {
+        self.task_step(steps, code, at);
+        steps.push(CommandStep::Motion(self.download.motion_commands.len() as u32));
+        self.download.motion_commands.push(command);
+    }
+
+    /// Makes a task of the statements so far, if they do more than to address a coordinate system. Such an ADDRESS
+    /// stays for the next one.
+    fn task_step(
+        &mut self,
+        steps: &mut Vec<CommandStep>,
+        code: &mut Vec<StmtKind>,
+        at: crate::pmac::origin::TextRange,
+    ) {
+        if !code.iter().any(|what| !matches!(what, StmtKind::Address(..))) {
+            return;
+        }
+        let code = code.drain(..).map(|kind| Stmt { kind, at, integer: false }).collect();
         self.download.commands.push(code);
-        Some(self.download.commands.len() as u32 - 1)
+        steps.push(CommandStep::Task(self.download.commands.len() as u32 - 1));
+    }
+
+    /// Appends the statements that execute an action.
+    fn command_code(&mut self, action: Action, code: &mut Vec<StmtKind>) {
+        match action {
+            Action::Assign(target, expr) => code.push(StmtKind::Assign(target, expr)),
+            Action::Defaults(first, count, step) => {
+                for (first, count, value) in self.equal_defaults(first, count, step) {
+                    let expr = self.reader.constant(value);
+                    let target = match count {
+                        1 => Target::Var(Kind::I, first),
+                        _ => Target::Range { kind: Kind::I, first, count, step },
+                    };
+                    code.push(StmtKind::Assign(target, expr));
+                }
+            }
+            Action::Define(first, count, definition) => {
+                let (first, last) = (u32::from(first), u32::from(first + count) - 1);
+                self.download.defines.push(Define { first, last, definition });
+                code.push(StmtKind::Define(self.download.defines.len() as u32 - 1));
+            }
+            Action::Plc(op, plcs) => code.push(StmtKind::Plc(op, plcs)),
+            Action::Write(kind, addr, values) => {
+                let space = match kind {
+                    WriteKind::X => Space::X,
+                    WriteKind::Y => Space::Y,
+                    WriteKind::Long | WriteKind::Double | WriteKind::Program => return,
+                };
+                for (k, value) in values.into_iter().enumerate() {
+                    code.push(StmtKind::Word(space, addr.wrapping_add(k as u32), value));
+                }
+            }
+            Action::Save => code.push(StmtKind::Save),
+            Action::DeletePlcc(_) | Action::System(_) | Action::Motion(_) => {}
+        }
     }
 }
 
@@ -208,7 +263,11 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
         }
         match reader.online(&mut table)? {
             OnlineCommand::Do(more) => actions.extend(more),
-            OnlineCommand::OpenPlc { .. } | OnlineCommand::OpenMotion => {}
+            OnlineCommand::OpenPlc { .. } | OnlineCommand::OpenMotion(_) => {
+                let text = reader.cur.text_at(reader.cur.since(start)).to_owned();
+                let action = MotionAction::Refused("PMAC-X9".to_owned());
+                actions.push(Action::Motion(MotionCommand { text, action }));
+            }
             OnlineCommand::DefineL(..) => {
                 let message = "a COMMAND cannot define L-variables, which only the compiler knows";
                 return syntax(reader.cur.since(start), message);

@@ -4,6 +4,7 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::expr::Reader;
+use super::motion_program::PendingMove;
 use super::online::OnlineCommand;
 use super::preprocess::Preprocessed;
 use super::ranges::UsedL;
@@ -31,6 +32,14 @@ pub(crate) struct Open {
     pub(crate) has_unknown_names: bool,
     /// The first IF that is after an ELSE on the same line.
     pub(crate) else_if: Option<TextRange>,
+    /// Of a motion program its number; its lines are read by rules of their own.
+    pub(crate) program: Option<u32>,
+    /// The axis words of its present line.
+    pub(crate) pending: Option<PendingMove>,
+    /// Its last IF that ended with its line: the index of the branch, and that behind its statements.
+    pub(crate) last_if: Option<(usize, u32)>,
+    /// How many diagnostics there were when it was opened.
+    pub(crate) first_diagnostic: usize,
 }
 
 /// Reads a preprocessed text as a download.
@@ -56,6 +65,8 @@ pub(crate) struct DownloadReader<'a> {
     pub(crate) suppressed_errors: usize,
     /// How many bytes of definitions may still be searched for names inside COMMANDs.
     pub(crate) replacement_budget: usize,
+    /// Whether the program will run with its motion simulated, so that errors of motion programs are errors.
+    pub(crate) simulates: bool,
 }
 
 /// Reads a download. PLCs whose IF and WHILE do not match their ends are reported and left empty.
@@ -69,8 +80,11 @@ pub(crate) fn read<'a>(preprocessed: &'a Preprocessed, options: &Options) -> Dow
             ops: Vec::new(),
             plcs: vec![Buffer::default(); 32],
             plccs: vec![Buffer::default(); 32],
+            progs: std::collections::BTreeMap::new(),
+            motion: Vec::new(),
             online: Vec::new(),
             texts: Vec::new(),
+            motion_commands: Vec::new(),
             commands: Vec::new(),
             defines: Vec::new(),
             l_defs: std::collections::BTreeMap::new(),
@@ -86,6 +100,7 @@ pub(crate) fn read<'a>(preprocessed: &'a Preprocessed, options: &Options) -> Dow
         has_plc: None,
         suppressed_errors: 0,
         replacement_budget: 16 << 20,
+        simulates: options.simulate,
     };
     reader.run();
     reader
@@ -99,7 +114,9 @@ impl DownloadReader<'_> {
             if self.reader.cur.at_end() {
                 break;
             }
-            if self.open.is_some() {
+            if self.open.as_ref().is_some_and(|open| open.program.is_some()) {
+                self.motion_line();
+            } else if self.open.is_some() {
                 let start = self.reader.cur.pos;
                 if let Err(error) = self.statement() {
                     self.report(error);
@@ -111,9 +128,14 @@ impl DownloadReader<'_> {
                 self.online_line();
             }
         }
-        if self.open.is_some() {
+        if let Some(open) = &self.open {
+            let is_motion = open.program.is_some();
             let at = self.warn_unclosed();
-            self.close(at);
+            if is_motion {
+                self.close_motion(at);
+            } else {
+                self.close(at);
+            }
         }
         self.download.ops = std::mem::take(&mut self.reader.ops);
     }
@@ -184,7 +206,11 @@ impl DownloadReader<'_> {
                     self.download.l_defs.insert(number, definition);
                 }
             }
-            OnlineCommand::OpenMotion => self.skip_motion(at),
+            OnlineCommand::OpenMotion(None) => self.skip_motion(at),
+            OnlineCommand::OpenMotion(Some(number)) => {
+                self.open_program(number, at);
+                return true;
+            }
             OnlineCommand::OpenPlc { compiled, number } => {
                 self.has_plc.get_or_insert(at);
                 self.reader.l_used = compiled.then(Vec::new);
@@ -198,11 +224,25 @@ impl DownloadReader<'_> {
         false
     }
 
+    /// Opens a motion program. What is in it already stays in front, without the RETURN that its CLOSE has appended.
+    fn open_program(&mut self, number: u32, at: TextRange) {
+        self.reader.l_used = None;
+        let first_diagnostic = self.diagnostics.len();
+        self.open = Some(Open { program: Some(number), first_diagnostic, ..Open::default() });
+        if let Some(buffer) = self.buffer() {
+            buffer.opened = Some(at);
+            buffer.code.pop();
+        }
+    }
+
     /// The buffer that is open, if its statements are kept.
     pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {
         let open = self.open.as_ref()?;
         if open.discarded {
             return None;
+        }
+        if let Some(number) = open.program {
+            return Some(self.download.progs.entry(number).or_default());
         }
         let buffers =
             if open.compiled { &mut self.download.plccs } else { &mut self.download.plcs };
@@ -253,7 +293,10 @@ impl DownloadReader<'_> {
         let Some(open) = &self.open else { return };
         let is_lost = open.discarded || open.has_unknown_names;
         if let Some((guilty, message)) = open.structure_error().filter(|_| !is_lost) {
-            let name = program_name(open.compiled, open.number.into());
+            let name = match open.program {
+                Some(number) => format!("motion program {number}"),
+                None => program_name(open.compiled, open.number.into()),
+            };
             let (place, _) = self.preprocessed.origins.place(guilty);
             let else_if = open.else_if;
             let else_if = else_if.map(|at| self.preprocessed.origins.place(at).0);

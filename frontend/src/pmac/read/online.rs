@@ -1,13 +1,15 @@
 //! On-line commands (guide, appendix C): those between buffers and those in the texts of COMMAND.
 //!
-//! What concerns variables, memory and PLCs becomes an [`Action`]; what concerns motors, coordinate
-//! systems and the card is only checked for its form.
+//! What concerns variables, memory, PLCs, motors and coordinate systems becomes an [`Action`]; what concerns the
+//! card is only checked for its form.
 
+use plcc_abi::pmac::motion::{Axis, MotionAction, MotionCommand, Query};
 use plcc_abi::pmac::{Definition, Kind, PlcOp};
 
 use super::assign::VariableCommand;
 use super::cursor::{ParseError, Parsed, syntax_help};
 use super::expr::Reader;
+use super::motion_command::control_character_motion;
 use super::words::{self, Keyword, LETTER, MOTION, ONLINE, PLC, Tail};
 use crate::pmac::ast::{Action, Expr, Op, PlcSet, Target, WriteKind};
 use crate::pmac::origin::TextRange;
@@ -27,8 +29,8 @@ pub(crate) enum OnlineCommand {
         /// Its number, 0 to 31.
         number: u8,
     },
-    /// The buffer of a motion program is opened.
-    OpenMotion,
+    /// The buffer of a motion program is opened, with its number; without one another buffer of motion.
+    OpenMotion(Option<u32>),
     /// L-variables are defined: the first one's number, and how many there are.
     DefineL(u16, u16, Definition),
 }
@@ -57,28 +59,53 @@ impl Reader<'_> {
                 self.cur.pos += 1;
                 *table = true;
             }
-            b'#' => self.motor()?,
+            b'#' => return self.motor(),
             b'&' => {
+                let start = self.cur.pos;
                 self.cur.pos += 1;
                 if self.cur.peek().is_ascii_digit() {
                     let system = self.addressed("coordinate system", 8, 16)?;
                     return Ok(OnlineCommand::one(Action::System(system)));
                 }
+                return Ok(self.motion(start, MotionAction::Query(Query::System)));
             }
             b'$' => {
                 while matches!(self.cur.byte(), b'$' | b'*') {
                     self.cur.pos += 1;
                 }
             }
-            b'%' | b'@' => {
+            b'%' => return self.percentage(),
+            b'@' => {
                 self.cur.pos += 1;
                 while self.cur.byte().is_ascii_hexdigit() || matches!(self.cur.byte(), b'*' | b'.')
                 {
                     self.cur.pos += 1;
                 }
             }
-            b'?' | b'/' | b'\\' => self.cur.pos += 1,
-            b'!' if is_axis(next) => self.altered_destination()?,
+            b'?' => {
+                let start = self.cur.pos;
+                while self.cur.byte() == b'?' && self.cur.pos < start + 3 {
+                    self.cur.pos += 1;
+                }
+                let query = match self.cur.pos - start {
+                    1 => Query::MotorStatus,
+                    2 => Query::SystemStatus,
+                    _ => Query::GlobalStatus,
+                };
+                return Ok(self.motion(start, MotionAction::Query(query)));
+            }
+            b'/' | b'\\' => {
+                let start = self.cur.pos;
+                self.cur.pos += 1;
+                let hold = byte == b'\\';
+                let action = if hold { MotionAction::ProgramHold } else { MotionAction::Halt };
+                return Ok(self.motion(start, action));
+            }
+            b'!' if is_axis(next) => {
+                let start = self.cur.pos;
+                self.altered_destination()?;
+                return Ok(self.motion(start, MotionAction::Refused("PMAC-X9".to_owned())));
+            }
             b'^' if next.is_ascii_alphabetic() => {
                 self.cur.pos += 2;
                 return Ok(OnlineCommand::Do(control_character(next)));
@@ -143,13 +170,7 @@ impl Reader<'_> {
 
     fn online_word(&mut self, byte: u8, table: &mut bool) -> Parsed<OnlineCommand> {
         if byte == b'J' {
-            self.cur.pos += 1;
-            while matches!(self.cur.byte(), b'+' | b'-' | b'/' | b'=' | b':' | b'^' | b'*')
-                || matches!(self.cur.byte(), b'!' | b'.' | b'$' | b'0'..=b'9')
-            {
-                self.cur.pos += 1;
-            }
-            return Ok(OnlineCommand::NOTHING);
+            return self.jog();
         }
         if matches!(byte, b'W' | b'R')
             && let Some(command) = self.memory_command(byte)?
@@ -170,7 +191,11 @@ impl Reader<'_> {
             if word.keyword == Keyword::Clear {
                 return self.needs_buffer_error();
             }
+            let start = self.cur.pos;
             self.cur = after;
+            if let Some(action) = self.motion_word(word) {
+                return Ok(self.motion(start, action));
+            }
             let tail = match word.keyword {
                 Keyword::Open => return self.open(),
                 Keyword::Define => return self.define_buffer(table),
@@ -192,10 +217,13 @@ impl Reader<'_> {
         if self.is_move(byte) {
             return self.needs_buffer_error();
         }
-        if matches!(byte, b'A'..=b'C' | b'U'..=b'Z') && self.cur.byte_at(1) == b'=' {
+        if let Some(axis) = Axis::from_letter(byte)
+            && self.cur.byte_at(1) == b'='
+        {
+            let start = self.cur.pos;
             self.cur.pos += 2;
-            self.signed()?;
-            return Ok(OnlineCommand::NOTHING);
+            let value = self.signed()?;
+            return Ok(self.motion(start, MotionAction::SetAxis(axis, value)));
         }
         let single =
             (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.is_after_word();
@@ -203,7 +231,11 @@ impl Reader<'_> {
             && let Some((word, after)) = words::find(self.cur, LETTER)
             && let Keyword::Accepted(tail) = word.keyword
         {
+            let start = self.cur.pos;
             self.cur = after;
+            if let Some(action) = self.motion_word(word) {
+                return Ok(self.motion(start, action));
+            }
             self.tail(tail);
             return Ok(OnlineCommand::NOTHING);
         }
@@ -312,20 +344,6 @@ impl Reader<'_> {
         self.since(start)
     }
 
-    /// `#n`, and perhaps its axis definition.
-    fn motor(&mut self) -> Parsed<()> {
-        self.cur.pos += 1;
-        if !self.cur.peek().is_ascii_digit() {
-            return Ok(());
-        }
-        self.addressed("motor", 8, 32)?;
-        if self.cur.peek() == b'-' && self.cur.byte_at(1) == b'>' {
-            let rest = self.cur.rest();
-            self.cur.pos += rest.find(['#', '&', '\n']).unwrap_or(rest.len());
-        }
-        Ok(())
-    }
-
     /// `WX:$700,5` and `RHX:$700`: memory written and read.
     fn memory_command(&mut self, byte: u8) -> Parsed<Option<OnlineCommand>> {
         let mut ahead = self.cur;
@@ -375,11 +393,13 @@ fn is_axis(letter: u8) -> bool {
     matches!(letter.to_ascii_uppercase(), b'A'..=b'C' | b'U'..=b'Z')
 }
 
-/// What a control character does to PLCs: `^D` disables all of them.
+/// What a control character does: `^D` disables all PLCs, others are for motors and coordinate systems.
 pub(crate) fn control_character(letter: u8) -> Vec<Action> {
     let disable = |compiled| Action::Plc(PlcOp::Disable, PlcSet { compiled, bits: u32::MAX });
-    match letter.eq_ignore_ascii_case(&b'D') {
-        true => vec![disable(false), disable(true)],
-        false => vec![],
+    if letter.eq_ignore_ascii_case(&b'D') {
+        return vec![disable(false), disable(true)];
     }
+    let text = format!("^{}", letter.to_ascii_uppercase() as char);
+    let motion = control_character_motion(letter);
+    motion.map(|action| Action::Motion(MotionCommand { text, action })).into_iter().collect()
 }

@@ -20,9 +20,14 @@ enum End {
 impl DownloadReader<'_> {
     /// Skips the buffer of a motion program, which was opened at `at`, with one note.
     pub(crate) fn skip_motion(&mut self, at: TextRange) {
-        self.tell(at, |span| {
-            Diagnostic::standalone_note("PMAC-N1", span, "this motion program is skipped")
-                .note("only PLC programs are compiled")
+        let text = self.reader.cur.text_at(at).to_ascii_uppercase();
+        let kinematics = ["FOR", "INV", "FWD"].iter().any(|word| text.contains(word));
+        let refused = self.simulates && !kinematics;
+        self.tell(at, |span| match refused {
+            true => Diagnostic::error("PMAC-X9", span, "this buffer is not simulated")
+                .help("leave it out, or run without --simulate"),
+            false => Diagnostic::standalone_note("PMAC-N1", span, "this buffer is skipped")
+                .note("PLCs and motion programs are compiled, and no other buffers"),
         });
         match end_of_buffer(self.reader.cur) {
             End::Close(after) => self.reader.cur.pos = after,
@@ -81,6 +86,6 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
 }
 
 /// Whether the name of a buffer that OPEN can open is at `cur`.
-fn names_buffer(mut cur: Cursor<'_>) -> bool {
+pub(super) fn names_buffer(mut cur: Cursor<'_>) -> bool {
     cur.eat_word("PLC") || words::find(cur, OPENED).is_some()
 }

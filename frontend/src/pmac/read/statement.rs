@@ -103,13 +103,14 @@ impl DownloadReader<'_> {
     }
 
     /// CLEAR in an open buffer, which empties it.
-    fn clear(&mut self) -> Parsed<()> {
+    pub(crate) fn clear(&mut self) -> Parsed<()> {
         if let Some(open) = &mut self.open {
             open.frames.clear();
             open.structure_error = None;
         }
         if let Some(buffer) = self.buffer() {
             buffer.code.clear();
+            buffer.labels.clear();
             buffer.broken = false;
         }
         Ok(())
@@ -127,7 +128,7 @@ impl DownloadReader<'_> {
     }
 
     /// `LOCK n,P`: sets the P-variable to 0, which means that the lock was free. It always is.
-    fn lock(&mut self, start: usize) -> Parsed<()> {
+    pub(crate) fn lock(&mut self, start: usize) -> Parsed<()> {
         let _ = self.reader.cur.integer();
         if self.reader.cur.eat(b',') {
             let target = self.plain_variable()?;
@@ -139,10 +140,15 @@ impl DownloadReader<'_> {
 
     /// OPEN while a buffer is open: that buffer ends here, and the OPEN is read as an on-line
     /// command.
-    fn open_in_buffer(&mut self) -> Parsed<()> {
+    pub(crate) fn open_in_buffer(&mut self) -> Parsed<()> {
         let at = self.reader.cur.next_word();
-        self.report_still_open(at);
-        self.close(at);
+        if self.open.as_ref().is_some_and(|open| open.program.is_some()) {
+            self.close_motion(at);
+            self.report_still_open(at);
+        } else {
+            self.report_still_open(at);
+            self.close(at);
+        }
         Ok(())
     }
 
@@ -157,10 +163,10 @@ impl DownloadReader<'_> {
     }
 
     /// An on-line command in an open buffer, which is executed at load all the same.
-    fn online_in_buffer(&mut self, start: usize) -> Parsed<()> {
-        self.reader.cur.crosses_lines = false;
+    pub(crate) fn online_in_buffer(&mut self, start: usize) -> Parsed<()> {
+        let crosses = std::mem::replace(&mut self.reader.cur.crosses_lines, false);
         let command = self.reader.online(&mut false);
-        self.reader.cur.crosses_lines = true;
+        self.reader.cur.crosses_lines = crosses;
         self.execute_in_buffer(command?, start);
         Ok(())
     }
@@ -208,7 +214,7 @@ impl DownloadReader<'_> {
         self.open.as_ref().is_some_and(|open| open.number == 0 && !open.discarded)
     }
 
-    fn assignment(&mut self, kind: Kind, start: usize) -> Parsed<()> {
+    pub(crate) fn assignment(&mut self, kind: Kind, start: usize) -> Parsed<()> {
         match self.reader.variable_command(kind)? {
             VariableCommand::Assign(target, expr) => {
                 if let Some(at) = self.reader.double_equals.take() {

@@ -11,7 +11,7 @@ use crate::pmac::ast::{Expr, Op, StmtKind};
 use crate::pmac::origin::TextRange;
 
 /// Deepest nesting of IF and WHILE.
-const MAX_NESTING: usize = 256;
+pub(crate) const MAX_NESTING: usize = 256;
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
@@ -20,6 +20,8 @@ pub(crate) struct Frame {
     /// The index of the statement whose branch target is not known yet.
     pub(crate) patch: usize,
     pub(crate) kind: FrameKind,
+    /// Whether it ends with its line, in a motion program.
+    pub(crate) one_line: bool,
 }
 
 /// Which part of an IF or WHILE is open.
@@ -79,7 +81,7 @@ impl DownloadReader<'_> {
             if open.frames.len() >= MAX_NESTING && open.structure_error.is_none() {
                 open.structure_error = Some((at, "this is nested deeper than 256 levels".into()));
             }
-            open.frames.push(Frame { at, patch, kind });
+            open.frames.push(Frame { at, patch, kind, one_line: false });
         }
         match condition {
             Ok(_) => Ok(()),
@@ -133,7 +135,7 @@ impl DownloadReader<'_> {
     }
 
     /// Sets the branch target of the statement at `index`.
-    fn patch(&mut self, index: usize, to: u32) {
+    pub(crate) fn patch(&mut self, index: usize, to: u32) {
         if let Some(stmt) = self.buffer().and_then(|buffer| buffer.code.get_mut(index)) {
             match &mut stmt.kind {
                 StmtKind::If(_, target) | StmtKind::While(_, target) | StmtKind::Jump(target) => {

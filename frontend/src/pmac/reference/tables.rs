@@ -73,7 +73,7 @@ enum Family {
     Range(u32, u32),
     /// `I8x`: eight motors in the last digit.
     MotorInUnits(u32),
-    /// `Ix11`: the controller's motors in the hundreds.
+    /// `Ix11`, `Ixx11`: the controller's motors in the hundreds.
     MotorInHundreds(u32),
     /// `Isx11`: sixteen coordinate systems of a Turbo PMAC, from 5100 on.
     SystemInHundreds(u32),
@@ -89,7 +89,7 @@ impl Family {
         if let Some(tail) = name.strip_prefix("sx") {
             return Some(Self::SystemInHundreds(number(tail)?));
         }
-        if let Some(tail) = name.strip_prefix('x') {
+        if let Some(tail) = name.strip_prefix("xx").or_else(|| name.strip_prefix('x')) {
             return Some(Self::MotorInHundreds(number(tail)?));
         }
         if let Some(head) = name.strip_suffix('x') {
@@ -310,7 +310,7 @@ mod tests {
             let members =
                 row.members(Controller::Pmac).len().max(row.members(Controller::Turbo).len());
             assert!(members > 0, "{}", row.name);
-            assert!([1, 8].contains(&row.defaults.len()), "{}", row.name);
+            assert!([1, 8, 16].contains(&row.defaults.len()), "{}", row.name);
             if let Some(range) = row.range {
                 for default in &row.defaults {
                     assert_eq!(range.convert(*default), *default, "{}", row.name);

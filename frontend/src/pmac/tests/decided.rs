@@ -35,10 +35,10 @@ fn assignments_to_lists_of_variables_in_buffers_are_for_pmac_only() {
 #[test]
 fn an_open_buffer_is_reported_and_nothing_is_dropped() {
     let text = "I5=2\nOPEN PROG 1 CLEAR X10\nOPEN PLC 2 CLEAR P1=1 CLOSE\n";
-    assert_eq!(codes(text), [("PMAC-N1", 2), ("PMAC-7", 3)]);
+    assert_eq!(codes(text), [("PMAC-7", 3)]);
     let text = "I5=2\nOPEN PROG 1 CLEAR X10 CMD\"OPEN PLC 1\" OPENING=1\nOPEN PROG 2 Y20\nCLOSE\n\
                 OPEN PLC 1 P1=+1 CLOSE\n";
-    assert_eq!(codes(text), [("PMAC-N1", 2), ("PMAC-7", 3), ("PMAC-N1", 3), ("PMAC-3", 5)]);
+    assert_eq!(codes(text), [("PMAC-W20", 2), ("PMAC-7", 3), ("PMAC-3", 5)]);
 }
 
 #[test]
@@ -58,7 +58,10 @@ fn a_refused_open_takes_its_buffer_with_it() {
     // It ends at the next OPEN too.
     let text = "I5=2\nOPEN PLC PUMPS\nP1=+1\nOPEN PLC 2 CLEAR\nP1=+1\nCLOSE\n";
     assert_eq!(codes(text), [("PMAC-3", 2), ("PMAC-3", 5)]);
-    for open in ["OPEN PROG 5", "OPEN PROG5CLEAR", "OPEN PROG CLEAR", "OPEN ROTARY", "OPEN PROG"] {
+    for open in ["OPEN PROG 5", "OPEN PROG5CLEAR"] {
+        assert_eq!(codes(&format!("{open}\nX10\nCLOSE\n")), [], "{open}");
+    }
+    for open in ["OPEN PROG CLEAR", "OPEN ROTARY", "OPEN PROG"] {
         assert_eq!(codes(&format!("{open}\nX10\nCLOSE\n")), [("PMAC-N1", 1)], "{open}");
     }
 }
@@ -73,11 +76,16 @@ fn macro_names_in_a_command_are_replaced_if_it_is_no_command_without() {
     let commands: Vec<_> = texts
         .iter()
         .filter_map(|text| match text {
-            plcc_abi::pmac::Text::Command { text, task, .. } => Some((text.as_str(), *task)),
+            plcc_abi::pmac::Text::Command { text, steps, .. } => {
+                Some((text.as_str(), steps.as_slice()))
+            }
             _ => None,
         })
         .collect();
-    assert_eq!(commands, [("M5=1", Some(0)), ("A", None), ("LAMPS=1", None), ("LAMP=+1", None)]);
+    use plcc_abi::pmac::CommandStep::{Motion, Task};
+    let expected: [(&str, &[_]); 4] =
+        [("M5=1", &[Task(0)]), ("A", &[Motion(0)]), ("LAMPS=1", &[]), ("LAMP=+1", &[])];
+    assert_eq!(commands, expected);
 }
 
 #[test]
@@ -121,8 +129,8 @@ fn a_control_character_of_a_command_stands_without_quotes() {
     let (program, _) = checked("I5=2\nOPEN PLC 1 CLEAR\nCMD^D\nCMD\"^D\"\nCLOSE\n");
     let texts = program.unwrap().download.texts;
     let acts = texts.iter().map(|text| match text {
-        plcc_abi::pmac::Text::Command { text, error, task } => {
-            (text.as_str(), error.as_deref(), task.is_some())
+        plcc_abi::pmac::Text::Command { text, error, steps } => {
+            (text.as_str(), error.as_deref(), !steps.is_empty())
         }
         other => panic!("{other:?}"),
     });

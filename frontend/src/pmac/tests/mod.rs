@@ -373,7 +373,7 @@ fn missing_ends_are_reported_at_the_last_line_with_text() {
     assert_eq!(codes(&format!("I5=2\nOPEN PLC 1\nP1=1\n{tail}")), [("PMAC-W1", 7)]);
     let text = format!("I5=2\nOPEN PLC 1\nIF (P1=1)\n{tail}");
     assert_eq!(codes(&text), [("PMAC-W1", 7), ("PMAC-9", 7)]);
-    assert_eq!(codes(&format!("OPEN PROG 1\nX1\n{tail}")), [("PMAC-N1", 1), ("PMAC-W1", 6)]);
+    assert_eq!(codes(&format!("OPEN PROG 1\nX1\n{tail}")), [("PMAC-W1", 6)]);
     assert_eq!(codes("#ifndef X\nP1=1\n#ifdef Y\n; end\n\n"), [("PMAC-9", 4), ("PMAC-9", 4)]);
 }
 

@@ -43,7 +43,9 @@ impl Written {
                 | StmtKind::Address(..)
                 | StmtKind::AddressBy(..)
                 | StmtKind::Text(..)
-                | StmtKind::Save => {}
+                | StmtKind::Save
+                | StmtKind::Motion(..)
+                | StmtKind::Loop(..) => {}
             }
         }
         for online in &checked.download.online {

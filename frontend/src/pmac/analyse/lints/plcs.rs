@@ -76,7 +76,9 @@ fn conditional(buffer: &Buffer) -> Vec<bool> {
             | StmtKind::Text(..)
             | StmtKind::Define(_)
             | StmtKind::Word(..)
-            | StmtKind::Save => {}
+            | StmtKind::Save
+            | StmtKind::Motion(..)
+            | StmtKind::Loop(..) => {}
         }
     }
     conditional

@@ -1,0 +1,206 @@
+//! The motion programs of a download, and what its on-line commands did to motors and coordinate systems.
+
+use alloc::vec::Vec;
+
+use serde::{Deserialize, Serialize};
+
+use super::{AxisDefinition, AxisSet, MotionCommand, axis::Axis};
+use crate::pmac::{Run, SparseMemory};
+
+/// How moves are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// LINEAR.
+    #[default]
+    Linear,
+    /// RAPID.
+    Rapid,
+    /// CIRCLE1, clockwise.
+    Circle1,
+    /// CIRCLE2.
+    Circle2,
+    /// SPLINE1.
+    Spline1,
+    /// SPLINE2.
+    Spline2,
+    /// PVT.
+    Pvt,
+}
+
+/// A statement that sets a time or a feedrate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TimeWord {
+    /// TA.
+    Ta,
+    /// TS.
+    Ts,
+    /// TM.
+    Tm,
+    /// F.
+    Feed,
+    /// The time of PVT.
+    Pvt,
+}
+
+/// How a synchronous assignment changes its variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SyncOp {
+    /// `==`.
+    Set,
+    /// `&=`.
+    And,
+    /// `|=`.
+    Or,
+    /// `^=`.
+    Xor,
+}
+
+/// A word of a move; each has a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MoveWord {
+    /// An axis.
+    Axis(Axis),
+    /// The velocity of the axis before it, in PVT.
+    Velocity(Axis),
+    /// How far behind the trigger the axis before it ends.
+    Trigger(Axis),
+    /// The radius of an arc.
+    R,
+    /// I, J or K: 0, 1, 2.
+    Center(u8),
+}
+
+/// What a statement of motion programs does. Its values are given in the order of its words.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MotionKind {
+    /// A move.
+    Move(Vec<MoveWord>),
+    /// LINEAR, RAPID and their kind.
+    Mode(Mode),
+    /// TA, TS, TM, F: one value.
+    Time(TimeWord),
+    /// ABS (false) or INC, and of which axes.
+    Incremental(bool, AxisSet),
+    /// FRAX.
+    FeedrateAxes(AxisSet),
+    /// NORMAL, with the components that it names.
+    Normal(Vec<u8>),
+    /// DWELL: one value.
+    Dwell,
+    /// DELAY: one value.
+    Delay,
+    /// HOME, of these motors: bit n - 1 is motor n.
+    Home(u32),
+    /// HOMEZ.
+    HomeZero(u32),
+    /// PSET: a value for each axis.
+    Set(Vec<Axis>),
+    /// WAIT.
+    Wait,
+    /// STOP.
+    Stop,
+    /// GOTO: one value.
+    Goto,
+    /// GOSUB: one value.
+    Gosub,
+    /// CALL: one value.
+    Call,
+    /// RETURN.
+    Return,
+    /// The end of a WHILE, at which it goes back to its condition.
+    EndWhile,
+    /// A synchronous assignment to an M-variable: one value.
+    Sync(SyncOp, u32),
+    /// BLOCKSTART.
+    BlockStart,
+    /// BLOCKSTOP.
+    BlockStop,
+    /// G (0), M, T or D (3) and a number: a call of program 1000, 1001, 1002 or 1003, of 1010 and so on for numbers
+    /// from 100 on. One that is not there is passed over. One value.
+    Code(u8),
+    /// What is not simulated: to come here is a run-time error.
+    Unsupported,
+}
+
+/// A statement of a motion program that the control's motion carries out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MotionStatement {
+    /// What it does.
+    pub kind: MotionKind,
+    /// The index of its source file.
+    pub file: u32,
+    /// Its line, from 1.
+    pub line: u32,
+}
+
+/// A motion program.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MotionProgram {
+    /// Its number.
+    pub number: u32,
+    /// The index of its task; `None` if its text has errors, so that it is left out.
+    pub task: Option<u32>,
+    /// Its labels by rising number, each with the resume point at which it goes on there. The first one of a
+    /// number counts; 0 is the top.
+    pub labels: Vec<(u32, u32)>,
+    /// A hash of its statements.
+    pub fingerprint: u64,
+}
+
+impl MotionProgram {
+    /// The resume point of a label; `None` if there is no such label. Without one for 0 that is the top.
+    pub fn label(&self, number: u32) -> Option<u32> {
+        match self.labels.binary_search_by_key(&number, |(label, _)| *label) {
+            Ok(index) => self.labels.get(index).map(|(_, point)| *point),
+            Err(_) => (number == 0).then_some(0),
+        }
+    }
+}
+
+/// An on-line command of the download that moves, runs or answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartCommand {
+    /// The addressed motor.
+    pub motor: u8,
+    /// The addressed coordinate system.
+    pub system: u8,
+    /// The command.
+    pub command: MotionCommand,
+}
+
+/// The modes of a coordinate system after load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Modes {
+    /// The axes in incremental mode, R among them.
+    pub incremental: AxisSet,
+    /// The feedrate axes.
+    pub feedrate: AxisSet,
+}
+
+impl Default for Modes {
+    /// Those at power-up: ABS, INC(R), FRAX(X,Y,Z).
+    fn default() -> Self {
+        Self { incremental: AxisSet::R, feedrate: AxisSet::XYZ }
+    }
+}
+
+/// All that concerns motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MotionTables {
+    /// The motion programs, by rising number.
+    pub programs: Vec<MotionProgram>,
+    /// Their statements that the control's motion carries out.
+    pub statements: Vec<MotionStatement>,
+    /// The commands for motors and coordinate systems in texts of COMMAND.
+    pub commands: Vec<MotionCommand>,
+    /// The commands of the download that are done after the load.
+    pub start: Vec<StartCommand>,
+    /// The definitions of axes after load, by motor from 1.
+    pub definitions: Vec<(u8, AxisDefinition)>,
+    /// The modes of the coordinate systems after load, those that are not as at power-up.
+    pub modes: Vec<(u8, Modes)>,
+    /// By how the image after load differs where motion is simulated.
+    pub image: Vec<Run>,
+    /// Memory outside the image after load where motion is simulated.
+    pub sparse: SparseMemory,
+}

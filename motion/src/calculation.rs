@@ -1,0 +1,444 @@
+//! The calculation of motion programs: what their statements do, and when a calculation stops (guide, How PMAC
+//! Executes a Motion Program). The statements themselves are run by an engine, which asks here at each of them that
+//! concerns motion.
+
+use plcc_abi::pmac::motion::{Mode, MotionKind, TimeWord};
+
+use crate::events::{MotionEvent, Reason};
+use crate::linear::Progress;
+use crate::machine::Machine;
+use crate::moves::Words;
+use crate::system::{Counter, MAX_SYNC, Place, SyncAssignment, Wait};
+use crate::units::units;
+
+/// The most statements of a calculation.
+const MAX_STATEMENTS: u64 = 1_000_000;
+
+/// How many values a statement has at most.
+const MAX_VALUES: usize = 64;
+
+/// Where a program goes on after a jump.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Jump {
+    /// Behind the statement.
+    #[default]
+    None,
+    To(Place),
+    Into(Place),
+    Back,
+}
+
+/// A calculation that is under way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Calculation {
+    system: usize,
+    /// The index of the program that runs, and the resume point at which it was entered.
+    pub(crate) at: Place,
+    values: Vec<f64>,
+    /// Backward jumps in this calculation.
+    pub(crate) jumps: u32,
+    /// Statements that were passed.
+    statements: u64,
+    pub(crate) jump: Jump,
+    /// It is over.
+    pub(crate) stop: bool,
+    /// The program has ended or stopped, and its counter is set.
+    pub(crate) placed: bool,
+}
+
+/// What an engine does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// It runs a task from a resume point.
+    Run {
+        /// The task.
+        task: u32,
+        /// The resume point.
+        point: u32,
+    },
+    /// Nothing: the calculation is over.
+    Done,
+}
+
+impl Machine<'_> {
+    /// Begins the calculation of a coordinate system, from 1, if its flag is set.
+    pub fn begin_calculation(&mut self, system: u32) -> Next {
+        let index = system as usize - 1;
+        let this = &mut self.state.systems[index];
+        if !this.flag || !this.running {
+            return Next::Done;
+        }
+        this.idle = false;
+        if this.rematch {
+            self.match_axes(index);
+        }
+        let Counter::At(at) = self.state.systems[index].counter else { return Next::Done };
+        let calculation = &mut self.state.calculation;
+        calculation.values.reserve(MAX_VALUES);
+        calculation.values.clear();
+        *calculation = Calculation {
+            system: index,
+            at,
+            values: std::mem::take(&mut calculation.values),
+            ..Calculation::default()
+        };
+        self.enter(at)
+    }
+
+    fn enter(&mut self, at: Place) -> Next {
+        let program = self.tables.programs.get(at.program as usize);
+        match program.and_then(|program| program.task) {
+            Some(task) => {
+                self.state.calculation.at = at;
+                Next::Run { task, point: at.point }
+            }
+            None => Next::Done,
+        }
+    }
+
+    /// The engine has suspended the program's task in front of a resume point. Says where it goes on.
+    pub fn after(&mut self, point: u32) -> Next {
+        let calculation = &mut self.state.calculation;
+        let system = calculation.system;
+        let here = Place { program: calculation.at.program, point };
+        calculation.statements += u64::from(point.abs_diff(calculation.at.point)) + 1;
+        let this = &mut self.state.systems[system];
+        let mut backward = false;
+        let next = match std::mem::take(&mut calculation.jump) {
+            Jump::None => here,
+            Jump::To(place) => {
+                // A jump to the GOTO's own line or to one in front of it.
+                backward = place.point < point;
+                place
+            }
+            Jump::Into(place) => {
+                this.stack.push(here);
+                place
+            }
+            Jump::Back => this.stack.pop().unwrap_or(here),
+        };
+        if !calculation.placed {
+            this.counter = Counter::At(next);
+        }
+        let too_long = calculation.statements >= MAX_STATEMENTS;
+        if backward {
+            self.backward(system);
+        }
+        if self.state.calculation.stop {
+            return Next::Done;
+        }
+        if too_long {
+            self.idle_calculation(system);
+            return Next::Done;
+        }
+        self.enter(next)
+    }
+
+    /// The calculation stops and its flag stays set: the next interrupt goes on.
+    pub(crate) fn idle_calculation(&mut self, system: usize) {
+        self.close_sequence(system);
+        self.state.systems[system].idle = true;
+        self.state.calculation.stop = true;
+    }
+
+    /// A value of the statement that comes next.
+    pub fn value(&mut self, value: f64) {
+        let values = &mut self.state.calculation.values;
+        if values.len() < MAX_VALUES {
+            values.push(plcc_abi::pmac::arithmetic::finite(value));
+        }
+    }
+
+    /// Whether a statement that may have to wait for a stop can be calculated now. If not, the calculation is over,
+    /// and the statement is calculated anew after the stop, with its expressions.
+    pub fn ready(&mut self, statement: u32) -> bool {
+        let Some(statement) = self.tables.statements.get(statement as usize) else { return true };
+        let system = self.state.calculation.system;
+        self.state.calculation.values.clear();
+        self.state.systems[system].last = (statement.file, statement.line);
+        let mode = self.state.systems[system].mode;
+        let continues = match &statement.kind {
+            MotionKind::Delay => true,
+            MotionKind::Move(_) => !matches!(mode, Mode::Rapid),
+            MotionKind::Home(_) | MotionKind::HomeZero(_) | MotionKind::Set(_) => false,
+            _ => return true,
+        };
+        let sequence = &self.state.systems[system].sequence;
+        let free = match sequence.progress {
+            Progress::None => true,
+            Progress::Gathering | Progress::Running => continues && !sequence.closed,
+        };
+        if free {
+            return true;
+        }
+        self.close_sequence(system);
+        let this = &mut self.state.systems[system];
+        this.wait = Wait::Stop;
+        this.flag = false;
+        self.state.calculation.stop = true;
+        false
+    }
+
+    /// Carries out a statement with the values that were given. Says whether the program's task is suspended
+    /// behind it.
+    pub fn execute(&mut self, statement: u32) -> bool {
+        let tables = self.tables;
+        let Some(statement) = tables.statements.get(statement as usize) else { return false };
+        let system = self.state.calculation.system;
+        self.state.systems[system].last = (statement.file, statement.line);
+        let mut values = std::mem::take(&mut self.state.calculation.values);
+        let suspended = self.statement(system, &statement.kind, &values);
+        values.clear();
+        self.state.calculation.values = values;
+        suspended
+    }
+
+    fn statement(&mut self, system: usize, kind: &MotionKind, values: &[f64]) -> bool {
+        let value = values.first().copied().unwrap_or(0.0);
+        match kind {
+            MotionKind::Move(words) => {
+                let words = self.take_words(system, words, values);
+                self.programmed_move(system, &words)
+            }
+            MotionKind::Delay => {
+                let words = self.no_words(system);
+                self.linear_move(system, &words, Some(value.max(0.0)))
+            }
+            MotionKind::Mode(mode) => {
+                let continues = self.state.systems[system].mode == *mode
+                    || is_linear(*mode) && is_linear(self.state.systems[system].mode);
+                if !continues {
+                    self.close_sequence(system);
+                }
+                self.state.systems[system].mode = *mode;
+                if let (Mode::Pvt, Some(time)) = (mode, values.first()) {
+                    self.set_time(system, TimeWord::Pvt, *time);
+                }
+                false
+            }
+            MotionKind::Time(word) => {
+                self.set_time(system, *word, value);
+                false
+            }
+            MotionKind::Incremental(incremental, axes) => {
+                self.set_incremental(system, *incremental, *axes);
+                false
+            }
+            MotionKind::FeedrateAxes(axes) => {
+                self.state.systems[system].modes.feedrate = *axes;
+                false
+            }
+            MotionKind::Normal(components) => {
+                if components.len() > 1 {
+                    return self.stop_with_error(system, Reason::Unsupported);
+                }
+                false
+            }
+            MotionKind::Dwell => self.dwell(system, value),
+            MotionKind::Home(motors) => self.home_motors(system, *motors),
+            MotionKind::HomeZero(motors) => self.home_zero_motors(system, *motors),
+            MotionKind::Set(axes) => {
+                for (axis, value) in axes.iter().zip(values) {
+                    self.set_axis(system, *axis, *value);
+                }
+                self.state.systems[system].since_break = 0;
+                false
+            }
+            MotionKind::Wait => {
+                self.idle_calculation(system);
+                self.state.systems[system].since_break = 0;
+                true
+            }
+            MotionKind::Stop => self.end_program(system, Some(Reason::Stop)),
+            MotionKind::Goto => {
+                let program = self.state.calculation.at.program;
+                self.jump(system, program, value, Jump::To)
+            }
+            MotionKind::Gosub => {
+                let program = self.state.calculation.at.program;
+                self.jump(system, program, value, Jump::Into)
+            }
+            MotionKind::Call => self.call(system, value),
+            MotionKind::Return => {
+                if self.state.systems[system].stack.is_empty() {
+                    return self.end_program(system, None);
+                }
+                self.state.calculation.jump = Jump::Back;
+                true
+            }
+            MotionKind::EndWhile => self.backward(system),
+            MotionKind::Sync(op, number) => {
+                let with = self.state.systems[system].next_move;
+                if self.state.systems[system].sync.len() < MAX_SYNC {
+                    let assignment = SyncAssignment { op: *op, number: *number, value, with };
+                    self.state.systems[system].sync.push_back(assignment);
+                } else {
+                    self.events.push(MotionEvent::SyncOverflow { system: system as u32 + 1 });
+                    self.assign(*op, *number, value);
+                }
+                false
+            }
+            MotionKind::BlockStart => {
+                self.state.systems[system].block = true;
+                false
+            }
+            MotionKind::BlockStop => {
+                self.state.systems[system].block = false;
+                self.state.systems[system].step && self.end_step(system)
+            }
+            MotionKind::Code(code) => self.code(system, *code, value),
+            MotionKind::Unsupported => self.stop_with_error(system, Reason::Unsupported),
+        }
+    }
+
+    pub(crate) fn stop_with_error(&mut self, system: usize, reason: Reason) -> bool {
+        self.run_time_error(system, reason);
+        self.state.calculation.stop = true;
+        true
+    }
+
+    /// A move of the present mode.
+    fn programmed_move(&mut self, system: usize, words: &Words) -> bool {
+        if self.motors_of(system).any(|motor| self.motor_i(motor, 6) == 1.0) {
+            return self.stop_with_error(system, Reason::Unsupported);
+        }
+        match self.state.systems[system].mode {
+            Mode::Linear => self.linear_move(system, words, None),
+            // Without segmentation arcs are lines (guide, Circular Interpolation).
+            Mode::Circle1 | Mode::Circle2 if self.segmentation(system) <= 0.0 => {
+                self.linear_move(system, words, None)
+            }
+            Mode::Rapid => {
+                let moves = self.rapid(system, words);
+                if self.state.systems[system].step && !self.state.systems[system].block {
+                    return self.end_step(system);
+                }
+                if moves {
+                    self.state.systems[system].flag = false;
+                    self.state.calculation.stop = true;
+                }
+                moves
+            }
+            Mode::Circle1 | Mode::Circle2 | Mode::Spline1 | Mode::Spline2 | Mode::Pvt => {
+                self.stop_with_error(system, Reason::Unsupported)
+            }
+        }
+    }
+
+    /// I13, of Turbo PMAC Isx13.
+    fn segmentation(&self, system: usize) -> f64 {
+        if self.turbo() { self.system_i(system, 13) } else { self.i(13) }
+    }
+
+    fn linear_move(&mut self, system: usize, words: &Words, time: Option<f64>) -> bool {
+        self.linear(system, words, time);
+        if self.system_i(system, 92) == 1.0 {
+            self.close_sequence(system);
+        }
+        if self.state.systems[system].step && !self.state.systems[system].block {
+            return self.end_step(system);
+        }
+        let sequence = &self.state.systems[system].sequence;
+        if sequence.progress == Progress::Gathering && !sequence.closed {
+            if sequence.calculated < 2 {
+                return false;
+            }
+            self.start_sequence(system);
+        }
+        self.state.systems[system].flag = false;
+        self.state.calculation.stop = true;
+        true
+    }
+
+    /// TA, TS, TM and F assign the I-variables that they stand for.
+    fn set_time(&mut self, system: usize, word: TimeWord, value: f64) {
+        let number = match word {
+            TimeWord::Ta => 87,
+            TimeWord::Ts => 88,
+            TimeWord::Tm | TimeWord::Feed => 89,
+            TimeWord::Pvt if self.turbo() => 89,
+            TimeWord::Pvt => 87,
+        };
+        let value = match word {
+            TimeWord::Ta | TimeWord::Ts => value.max(0.0).round(),
+            TimeWord::Pvt if !self.turbo() => value.max(0.0).round(),
+            TimeWord::Tm | TimeWord::Feed | TimeWord::Pvt => value,
+        };
+        match word {
+            TimeWord::Tm => self.state.systems[system].by_time = true,
+            TimeWord::Feed => self.state.systems[system].by_time = false,
+            TimeWord::Ta | TimeWord::Ts | TimeWord::Pvt => {}
+        }
+        let number = self.system_number(system, number);
+        self.write_i(number, value);
+    }
+
+    fn dwell(&mut self, system: usize, value: f64) -> bool {
+        self.close_sequence(system);
+        let time = units(value.max(0.0));
+        let this = &mut self.state.systems[system];
+        this.next_move += 1;
+        let moving = this.sequence.progress != Progress::None;
+        if moving {
+            this.wait = Wait::StopAndDwell(time);
+        } else {
+            self.begin_dwell(system, time);
+            self.synchronous(system);
+        }
+        if self.state.systems[system].step && !self.state.systems[system].block {
+            return self.end_step(system);
+        }
+        if !moving && time == 0 {
+            return false;
+        }
+        self.state.systems[system].flag = false;
+        self.state.calculation.stop = true;
+        true
+    }
+
+    /// HOME: all of them search at once.
+    fn home_motors(&mut self, system: usize, motors: u32) -> bool {
+        let listed = |motor: &usize| motors & 1 << motor != 0;
+        let bad = (0..self.motor_count()).filter(listed).any(|motor| {
+            self.system_of(motor).is_some_and(|own| own != system)
+                || !self.state.motors[motor].active
+        });
+        if bad {
+            return self.stop_with_error(system, Reason::Motor);
+        }
+        let mut any = false;
+        for motor in (0..self.motor_count()).filter(listed) {
+            self.search_home(motor, true);
+            any = true;
+        }
+        if !any {
+            return false;
+        }
+        let this = &mut self.state.systems[system];
+        this.rematch = true;
+        this.wait = Wait::Motors;
+        this.line = this.last;
+        if this.step && !this.block {
+            return self.end_step(system);
+        }
+        this.flag = false;
+        self.state.calculation.stop = true;
+        true
+    }
+
+    fn home_zero_motors(&mut self, system: usize, motors: u32) -> bool {
+        for motor in (0..self.motor_count()).filter(|motor| motors & 1 << motor != 0) {
+            if self.system_of(motor).is_some_and(|own| own != system) {
+                return self.stop_with_error(system, Reason::Motor);
+            }
+            self.zero_here(motor);
+        }
+        self.state.systems[system].rematch = true;
+        false
+    }
+}
+
+/// LINEAR and CIRCLE moves blend into each other.
+fn is_linear(mode: Mode) -> bool {
+    matches!(mode, Mode::Linear | Mode::Circle1 | Mode::Circle2)
+}

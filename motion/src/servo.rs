@@ -1,0 +1,471 @@
+//! The servo cycle: time bases, trajectories, plant, registers, synchronous assignments.
+
+use plcc_abi::pmac::motion::JogGoal;
+use plcc_abi::pmac::motion::SyncOp;
+use plcc_abi::pmac::{Space, fixed};
+
+use crate::events::{MotionEvent, Reason};
+use crate::machine::Machine;
+use crate::motor::{Loop, Purpose, Search, Start, Waiting};
+use crate::shape::Shape;
+use crate::system::Wait;
+use crate::units::{Row, rnd};
+
+impl Machine<'_> {
+    /// The first part of a servo cycle, up to the inputs, which forces may then change.
+    pub fn servo(&mut self) {
+        let units = self.servo_units();
+        self.time_bases();
+        self.activate();
+        for motor in &mut self.state.motors {
+            motor.before = motor.commanded;
+            motor.actual_before = motor.actual;
+        }
+        for system in 0..self.system_count() {
+            self.system_trajectory(system, units);
+        }
+        for motor in 0..self.motor_count() {
+            self.motor_trajectory(motor, units);
+        }
+        for system in 0..self.system_count() {
+            self.await_motors(system);
+        }
+        self.plant(units);
+        self.write_inputs();
+    }
+
+    /// The second part of a servo cycle.
+    pub fn finish_servo(&mut self) {
+        self.read_inputs();
+        for motor in 0..self.motor_count() {
+            self.look_for_trigger(motor);
+        }
+        self.state.overlays.clear();
+        self.registers();
+        for system in 0..self.system_count() {
+            self.synchronous(system);
+        }
+        self.show_status();
+    }
+
+    /// B goes towards its goal (guide, Time Base).
+    fn time_bases(&mut self) {
+        for system in 0..self.system_count() {
+            let commanded = self.commanded_base(system);
+            let this = &self.state.systems[system];
+            let goal = if this.held { 0 } else { commanded };
+            if this.base == goal {
+                self.state.systems[system].returning = false;
+            } else {
+                let slow = this.held || this.returning;
+                let step = self.system_i(system, if slow { 95 } else { 94 }) as i64;
+                let step = step.max(0);
+                let this = &mut self.state.systems[system];
+                let way = (goal - this.base).clamp(-step, step);
+                this.base = (this.base + way).max(0);
+                if this.base == goal {
+                    this.returning = false;
+                }
+            }
+            let base = self.state.systems[system].base as u32;
+            self.set_word(self.setup.systems[system].present_base, base);
+        }
+    }
+
+    /// The commanded time base: the word that Ix93 names, that of the % command for 0.
+    fn commanded_base(&self, system: usize) -> i64 {
+        let own = self.setup.systems[system].commanded_base;
+        let address = self.system_i(system, 93) as u32;
+        if address == 0 {
+            return i64::from(self.word(own));
+        }
+        i64::from(self.memory.read_word(Space::X, address & self.setup.layout.address_mask()))
+    }
+
+    /// A motor that Ix00 activates later is killed; one that is no longer active stays where it is.
+    fn activate(&mut self) {
+        for index in 0..self.motor_count() {
+            let active = self.motor_i(index, 0) != 0.0;
+            let motor = &mut self.state.motors[index];
+            if active != motor.active {
+                motor.active = active;
+                motor.kill();
+            }
+        }
+    }
+
+    /// The time base of a motor's moves.
+    pub(crate) fn base_of(&self, motor: usize) -> i64 {
+        let system = self.system_of(motor).unwrap_or(0);
+        self.state.systems[system].base
+    }
+
+    /// Whether a motor moves in its system's sequence.
+    pub(crate) fn in_sequence(&self, motor: usize) -> bool {
+        self.sequence_of(motor).is_some()
+    }
+
+    /// The coordinate system whose sequence moves a motor.
+    pub(crate) fn sequence_of(&self, motor: usize) -> Option<usize> {
+        self.state.systems.iter().position(|s| s.sequence.runs() && s.sequence.member[motor])
+    }
+
+    fn system_trajectory(&mut self, system: usize, units: i64) {
+        let this = &mut self.state.systems[system];
+        this.since_break = this.since_break.saturating_add(this.base);
+        this.due = this.due.max(this.due_next);
+        if let Wait::Dwell(passed, whole) = this.wait {
+            let passed = passed + units;
+            this.wait = Wait::Dwell(passed, whole);
+            if passed >= whole {
+                this.wait = Wait::None;
+                this.since_break = 0;
+                this.want();
+            }
+        }
+        if !this.sequence.runs() {
+            self.start_sequence(system);
+            return;
+        }
+        let base = this.base;
+        let advance = this.sequence.advance(base);
+        if advance.begun > 0 {
+            let present = this.sequence.at(this.sequence.begun);
+            this.due = present.number;
+            this.line = present.line;
+            if this.wait == Wait::None {
+                this.want();
+            }
+            for motor in 0..self.motor_count() {
+                if self.state.systems[system].sequence.member[motor] {
+                    let motor = &mut self.state.motors[motor];
+                    (motor.data_error, motor.stopped_on_limit) = (false, false);
+                }
+            }
+        }
+        for motor in 0..self.motor_count() {
+            let sequence = &self.state.systems[system].sequence;
+            if sequence.member[motor] {
+                let position = match advance.over {
+                    true => sequence.last().p[motor],
+                    false => sequence.position(motor),
+                };
+                self.state.motors[motor].commanded = position;
+            }
+        }
+        if advance.over {
+            self.end_sequence(system);
+        } else {
+            self.check_late(system);
+        }
+    }
+
+    /// A sequence has come to its stop.
+    fn end_sequence(&mut self, system: usize) {
+        for motor in 0..self.motor_count() {
+            if self.state.systems[system].sequence.member[motor] {
+                let motor = &mut self.state.motors[motor];
+                motor.prejog = motor.commanded;
+            }
+        }
+        let this = &mut self.state.systems[system];
+        this.sequence.clear();
+        this.line = (0, 0);
+        this.since_break = 0;
+        match this.wait {
+            Wait::Stop => {
+                this.wait = Wait::None;
+                this.want();
+            }
+            Wait::StopAndDwell(time) => self.begin_dwell(system, time),
+            Wait::None | Wait::Dwell(..) | Wait::Motors => {}
+        }
+    }
+
+    /// A DWELL begins; one of no time is over at once.
+    pub(crate) fn begin_dwell(&mut self, system: usize, time: i64) {
+        let this = &mut self.state.systems[system];
+        this.due = this.next_move.saturating_sub(1);
+        if time > 0 {
+            this.wait = Wait::Dwell(0, time);
+        } else {
+            this.wait = Wait::None;
+            this.since_break = 0;
+            this.want();
+        }
+    }
+
+    /// The last move has to begin its stop, and the next was not calculated although no interrupt has come: a
+    /// run-time error (guide, How PMAC Executes a Motion Program).
+    fn check_late(&mut self, system: usize) {
+        let this = &self.state.systems[system];
+        let sequence = &this.sequence;
+        if sequence.closed || !sequence.is_at_its_last() || !this.flag || this.wait != Wait::None {
+            return;
+        }
+        let stop = self.stop_times(system);
+        let sequence = &self.state.systems[system].sequence;
+        if sequence.time >= sequence.last().corner - stop.0 / 2 {
+            for motor in self.motors_of(system) {
+                self.state.motors[motor].data_error = true;
+            }
+            self.run_time_error(system, Reason::Late);
+        }
+    }
+
+    /// Whether RAPID or HOME of a system is done.
+    fn await_motors(&mut self, system: usize) {
+        if self.state.systems[system].wait != Wait::Motors {
+            return;
+        }
+        if self.motors_of(system).any(|motor| self.state.motors[motor].has_programmed()) {
+            return;
+        }
+        let this = &mut self.state.systems[system];
+        this.wait = Wait::None;
+        this.line = (0, 0);
+        this.since_break = 0;
+        this.want();
+    }
+
+    /// The trajectory of a motor that is not in a sequence.
+    fn motor_trajectory(&mut self, motor: usize, units: i64) {
+        if self.state.motors[motor].moves() {
+            let base = match self.state.motors[motor].purpose {
+                Purpose::Abort => units,
+                _ => self.base_of(motor),
+            };
+            let this = &mut self.state.motors[motor];
+            let (position, over) = this.row.advance(base);
+            this.commanded = position;
+            if over {
+                self.end_row(motor);
+            }
+        } else if let Loop::Open(_) = self.state.motors[motor].mode {
+            let this = &mut self.state.motors[motor];
+            this.commanded = this.actual;
+        }
+        if self.state.motors[motor].waiting.is_empty() {
+            return;
+        }
+        for waiting in &mut self.state.motors[motor].waiting {
+            waiting.cycles = waiting.cycles.saturating_sub(1);
+        }
+        while let Some(due) =
+            self.state.motors[motor].waiting.iter().position(|waiting| waiting.cycles == 0)
+        {
+            let Some(waiting) = self.state.motors[motor].waiting.remove(due) else { break };
+            self.begin(motor, waiting);
+        }
+    }
+
+    /// A row is over.
+    fn end_row(&mut self, index: usize) {
+        let motor = &mut self.state.motors[index];
+        let purpose = motor.purpose;
+        if motor.programmed || motor.was_programmed {
+            motor.prejog = motor.commanded;
+        }
+        motor.row = Row::default();
+        (motor.programmed, motor.was_programmed) = (false, false);
+        match purpose {
+            Purpose::BehindHome => {
+                self.events.push(MotionEvent::Home { motor: index as u32 + 1 });
+            }
+            Purpose::BehindTrigger => motor.trigger_move = false,
+            Purpose::Search => {
+                motor.search = None;
+                motor.searching = false;
+            }
+            Purpose::Jog | Purpose::Rapid | Purpose::Abort => {}
+        }
+    }
+
+    /// The shape of a motor's own moves, as its I-variables are now.
+    pub(crate) fn shape(&self, motor: usize) -> Shape {
+        let i = |number| self.motor_i(motor, number);
+        Shape::new(i(19), i(20), i(21))
+    }
+
+    /// A motion that has waited has its time 0.
+    fn begin(&mut self, index: usize, waiting: Waiting) {
+        let shape = self.shape(index);
+        let speed = self.motor_i(index, 22);
+        let homing = self.motor_i(index, 23);
+        let variable = self.variable_jog(index);
+        let motor = &mut self.state.motors[index];
+        motor.waiting.retain(|other| other.age >= waiting.age);
+        let (p, v0) = (motor.commanded, motor.row.velocity());
+        let behind = matches!(waiting.start, Start::BehindHome(_) | Start::BehindTrigger(..));
+        if !behind {
+            motor.search = None;
+            motor.searching = false;
+        }
+        motor.row = Row::default();
+        (motor.stopped_on_limit, motor.data_error) = (false, false);
+        (motor.programmed, motor.was_programmed) = (waiting.programmed, false);
+        motor.age = waiting.age;
+        let mut row = Row::default();
+        let mut goal = None;
+        let mut search = None;
+        motor.purpose = match waiting.start {
+            Start::Jog(JogGoal::Positive, _) => {
+                shape.endless(&mut row, p, v0, speed);
+                Purpose::Jog
+            }
+            Start::Jog(JogGoal::Negative, _) => {
+                shape.endless(&mut row, p, v0, -speed);
+                Purpose::Jog
+            }
+            Start::Jog(JogGoal::Stop, _) => {
+                if v0 != 0.0 {
+                    let end = shape.stop(&mut row, p, v0);
+                    row.end_at(end);
+                }
+                Purpose::Jog
+            }
+            Start::Jog(kind, trigger) => {
+                let target = match kind {
+                    JogGoal::To(c) | JogGoal::ToAndKeep(c) => c,
+                    JogGoal::ToVariable => variable,
+                    JogGoal::By(c) => p + c,
+                    JogGoal::ByVariable => p + variable,
+                    JogGoal::FromActual(c) => motor.actual + c,
+                    JogGoal::FromActualVariable => motor.actual + variable,
+                    _ => motor.prejog,
+                };
+                if let JogGoal::ToAndKeep(c) = kind {
+                    motor.prejog = c;
+                }
+                goal = Some((target, speed.abs()));
+                search = trigger.map(|offset| (false, offset, speed.abs()));
+                if trigger.is_some() { Purpose::Search } else { Purpose::Jog }
+            }
+            Start::Home => {
+                shape.endless(&mut row, p, v0, homing);
+                search = Some((true, 0.0, homing.abs()));
+                Purpose::Search
+            }
+            Start::BehindHome(speed) => {
+                goal = Some((0.0, speed));
+                Purpose::BehindHome
+            }
+            Start::BehindTrigger(target, speed) => {
+                goal = Some((target, speed));
+                Purpose::BehindTrigger
+            }
+            Start::Rapid(target, speed, trigger) => {
+                goal = Some((target, speed));
+                search = trigger.map(|offset| (false, offset, speed));
+                if trigger.is_some() { Purpose::Search } else { Purpose::Rapid }
+            }
+        };
+        if let Some((target, speed)) = goal {
+            shape.to(&mut row, p, v0, target, speed);
+            motor.target = target;
+        }
+        motor.row = row;
+        if waiting.programmed
+            && matches!(waiting.start, Start::Rapid(..))
+            && let Some(definition) = motor.definition
+            && let Some(system) = self.state.systems.get_mut(usize::from(definition.system) - 1)
+        {
+            system.due_next = system.next_move - 1;
+        }
+        let motor = &mut self.state.motors[index];
+        if let Some((home, offset, speed)) = search {
+            let (age, programmed) = (waiting.age, waiting.programmed);
+            motor.search = Some(Search { home, offset, speed, age, programmed, fresh: true });
+            motor.searching = true;
+            motor.captured = false;
+        }
+        if goal.is_some() && self.state.motors[index].row.is_empty() {
+            self.end_row(index);
+        }
+        if goal.is_some() {
+            self.show_target(index);
+        }
+    }
+
+    /// The value of the register for variable jogs.
+    fn variable_jog(&self, motor: usize) -> f64 {
+        use plcc_abi::pmac::motion::registers::{MotorRegisters, read_float};
+        let at = MotorRegisters::of(self.setup.layout.controller, motor as u32 + 1);
+        read_float(&self.memory.view(), at.variable_jog)
+    }
+
+    /// The cycles that a motor's jog waits (guide, appendix B, I12; Turbo PMAC has Ixx92).
+    pub(crate) fn waiting_cycles(&self, motor: usize) -> u32 {
+        let time = if self.turbo() { self.motor_i(motor, 92) } else { self.i(12) };
+        let cycles = (time * 8_388_608.0 / self.servo_units() as f64).ceil();
+        cycles.clamp(1.0, f64::from(u32::MAX)) as u32
+    }
+
+    /// Synchronous assignments whose move has begun in this cycle.
+    pub(crate) fn synchronous(&mut self, system: usize) {
+        while let Some(&next) = self.state.systems[system].sync.front()
+            && next.with <= self.state.systems[system].due
+        {
+            self.state.systems[system].sync.pop_front();
+            self.assign(next.op, next.number, next.value);
+        }
+    }
+
+    /// Reads a variable, combines it and writes it.
+    pub(crate) fn assign(&mut self, op: SyncOp, number: u32, value: f64) {
+        let value = match op {
+            SyncOp::Set => value,
+            SyncOp::And | SyncOp::Or | SyncOp::Xor => {
+                use plcc_abi::pmac::arithmetic;
+                let old = self.memory.read_m(number);
+                match op {
+                    SyncOp::And => arithmetic::and(old, value),
+                    SyncOp::Or => arithmetic::or(old, value),
+                    _ => arithmetic::xor(old, value),
+                }
+            }
+        };
+        self.write_m(number, value);
+    }
+
+    /// The register of the target of a motor.
+    pub(crate) fn show_target(&mut self, motor: usize) {
+        let scale = self.motor_i(motor, 8) * 32.0;
+        let bits = fixed::bits(self.state.motors[motor].target * scale);
+        self.set_double(self.setup.motors[motor].target, bits);
+    }
+
+    /// The abort deceleration of a motor from whatever it does, in real time.
+    pub(crate) fn decelerate(&mut self, motor: usize) {
+        if self.state.motors[motor].decelerates() {
+            self.state.motors[motor].waiting.clear();
+            return;
+        }
+        let units = self.servo_units();
+        let own = match self.sequence_of(motor) {
+            Some(system) => self.state.systems[system].sequence.velocity(motor),
+            None => self.state.motors[motor].row.velocity(),
+        };
+        let base = self.base_of(motor);
+        let w = own * (base as f64 / units as f64);
+        let rate = self.motor_i(motor, 15);
+        let programmed = self.in_sequence(motor) || self.state.motors[motor].programmed;
+        let this = &mut self.state.motors[motor];
+        this.drop_motion();
+        if w == 0.0 || rate <= 0.0 {
+            if programmed {
+                this.prejog = this.commanded;
+            }
+            return;
+        }
+        let p = this.commanded;
+        let time = w.abs() / rate;
+        let duration = rnd(time * 8_388_608.0).max(1);
+        let mut row = Row::default();
+        row.push(duration, [p, w, -w.signum() * rate / 2.0, 0.0]);
+        row.end_at(p + w * w.abs() / (2.0 * rate));
+        this.row = row;
+        this.purpose = Purpose::Abort;
+        this.was_programmed = programmed;
+    }
+}
