@@ -18,6 +18,45 @@
 //! | `calculation`, `flow`, `moves` | statements of motion programs |
 //! | `names` | what users can watch and set |
 //!
+//! A motor that jogs, without any program:
+//!
+//! ```
+//! use plcc_abi::image::write_f64;
+//! use plcc_abi::pmac::motion::{Jog, JogGoal, MotionAction, MotionCommand, MotionName, MotionTables, MotorValue};
+//! use plcc_abi::pmac::{Controller, Layout, Memory, SparseMemory, View};
+//! use plcc_motion::{Machine, Setup, State, read};
+//!
+//! let layout = Layout::new(Controller::Pmac);
+//! let action = MotionAction::Jog(Jog { goal: JogGoal::To(200.0), trigger: None });
+//! let tables = MotionTables {
+//!     commands: vec![MotionCommand { text: "J=200".into(), action }],
+//!     ..MotionTables::default()
+//! };
+//! let setup = Setup::new(&layout, &[], &tables, &[]);
+//! let mut state = State::new(&setup, &tables);
+//! let (mut image, mut sparse) = (vec![0; layout.size as usize], SparseMemory::default());
+//! // Motor 1 is activated and jogs at 10 counts/ms; the time base is that of the servo cycle.
+//! for (number, value) in [(100, 1.0), (120, 10.0), (122, 10.0), (10, 4_194_304.0)] {
+//!     write_f64(&mut image, layout.i_offset(number), value);
+//! }
+//! let mut events = vec![];
+//! let memory = Memory { image: &mut image, layout: &layout, sparse: &mut sparse };
+//! let mut machine =
+//!     Machine { state: &mut state, setup: &setup, tables: &tables, memory, events: &mut events };
+//! machine.memory.write_word(plcc_abi::pmac::Space::X, 0x806, 4_194_304);
+//! machine.start();
+//! machine.command(0, &mut 1, &mut 1);
+//! for _ in 0..100 {
+//!     machine.servo();
+//!     machine.finish_servo();
+//!     machine.housekeeping();
+//! }
+//! let view = View { image: &image, layout: &layout, sparse: &sparse };
+//! let name = MotionName::Motor(1, MotorValue::Commanded);
+//! assert_eq!(read(&state, &setup, &tables, view, name), 200.0);
+//! assert!(events.is_empty());
+//! ```
+//!
 //! All positions are counts, all velocities counts/ms, as doubles; times are integers of 2^-23 ms.
 
 #![allow(

@@ -159,7 +159,7 @@ pub(crate) struct Motor {
 
 impl Motor {
     pub(crate) fn new(plant: &Plant) -> Self {
-        let lag = usize::from(plant.lag) + 1;
+        let lag = usize::from(plant.lag);
         let mut ring = VecDeque::with_capacity(lag + 1);
         ring.extend(std::iter::repeat_n(0.0, lag));
         Self {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde::{Serialize, Serializer};
 
 use crate::display_field;
-pub use crate::pmac::MotionReport;
+pub use crate::motion_report::MotionReport;
 
 /// Something that happened in a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

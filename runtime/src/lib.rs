@@ -47,6 +47,7 @@ mod gdb;
 pub mod given_names;
 mod loaded_code;
 mod mapped_code;
+mod motion_report;
 pub mod names;
 pub mod native;
 mod native_error;

@@ -9,7 +9,6 @@ mod carry_over;
 mod forces;
 mod host;
 mod motion;
-mod motion_report;
 mod names;
 mod outputs;
 mod save;
@@ -46,7 +45,6 @@ use crate::{
     ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 use host::PmacHost;
-pub use motion_report::MotionReport;
 use names::PmacNames;
 use state::{State, Status};
 use tick::Clocks;

@@ -11,9 +11,9 @@ use plcc_abi::pmac::{
 use plcc_abi::{Engine, ResumePoint};
 use plcc_motion::{Machine, MotionEvent, Next, ProgramState, Setup};
 
-use super::MotionReport;
 use super::PmacExecutive;
 use super::host::{PmacHost, PreparedStep};
+use crate::motion_report::MotionReport;
 use crate::stop::Stop;
 use crate::{Event, EventBody};
 
