@@ -65,8 +65,8 @@ pub struct RunArgs {
     #[arg(long)]
     pub repeat: bool,
 
-    /// The other side answers: a simulated control for PMI and NCT, a PMAC's motors and motion programs, and small machines, as
-    /// the table [simulator] of the machine file says. The stimulus may then press keys: KEY.CYCLE START
+    /// The other side answers: a simulated control for PMI and NCT, and small machines, as the table [simulator] of the machine
+    /// file says. The stimulus may then press keys: KEY.CYCLE START
     #[arg(long)]
     pub simulate: bool,
 

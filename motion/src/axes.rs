@@ -148,8 +148,8 @@ impl Look<'_> {
             }
         }
         if !several {
-            for slot in 0..3 {
-                if let (Some(motor), Some(axis)) = (lowest[slot], group.axis(slot)) {
+            for (slot, motor) in lowest.into_iter().enumerate() {
+                if let (Some(motor), Some(axis)) = (motor, group.axis(slot)) {
                     axes[axis as usize] = position(self, motor) / self.scale(motor, axis);
                 }
             }

@@ -55,7 +55,7 @@ impl Shape {
     /// To a target at a speed.
     pub(crate) fn to(&self, row: &mut Row, p: f64, v0: f64, target: f64, speed: f64) {
         if v0 == 0.0 {
-            return self.from_rest(row, p, target, speed);
+            return self.rest_to(row, p, target, speed);
         }
         let way = target - (p + v0 * self.time(v0) / 2.0);
         let sign = if way > 0.0 {
@@ -80,11 +80,11 @@ impl Shape {
             row.end_at(target);
         } else {
             let e = self.stop(row, p, v0);
-            self.from_rest(row, e, target, speed);
+            self.rest_to(row, e, target, speed);
         }
     }
 
-    fn from_rest(&self, row: &mut Row, p: f64, target: f64, speed: f64) {
+    fn rest_to(&self, row: &mut Row, p: f64, target: f64, speed: f64) {
         let way = target - p;
         let d = way.abs();
         if d == 0.0 || speed == 0.0 {

@@ -22,7 +22,7 @@ pub fn generate(seed: u64, turbo: bool) -> Case {
     }
     g.plcs(turbo);
     let mut stimulus = String::from("tick,name,value\n");
-    for tick in [40, 90, 160, 400, 700] {
+    for tick in [40, 90, 160, 250, 400] {
         if g.rng.chance(40) {
             let row = match g.rng.below(5) {
                 0 => "#2.JAM,1",
@@ -35,7 +35,7 @@ pub fn generate(seed: u64, turbo: bool) -> Case {
             let _ = writeln!(stimulus, "{tick},{row}");
         }
     }
-    Case { source: g.out, stimulus, watch: Vec::new(), ticks: 1200 }
+    Case { source: g.out, stimulus, watch: Vec::new(), ticks: 500 }
 }
 
 impl Generator {
@@ -187,7 +187,7 @@ impl Generator {
 
     fn plcs(&mut self, turbo: bool) {
         self.out.push_str("OPEN PLC 1 CLEAR\nADR#2&1\nP10=P10+1\n");
-        for at in [1, 200, 500, 600, 800] {
+        for at in [1, 100, 200, 300, 380] {
             let command = self.pick(&[
                 "&1B10R",
                 "&1B20R",
@@ -214,7 +214,7 @@ impl Generator {
             let line = format!("IF (P10={at}) CMD\"{command}\" ENDIF");
             self.line(&line);
         }
-        self.out.push_str("IF (P10=1) CMD\"&1B10R\" ENDIF\nIF (P10=901) CMD\"&1A\" ENDIF\n");
+        self.out.push_str("IF (P10=1) CMD\"&1B10R\" ENDIF\nIF (P10=440) CMD\"&1A\" ENDIF\n");
         let status = if turbo { "X:$2040" } else { "X:$0818" };
         let line = format!("CLOSE\nM180->{status},0,1");
         self.line(&line);

@@ -10,7 +10,7 @@ use crate::engines::simulated;
 #[test]
 fn generated_motion_programs_agree_and_move_within_their_limits() {
     let (mut events, mut moved) = (0, false);
-    for seed in seeds(24) {
+    for seed in seeds(8) {
         let turbo = seed % 4 == 3;
         let case = generate(seed, turbo);
         let controller = if turbo { Controller::Turbo } else { Controller::Pmac };
