@@ -230,8 +230,12 @@ impl CheckedProgram for Program {
                 StmtKind::If(_, otherwise) | StmtKind::While(_, otherwise) => {
                     Ways::to([to(at + 1), to(otherwise)])
                 }
-                StmtKind::Jump(target) | StmtKind::EndWhile(target) => Ways::to([to(target)]),
-                StmtKind::Assign(..)
+                StmtKind::Jump(target) | StmtKind::EndWhile(target) | StmtKind::Loop(target, _) => {
+                    Ways::to([to(target)])
+                }
+                // Where GOTO and CALL go on is known only when they run.
+                StmtKind::Motion(..)
+                | StmtKind::Assign(..)
                 | StmtKind::Plc(..)
                 | StmtKind::Address(..)
                 | StmtKind::AddressBy(..)

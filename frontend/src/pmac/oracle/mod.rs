@@ -435,19 +435,19 @@ impl Interpreter {
                 Statement::Motion(index, values) => {
                     let args = [u64::from(index), 0, 0, 0];
                     if machine.memory.host(HostFn::PmacMotionReady, args) == 0 {
-                        return task.suspended(this);
+                        return (task.suspended(this), at);
                     }
                     for value in values.of(&machine.tables.motion_values) {
                         let value = arithmetic::finite(machine.value(*value, waiting));
                         machine.memory.host(HostFn::PmacMotionValue, [value.to_bits(), 0, 0, 0]);
                     }
                     if machine.memory.host(HostFn::PmacMotion, args) != 0 {
-                        return task.suspended(at);
+                        return (task.suspended(at), at);
                     }
                 }
                 Statement::Loop(head, index) => {
                     machine.memory.host(HostFn::PmacMotion, [u64::from(index), 0, 0, 0]);
-                    return task.suspended(head);
+                    return (task.suspended(head), at);
                 }
                 Statement::Save => {
                     machine.memory.host(HostFn::PmacSave, [0; 4]);

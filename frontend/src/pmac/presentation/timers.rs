@@ -18,7 +18,7 @@ pub(super) fn counts_time(layout: &Layout, name: &str, image: &[u8]) -> bool {
             Kind::I => return is_timer(layout.controller, variable.number),
             Kind::P | Kind::Q | Kind::L => return false,
         },
-        Ok(PmacName::Plc { .. }) | Err(_) => return false,
+        Ok(PmacName::Plc { .. } | PmacName::Motion(_)) | Err(_) => return false,
     };
     match definition {
         Definition::X { address, .. } => address == CYCLES || TIMERS.contains(&address),
