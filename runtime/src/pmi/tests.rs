@@ -82,6 +82,7 @@ fn program(kind: TimerKind) -> Program {
         text: vec![TextItem::Text("TOOL".into()), TextItem::Value { ty: integer, offset: TOOL }],
     };
     let tables = PmiTables {
+        codes: vec![],
         symbols,
         timers: vec![Timer { kind, control: TC, delayed: DC, counter: COUNTER, preset: 3 }],
         flipflops: vec![FlipFlop {
