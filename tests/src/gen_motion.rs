@@ -83,7 +83,7 @@ impl Generator {
         self.line(&line);
         self.out.push_str("&1 #1->100X #2->50.5Y+3\n");
         let third = self.pick(&["#3->-20Z", "#3->100X", "#3->10X+20Z"]);
-        let line = format!("{third}");
+        let line = third.to_string();
         self.line(&line);
         if self.rng.chance(30) {
             self.out.push_str("FRAX(X,Y) INC(Z)\n");
@@ -163,7 +163,7 @@ impl Generator {
             26 => self.pick(&["GOSUB500", "CALL20.005", "GOTO900", "GOSUB777"]),
             _ => self.pick(&["HOME1", "HOME2,3", "BSTART", "BSTOP", "STOP"]),
         };
-        let line = format!("{text}");
+        let line = text.clone();
         self.line(&line);
     }
 

@@ -116,6 +116,9 @@ pub(super) fn run(
     run_machines(machines(source, controller, false)?, stimulus, ticks, controller, &mut |_| {})
 }
 
+/// Is shown the values of variables after each tick, by their names.
+type See<'a> = &'a mut dyn FnMut(&dyn Fn(&str) -> f64);
+
 /// The same with motors and motion programs. `see` is called after every tick with what reads a variable.
 ///
 /// # Errors
@@ -125,7 +128,7 @@ pub(super) fn simulated(
     stimulus: &str,
     ticks: u32,
     controller: Controller,
-    see: &mut dyn FnMut(&dyn Fn(&str) -> f64),
+    see: See<'_>,
 ) -> Result<Vec<Event>, Failure> {
     run_machines(machines(source, controller, true)?, stimulus, ticks, controller, see)
 }
@@ -135,7 +138,7 @@ fn run_machines(
     stimulus: &str,
     ticks: u32,
     controller: Controller,
-    see: &mut dyn FnMut(&dyn Fn(&str) -> f64),
+    see: See<'_>,
 ) -> Result<Vec<Event>, Failure> {
     let rows: Vec<(u32, &str, &str)> = stimulus
         .lines()

@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(times("-1.5", 1), Some(-2));
         assert_eq!(times("2.5", 1), Some(3));
         assert_eq!(times(".000001", 25_400_000), Some(25));
-        assert_eq!(times("0.00000005", 1_000_000_0), Some(1));
+        assert_eq!(times("0.00000005", 10_000_000), Some(1));
         assert_eq!(times("1e3", 1), Some(1000));
         assert_eq!(times("1_000.", 2), Some(2000));
         assert_eq!(Decimal::parse("-3.0").unwrap().integer(), Some(-3));
