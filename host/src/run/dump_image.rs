@@ -8,8 +8,8 @@ use plcc_image::{Direction, ImageReader, Number, Place, Snapshot, State, Symbol}
 
 use super::dump::{head, quoted, write_variables};
 use super::{End, Watch};
-use plcc_runtime::Executive;
 use plcc_runtime::value::number;
+use plcc_runtime::{Executive, Names, Purpose};
 
 /// What becomes of the file's last tick where the process died while it wrote it.
 const TORN: &str = "the control died while it wrote a tick into it; nothing whole is left";
@@ -47,7 +47,16 @@ pub fn dump_image(
     executive.set_image(&snapshot.image);
     head(out, executive_dialect(reader)?, &end(&snapshot), stopped(&snapshot))?;
     write_variables(out, executive, watch)?;
-    write_outputs(out, &sorted_symbols(reader), &snapshot)
+    let mut symbols = sorted_symbols(reader);
+    symbols.retain(|symbol| !is_spare_line(executive.names().as_ref(), &symbol.name));
+    write_outputs(out, &symbols, &snapshot)
+}
+
+/// Whether a name is that of a single line which is none of the program's outputs. The file shows such lines so that they can
+/// be wired and forced.
+fn is_spare_line(names: &dyn Names, name: &str) -> bool {
+    let Ok(key) = names.find(name, Purpose::Watch) else { return false };
+    names.lines(key) == [key] && names.outputs().iter().all(|(_, output)| *output != key)
 }
 
 /// The symbols of the file's table in natural sort order.
