@@ -52,6 +52,12 @@ impl MiniNames {
 }
 
 impl Names for MiniNames {
+    /// An input or output is a line itself.
+    fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
+        let is_wired = self.symbol(key).is_some_and(|symbol| symbol.kind != Kind::Number);
+        if is_wired { vec![key] } else { vec![] }
+    }
+
     fn find(&self, name: &str, _: Purpose) -> Result<VariableKey, NameError> {
         let upper = name.trim().to_uppercase();
         let found = self.symbols.iter().position(|symbol| symbol.name == upper);
