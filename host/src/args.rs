@@ -65,6 +65,10 @@ pub struct RunArgs {
     #[arg(long)]
     pub repeat: bool,
 
+    #[allow(
+        rustdoc::broken_intra_doc_links,
+        reason = "the text is the option's help, where brackets are brackets"
+    )]
     /// The other side answers: a simulated control for PMI and NCT, and small machines, as the table [simulator] of the machine
     /// file says. The stimulus may then press keys: KEY.CYCLE START
     #[arg(long)]

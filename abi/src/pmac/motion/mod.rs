@@ -1,5 +1,5 @@
 //! What compiler and executive share of a PMAC's other side: motors, coordinate systems and motion
-//! programs. The [tables] of a download's motion, the [axes], the [commands](command) for motors and
+//! programs. The tables of a download's motion, the axes, the [commands](command) for motors and
 //! coordinate systems, and where their [registers] are.
 
 pub mod axis;
