@@ -31,23 +31,23 @@ impl<'u> Graph<'u> {
                 units.partition_point(|it| (it.span.file, it.span.start) < (span.file, span.end));
             from..to
         };
+        let declared: BTreeSet<plcc_diag::Span> =
+            version.words.declarations.iter().map(|it| it.extent).collect();
         for block in &version.words.blocks {
             let inside = in_span(*block);
             let first = inside.start;
             let body: Vec<usize> = inside.skip(1).collect();
             // A whole program or section is not run because of its first word.
-            let is_declared = version.words.declarations.iter().any(|it| it.extent == *block);
-            if let Some(list) = governed.get_mut(first).filter(|_| !is_declared) {
+            if let Some(list) = governed.get_mut(first).filter(|_| !declared.contains(block)) {
                 list.extend(body);
             }
         }
         for (at, unit) in units.iter().enumerate() {
             for called in &unit.calls {
-                for declaration in version.words.declarations.iter().filter(|it| it.name == *called)
-                {
+                for declaration in version.words.declared(called) {
                     let extent = in_span(declaration.extent);
                     // A jump forwards leaves out what is between.
-                    let between = at + 1..extent.start;
+                    let between = if unit.jumps { at + 1..extent.start } else { 0..0 };
                     let list = governed.get_mut(at).into_iter();
                     list.for_each(|list| list.extend(extent.clone().chain(between.clone())));
                 }

@@ -18,8 +18,10 @@ pub(crate) struct Unit {
     pub(crate) reads: BTreeSet<String>,
     /// The variables that it gives a value, or declares.
     pub(crate) writes: BTreeSet<String>,
-    /// The labels and programs that it goes to, calls, starts or stops.
+    /// The labels, subroutines and programs that it goes to, calls, starts or stops.
     pub(crate) calls: BTreeSet<String>,
+    /// Whether it goes to them, so that what stands between is left out.
+    pub(crate) jumps: bool,
     /// Whether the order of the statements around it has a meaning that its variables do not show: a condition, a label, a
     /// jump.
     pub(crate) directs: bool,
@@ -102,7 +104,8 @@ impl Names<'_> {
             reads.extend(writes.iter().cloned());
         }
         let labels = words.iter().filter(|it| it.kind == WordKind::Label);
-        let calls = labels.clone().filter(|it| it.appearance == Some(Appearance::Called));
+        let jumps = labels.clone().any(|it| it.appearance == Some(Appearance::GoneTo));
+        let calls = labels.clone().filter(|it| it.appearance != Some(Appearance::Declared));
         let calls: BTreeSet<String> = calls.filter_map(|it| it.name.clone()).collect();
         let directs =
             labels.count() > 0 || words.iter().any(|it| self.directing.contains(&it.span));
@@ -133,6 +136,7 @@ impl Names<'_> {
             reads,
             writes,
             calls,
+            jumps,
             directs,
             acts,
             declares,

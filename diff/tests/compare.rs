@@ -115,6 +115,17 @@ fn declarations_count_by_what_they_declare() {
 }
 
 #[test]
+fn what_a_jump_leaves_out_depends_on_it_and_what_a_call_passes_does_not() {
+    let old = ":001 I012 C005 Z U020 J1\n:005 U012 R\n:000 J0\n";
+    let found_of = |old: &str, new: &str| found(Dialect::Nct, old, new);
+    let new = old.replace("I012", "NI012");
+    assert_eq!(found_of(old, &new), [row(Change::Changed, "NI012", &["Y012"])]);
+    let old = old.replace("C005", "G005");
+    let new = old.replace("I012", "NI012");
+    assert_eq!(found_of(&old, &new), [row(Change::Changed, "NI012", &["Y012", "Y020"])]);
+}
+
+#[test]
 fn subroutines_and_programs_are_followed() {
     let old = ":001 I012 C005 Z J1\n:005 U012 R\n:000 J0\n";
     let new = ":001 NI012 C005 Z J1\n:005 U012 R\n:000 J0\n";

@@ -3,7 +3,7 @@
 //! They are made by the readers that the compiler itself uses, and also of a program with errors. Where a statement can't be
 //! read, its words are there nevertheless.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use plcc_diag::{FileId, SourceMap, Span};
 
@@ -41,7 +41,9 @@ pub enum Appearance {
     Written,
     /// A condition looks at it.
     Tested,
-    /// It is gone to, called, started or stopped.
+    /// The program goes on there, and does not come back.
+    GoneTo,
+    /// It is called, started or stopped.
     Called,
 }
 
@@ -115,10 +117,42 @@ pub struct Words {
     pub blocks: Vec<Span>,
     /// The places of all statements.
     pub statements: Vec<Span>,
+    /// Where names are in the lists.
+    index: Index,
+}
+
+/// The places of names in the lists of words and declarations.
+#[derive(Clone, Debug, Default)]
+struct Index {
+    /// Words, by the variable, constant or label that they name.
+    named: BTreeMap<String, Vec<usize>>,
+    /// Words, by the name of the `#define`.
+    defined: BTreeMap<String, Vec<usize>>,
+    /// Declarations, by the name.
+    declared: BTreeMap<String, Vec<usize>>,
+}
+
+impl Index {
+    fn of(words: &[Word], declarations: &[Declaration]) -> Self {
+        let mut index = Self::default();
+        for (at, word) in words.iter().enumerate() {
+            for (map, name) in
+                [(&mut index.named, &word.name), (&mut index.defined, &word.defined_as)]
+            {
+                if let Some(name) = name {
+                    map.entry(name.clone()).or_default().push(at);
+                }
+            }
+        }
+        for (at, declaration) in declarations.iter().enumerate() {
+            index.declared.entry(declaration.name.clone()).or_default().push(at);
+        }
+        index
+    }
 }
 
 impl Words {
-    /// Sorts both lists and drops words that lie in others, such as a name in a comment.
+    /// Sorts the lists and drops words that lie in others, such as a name in a comment.
     #[must_use]
     pub(crate) fn sorted(mut self, sources: &SourceMap) -> Self {
         let order =
@@ -140,6 +174,7 @@ impl Words {
             .map(FileId)
             .filter_map(|file| Some((sources.included_from(file)?, file)))
             .collect();
+        self.index = Index::of(&self.words, &self.declarations);
         self
     }
 
@@ -199,40 +234,53 @@ impl Words {
     /// All words that name the same variable, constant or label as a word, in their order. A name of a `#define` is another one
     /// than the variable that it stands for.
     pub fn same_as<'w>(&'w self, word: &Word) -> Vec<&'w Word> {
-        let same = |other: &&Word| match &word.defined_as {
-            Some(defined) => other.defined_as.as_ref() == Some(defined),
-            None => {
-                word.name.is_some() && other.name == word.name && other.kind == word.kind
-                    || word.name.is_some()
-                        && other.name == word.name
-                        && (word.kind == WordKind::Label) == (other.kind == WordKind::Label)
-            }
+        let (by, name) = match (&word.defined_as, &word.name) {
+            (Some(defined), _) => (&self.index.defined, defined),
+            (None, Some(name)) => (&self.index.named, name),
+            (None, None) => return vec![],
         };
-        self.words.iter().filter(same).collect()
+        let is_label = word.kind == WordKind::Label;
+        let same = by.get(name).into_iter().flatten().filter_map(|&at| self.words.get(at));
+        same.filter(|other| {
+            word.defined_as.is_some() || (other.kind == WordKind::Label) == is_label
+        })
+        .collect()
+    }
+
+    /// The declarations of a name, in their order.
+    pub fn declared(&self, name: &str) -> impl Iterator<Item = &Declaration> {
+        let found = self.index.declared.get(name).into_iter().flatten();
+        found.filter_map(|&at| self.declarations.get(at))
     }
 
     /// The declarations of what a word names: of the name itself, else of what it stands for.
     pub fn declarations_of(&self, word: &Word) -> Vec<&Declaration> {
         let of = |name: &Option<String>| -> Vec<&Declaration> {
-            let Some(name) = name else { return vec![] };
-            self.declarations.iter().filter(|it| it.name == *name).collect()
+            name.iter().flat_map(|name| self.declared(name)).collect()
         };
         let own = of(&word.defined_as);
         if own.is_empty() { of(&word.name) } else { own }
     }
 
-    /// How often each variable is read or tested, and how often it is written.
-    pub fn uses(&self) -> HashMap<&str, (usize, usize)> {
-        let mut uses: HashMap<&str, (usize, usize)> = HashMap::new();
-        for word in &self.words {
-            let Some(name) = word.name.as_deref() else { continue };
-            let (read, written) = uses.entry(name).or_default();
-            match word.appearance {
-                Some(Appearance::Read | Appearance::Tested | Appearance::Called) => *read += 1,
-                Some(Appearance::Written) => *written += 1,
-                Some(Appearance::Declared) | None => {}
-            }
-        }
-        uses
+    /// How often a variable is read or tested, and how often it is written.
+    pub fn uses_of(&self, name: &str) -> (usize, usize) {
+        let own = self.index.named.get(name).into_iter().flatten();
+        count(own.filter_map(|&at| self.words.get(at)))
     }
+
+    /// The same of each variable.
+    pub fn uses(&self) -> impl Iterator<Item = (&str, (usize, usize))> {
+        self.index.named.keys().map(|name| (name.as_str(), self.uses_of(name)))
+    }
+}
+
+/// How many of some words read or test a variable, and how many give it a value.
+fn count<'w>(words: impl Iterator<Item = &'w Word>) -> (usize, usize) {
+    words.fold((0, 0), |(read, written), word| match word.appearance {
+        Some(Appearance::Read | Appearance::Tested | Appearance::GoneTo | Appearance::Called) => {
+            (read + 1, written)
+        }
+        Some(Appearance::Written) => (read, written + 1),
+        Some(Appearance::Declared) | None => (read, written),
+    })
 }

@@ -85,7 +85,7 @@ fn plain(span: Span, kind: WordKind) -> Word {
 
 /// Adds the words of a statement.
 fn statement(text: &str, stmt: &Stmt, words: &mut Vec<Word>) {
-    use Appearance::{Called, Declared, Read, Tested, Written};
+    use Appearance::{Called, Declared, GoneTo, Read, Tested, Written};
     let span = stmt.span;
     let label = |number: u16, appearance| Word {
         name: Some(format!(":{number:03}")),
@@ -94,7 +94,8 @@ fn statement(text: &str, stmt: &Stmt, words: &mut Vec<Word>) {
     };
     let appearance = match stmt.op {
         Op::Label(number) => return words.push(label(number, Declared)),
-        Op::Goto(number) | Op::Call(number) => return words.push(label(number, Called)),
+        Op::Goto(number) => return words.push(label(number, GoneTo)),
+        Op::Call(number) => return words.push(label(number, Called)),
         Op::Text => return words.push(plain(span, WordKind::Text)),
         Op::If { .. } | Op::Bad { opens: Opens::Yes | Opens::Perhaps } => Tested,
         Op::Set(_) | Op::Clear(_) | Op::Store { .. } | Op::Count { .. } | Op::Update { .. } => {

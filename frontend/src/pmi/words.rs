@@ -227,7 +227,7 @@ impl Finder<'_> {
             }
             LogicForm::EndIf { word } => self.end_block(cursor.span_of(*word), false),
             LogicForm::Goto { label, .. } => {
-                found.extend(label.iter().map(|label| (label.start, Appearance::Called)));
+                found.extend(label.iter().map(|label| (label.start, Appearance::GoneTo)));
             }
             LogicForm::Other { .. } => {}
         }
@@ -253,7 +253,7 @@ impl Finder<'_> {
             Kind::Name | Kind::Executive => match self.symbols.get(text).map(|it| &it.meaning) {
                 Some(Meaning::Label(_)) => WordKind::Label,
                 Some(Meaning::Constant(_)) => WordKind::Constant,
-                None if appearance == Some(Appearance::Called) => WordKind::Label,
+                None if appearance == Some(Appearance::GoneTo) => WordKind::Label,
                 Some(_) | None => WordKind::Variable,
             },
             Kind::Directive => WordKind::Directive,
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn names_are_found_with_what_is_done_with_them() {
-        use Appearance::{Called, Declared, Read, Tested, Written};
+        use Appearance::{Declared, GoneTo, Read, Tested, Written};
         use WordKind::{Constant, Label, Variable};
         let text = "$INPUT\nA = 1/0 ? the door A\n$INTEGER\nC = 3, V[2]\n$FAULT\nFLT = \"x\", C\n$END\nL1: IF A & @FRO > C\n\
                     GOTO L1\nV[C] = V[0] + C\nB = A\nENDIF\n";
@@ -320,7 +320,7 @@ mod tests {
             word("A", Variable, Tested),
             word("@FRO", Variable, Tested),
             word("C", Constant, Tested),
-            word("L1", Label, Called),
+            word("L1", Label, GoneTo),
             word("V", Variable, Written),
             word("C", Constant, Read),
             word("V", Variable, Read),

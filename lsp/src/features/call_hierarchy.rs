@@ -60,7 +60,8 @@ fn around<'p>(at: At<'p>, word: &Word) -> Option<&'p Declaration> {
 /// The words that call something, each with the declaration that it is in.
 fn calls<'p>(at: At<'p>) -> impl Iterator<Item = (&'p Word, &'p Declaration)> {
     let words = at.program.words.words.iter();
-    let calling = words.filter(|word| word.appearance == Some(Appearance::Called));
+    let calling = words
+        .filter(|word| matches!(word.appearance, Some(Appearance::Called | Appearance::GoneTo)));
     calling.filter_map(move |word| Some((word, around(at, word)?)))
 }
 
@@ -86,9 +87,8 @@ pub(crate) fn outgoing(at: At<'_>) -> Option<Vec<CallHierarchyOutgoingCall>> {
     let of = declaration(at)?;
     let mut found: Vec<CallHierarchyOutgoingCall> = vec![];
     for (word, _) in calls(at).filter(|(_, caller)| *caller == of) {
-        let mut declarations = at.program.words.declarations.iter();
-        let Some(called) =
-            declarations.rfind(|it| is_called(it) && word.name.as_ref() == Some(&it.name))
+        let named = word.name.as_deref().unwrap_or_default();
+        let Some(called) = at.program.words.declared(named).filter(|it| is_called(it)).last()
         else {
             continue;
         };

@@ -9,10 +9,9 @@ use crate::program::At;
 
 /// The lenses of a document.
 pub(crate) fn code_lens(at: At<'_>) -> Vec<CodeLens> {
-    let uses = at.program.words.uses();
     let own = at.program.words.declarations.iter().filter(|it| it.at.file == at.file);
     own.filter_map(|declaration| {
-        let (read, written) = uses.get(declaration.name.as_str()).copied().unwrap_or_default();
+        let (read, written) = at.program.words.uses_of(&declaration.name);
         let title = match declaration.kind {
             DeclarationKind::Constant => format!("read {}", times(read)),
             DeclarationKind::Label | DeclarationKind::Program => format!("called {}", times(read)),

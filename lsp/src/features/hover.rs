@@ -48,7 +48,7 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
     }
     // What a name of a #define stands for has a declaration of its own.
     if let (Some(_), Some(name)) = (&word.defined_as, &word.name) {
-        let of = program.words.declarations.iter().filter(|it| it.name == *name);
+        let of = program.words.declared(name);
         parts.extend(of.map(|it| format!("`{}`", it.detail.replace('`', "'"))));
     }
     if let Some(number) = number(written).filter(|_| word.kind == WordKind::Number) {
@@ -59,9 +59,8 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
     if let Some(text) = language(program.dialect).explain(topic, controller) {
         parts.push(format!("```text\n{}\n```", text.trim_end()));
     }
-    if let Some((read, written)) =
-        word.name.as_deref().and_then(|name| program.words.uses().get(name).copied())
-    {
+    if let Some(name) = &word.name {
+        let (read, written) = program.words.uses_of(name);
         parts.push(format!("read {}, written {}", times(read), times(written)));
     }
     if parts.is_empty() {

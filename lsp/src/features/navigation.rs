@@ -65,9 +65,9 @@ pub(crate) fn highlights(at: At<'_>) -> Vec<DocumentHighlight> {
         range: at.program.range(it.span),
         kind: Some(match it.appearance {
             Some(Appearance::Written) => DocumentHighlightKind::Write,
-            Some(Appearance::Read | Appearance::Tested | Appearance::Called) => {
-                DocumentHighlightKind::Read
-            }
+            Some(
+                Appearance::Read | Appearance::Tested | Appearance::GoneTo | Appearance::Called,
+            ) => DocumentHighlightKind::Read,
             Some(Appearance::Declared) | None => DocumentHighlightKind::Text,
         }),
     };

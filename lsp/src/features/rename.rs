@@ -30,7 +30,7 @@ pub(crate) fn prepare(at: At<'_>) -> Result<PrepareRenameResult, String> {
 fn own_name<'p>(at: At<'p>, word: &'p Word) -> Result<&'p str, String> {
     let name =
         word.defined_as.as_deref().or(word.name.as_deref()).ok_or("there is no name here")?;
-    let declared = at.program.words.declarations.iter().any(|it| it.name == name);
+    let declared = at.program.words.declared(name).next().is_some();
     // Names of the control, such as I012 or P1, are spelled as they are declared nowhere, or in words of the language.
     if !declared || at.text(word) != name || is_of_control(at, word) {
         return Err(format!("{name} is a name of the control, which can't be spelled otherwise"));
