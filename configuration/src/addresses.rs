@@ -67,7 +67,7 @@ fn list(driver: &dyn Driver, text: &str) -> Result<Vec<Arc<dyn Address>>, String
     let one = |part: &str| {
         let part = part.trim();
         let full = if part.contains('/') { part.to_owned() } else { format!("{prefix}{part}") };
-        driver.address(&full)?.ok_or_else(|| format!("`{full}` is no address"))
+        driver.address(&full)?.ok_or_else(|| format!("`{full}` is not an address"))
     };
     let mut all: Vec<Arc<dyn Address>> = vec![];
     for part in text.split(',') {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn what_is_wrong_with_a_list_is_told() {
         for (driver, text, part) in [
-            ("gpio", "gpiochip0/17,x", "`gpiochip0/x` is no address"),
+            ("gpio", "gpiochip0/17,x", "`gpiochip0/x` is not an address"),
             ("gpio", "gpiochip0/5..3", "no row of points leads from `gpiochip0/5` to `3`"),
             ("modbus-tcp", "h/1/coil/0..9999", "no row of points"),
             ("modbus-tcp", "h/1/holding/7.0..7.16", "bit"),

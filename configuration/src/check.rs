@@ -246,7 +246,7 @@ fn lines_wanted(point: &Point, addresses: &Addresses) -> String {
     let is_group = !place.is_bit() && matches!(place.ty, Type::Bits | Type::SignedBits | Type::Bcd);
     match is_group && matches!(addresses, Addresses::From(_)) && fits_bits() {
         true => format!(
-            "; it has {} lines: a range or a list of so many addresses gives each line a point",
+            "; it has {} lines: a range or a list of as many addresses gives each line a point",
             place.width
         ),
         false => String::new(),

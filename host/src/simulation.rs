@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::args::ControlArgs;
 
-/// At most so many mistakes of a part program are printed, the rest is counted.
+/// The most mistakes of a part program that are printed; the others are counted.
 const MAX_ERRORS: usize = 20;
 
 /// What the simulator of a run is made from.

@@ -30,7 +30,7 @@ pub(crate) struct Document {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Documents(HashMap<PathBuf, Document>);
 
-/// The path of a document. One that is no file has its address as its path.
+/// The path of a document. One that is not a file has its address as its path.
 pub(crate) fn path_of(uri: &Uri) -> PathBuf {
     uri.to_file_path().unwrap_or_else(|()| PathBuf::from(uri.as_str()))
 }

@@ -62,7 +62,7 @@ impl Error {
         }
     }
 
-    /// The error of a code; not simulated for what is no code.
+    /// The error of a code; not simulated for what is not a code.
     pub fn of(code: &str) -> Self {
         match code {
             "ERR003" => Self::Unfit,

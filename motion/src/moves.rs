@@ -286,7 +286,7 @@ impl Machine<'_> {
         sum.sqrt() / feed * self.system_i(system, 90)
     }
 
-    /// Calculates a RAPID move. Gives whether a motor moves.
+    /// Calculates a RAPID move. Returns whether a motor moves.
     pub(crate) fn rapid(&mut self, system: usize, words: &Words) -> bool {
         let axes = self.state.systems[system].axes;
         let number = self.state.systems[system].next_move;

@@ -140,7 +140,7 @@ impl Condition {
 }
 
 impl Comparison {
-    /// Reads `NAME RELATION NUMBER`, or the name of a bit alone, which means that it is 1. Gives whether there is a relation,
+    /// Reads `NAME RELATION NUMBER`, or the name of a bit alone, which means that it is 1. Returns whether there is a relation,
     /// too.
     fn parse(text: &str, names: &dyn Names) -> Option<(Self, bool)> {
         let split = RELATIONS

@@ -127,7 +127,7 @@ fn length<'t>() -> impl Grammar<'t, (Length, Part)> {
 const MAX_TICKS: u64 = 1_000_000_000;
 const MAX_NS: u64 = 1_000_000 * 1_000_000_000;
 
-/// A number with a unit of so many nanoseconds; without one, of ticks.
+/// A number with a unit, in nanoseconds; without a unit, in ticks.
 fn of(number: &str, unit: Option<u64>) -> Result<Length, String> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let Some(unit) = unit else {

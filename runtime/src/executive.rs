@@ -183,7 +183,7 @@ pub trait Executive {
     fn used_ranges(&self) -> Vec<Range<u32>>;
 
     /// Takes over the state of an executive of another program of the same control, as `plan` says,
-    /// between two ticks. It neither allocates memory nor waits. Gives whether both executives belong to
+    /// between two ticks. It neither allocates memory nor waits. Returns whether both executives belong to
     /// the control that the plan is for; if not, nothing is changed.
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool;
 

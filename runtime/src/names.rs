@@ -60,7 +60,7 @@ impl Properties {
     }
 }
 
-/// What the value `press` of a key does: the key is pressed, and let go so many ticks later.
+/// What the value `press` of a key does: the key is pressed, and let go this many ticks later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Press {
     /// The ticks.

@@ -16,7 +16,7 @@ pub(crate) struct History {
 pub(crate) const MAX_LAG: u64 = 10_000;
 
 impl History {
-    /// A history in which the values were always those of `before`. There are values for each of so many ticks.
+    /// A history in which the values were always those of `before`. It has values for each of `ticks` ticks.
     pub(crate) fn new(before: &[i128], ticks: u64) -> Self {
         let ticks = ticks.min(MAX_LAG) as usize;
         Self { values: before.repeat(ticks), width: before.len(), at: 0 }
@@ -26,7 +26,7 @@ impl History {
         self.values.len() == own.values.len() && self.width == own.width
     }
 
-    /// Puts the values of this tick in, and replaces them by those of so many ticks ago.
+    /// Puts the values of this tick in, and replaces them by those of as many ticks ago.
     pub(crate) fn delay(&mut self, now: &mut [i128]) {
         if self.values.is_empty() {
             return;

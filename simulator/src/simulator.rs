@@ -319,7 +319,7 @@ impl Simulator {
         &self.state
     }
 
-    /// Goes on with another state. Gives whether that fits; if not, nothing is changed.
+    /// Goes on with another state. Returns whether that fits; if not, nothing is changed.
     pub fn set_state(&mut self, mut state: State) -> bool {
         let fits = match (&state.control, &self.state.control) {
             (ControlState::None, ControlState::None) => true,

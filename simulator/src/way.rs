@@ -26,7 +26,7 @@ pub(crate) struct Way {
 }
 
 impl Way {
-    /// Room for a way of so many axes.
+    /// Room for a way of this number of axes.
     pub(crate) fn new(axes: usize) -> Self {
         Self { start: vec![0; axes], delta: vec![0; axes], ..Self::default() }
     }
@@ -114,7 +114,7 @@ impl Way {
         self.progress >= self.total()
     }
 
-    /// Goes on for a tick at `speed` nanometres a minute and so many per cent.
+    /// Goes on for a tick at `speed` nanometres a minute, at a percentage of it.
     pub(crate) fn advance(&mut self, speed: i128, percent: i64, tick_ns: u64) {
         let added = speed.saturating_mul(percent.into()).saturating_mul(tick_ns.into());
         self.progress = self.progress.saturating_add(added);

@@ -53,7 +53,7 @@ fn set(holds: &mut [bool], operand: usize) {
     }
 }
 
-/// The largest groups of so many values that are all tried.
+/// The size of the largest groups that are all tried, of a number of values.
 fn largest_size(values: usize) -> usize {
     if values * values <= MOST { 2 } else { 1 }
 }

@@ -92,7 +92,7 @@ impl Inquiry<'_> {
                     open.extend(found);
                 }
                 (Some(variable), _) if variable.name == of.name => {
-                    // What an earlier scan has left is no reason.
+                    // What an earlier scan has left is not a reason.
                     if self.followed < MOST_FOLLOWED && self.is_written_before(of, operand.at)? {
                         self.followed += 1;
                         let value = operand.value.number();

@@ -43,7 +43,7 @@ pub(crate) struct TestArgs {
     #[arg(long, value_name = "RECORD", conflicts_with_all = ["paths", "filter", "engine", "junit", "coverage", "records"])]
     pub(crate) from: Option<PathBuf>,
 
-    /// Looks so many seconds for stimuli that cover what the tests do not cover yet, and writes them as a script with
+    /// Looks, for this many seconds, for stimuli that cover what the tests do not cover yet, and writes them as a script with
     /// what came out, for a person to judge
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["from", "junit", "coverage", "records"])]
     pub(crate) search: Option<u64>,

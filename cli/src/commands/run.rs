@@ -125,10 +125,10 @@ fn in_session(
     Ok(status)
 }
 
-/// At most so many mistakes of a part program are drawn, the rest is counted.
+/// The most mistakes of a part program that are drawn; the others are counted.
 const MAX_MISTAKES: usize = 20;
 
-/// Draws the mistakes of the part program that the simulator would read. Gives whether there are any.
+/// Draws the mistakes of the part program that the simulator would read. Returns whether there are any.
 ///
 /// # Errors
 /// When it can't be read, or the table does not fit.

@@ -35,7 +35,7 @@ const LEGEND: f64 = 20.0;
 const GAP: f64 = 12.0;
 /// The width of the path, which is a square.
 const PATH: f64 = 300.0;
-/// At most so many bars are drawn.
+/// The most bars that are drawn.
 pub(crate) const MAX_BARS: usize = 48;
 
 /// Colours that differ for people who see red and green alike, too (after Okabe and Ito), in the order of the variables.

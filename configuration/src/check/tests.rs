@@ -156,7 +156,7 @@ fn what_is_wrong_with_a_group_is_told() {
     for (text, parts) in [
         (
             io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4\""),
-            &["it has 4 lines: a range or a list of so many addresses"][..],
+            &["it has 4 lines: a range or a list of as many addresses"][..],
         ),
         (
             io("name = \"TPOS\"\ndriver = \"gpio\"\naddress = \"gpiochip0/4..6\""),

@@ -140,7 +140,7 @@ impl LogicBuilder {
         self.varying_contact(name, span, value);
     }
 
-    /// A contact that is no constant, although it may name no variable: NCT's relations compare OP.
+    /// A contact that is not a constant, although it may name no variable: NCT's relations compare OP.
     pub(crate) fn varying_contact(&mut self, name: &str, span: Span, value: Expression) {
         let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
         self.logic.contacts.push(Contact { name, span, value });

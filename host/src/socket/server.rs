@@ -202,7 +202,7 @@ impl SocketThread {
         self.serve(ready.get(1..).unwrap_or_default(), now);
     }
 
-    /// Waits until something can be done. Gives whether a connection can be accepted, and then for each
+    /// Waits until something can be done. Returns whether a connection can be accepted, and then for each
     /// connection whether that is ready.
     fn wait(&mut self, now: Instant) -> Vec<bool> {
         self.accept_tokens.refill(now);

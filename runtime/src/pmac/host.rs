@@ -265,7 +265,7 @@ impl PmacHost {
     }
 
     /// Executes a statement by the definitions of M-variables as they are now, by its index in the
-    /// tables. Gives whether a condition holds; `false` for an assignment.
+    /// tables. Returns whether a condition holds; `false` for an assignment.
     fn statement(&mut self, image: &mut [u8], index: u32) -> bool {
         let Some(statement) = self.tables.statements.get(index as usize) else {
             return false;

@@ -175,7 +175,7 @@ impl Nct {
         state.request_axes();
     }
 
-    /// Finishes the block, if FIN is there and all its parts are done. Gives whether the next one may begin in this
+    /// Finishes the block, if FIN is there and all its parts are done. Returns whether the next one may begin in this
     /// step.
     fn finish(&self, state: &mut State, step: &mut Step<'_, '_>) -> bool {
         let fin = step.y(54, 7);

@@ -32,7 +32,7 @@ impl Nct {
         }
     }
 
-    /// Lets the block go on that was put aside, when the operator has asked for it and answered. Gives whether it does.
+    /// Lets the block go on that was put aside, when the operator has asked for it and answered. Returns whether it does.
     pub(super) fn go_back(&self, state: &mut State, step: &mut Step<'_, '_>) -> bool {
         match state.returns {
             Return::No => {

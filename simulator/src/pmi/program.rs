@@ -20,7 +20,7 @@ enum Phase {
     /// Codes that come before the movement wait to be reset.
     #[default]
     Prompt,
-    /// The axes move, or G4 counts: so many ticks are left.
+    /// The axes move, or G4 counts the ticks that are left.
     Moving { dwell: Option<u64> },
     /// Codes that come after the movement wait.
     Delayed,
@@ -119,7 +119,7 @@ impl Pmi {
         self.tell_waits(state, now);
     }
 
-    /// Does what the present phase does in this step. Gives whether the next one begins in the same step.
+    /// Does what the present phase does in this step. Returns whether the next one begins in the same step.
     fn go_on(&self, state: &mut State, seen: &Seen, now: &mut Context<'_>) -> bool {
         match state.block.phase {
             Phase::Prompt => {
@@ -152,7 +152,7 @@ impl Pmi {
         }
     }
 
-    /// Fetches the next block, if nothing is against it. Gives whether one begins.
+    /// Fetches the next block, if nothing is against it. Returns whether one begins.
     fn fetch(&self, state: &mut State, seen: &Seen, now: &mut Context<'_>) -> bool {
         if !state.started || state.hold || seen.block_inhibit {
             return false;
@@ -334,7 +334,7 @@ impl Pmi {
         }
     }
 
-    /// Ends a block. Gives whether another one begins in this step.
+    /// Ends a block. Returns whether another one begins in this step.
     fn end(&self, state: &mut State, seen: &Seen, now: &mut Context<'_>) -> bool {
         let ended = state.block.executed.take().and_then(|at| block(&self.setup, at));
         state.block.raised.clear();

@@ -26,9 +26,9 @@ use crate::input::machine_text;
 use crate::recorded::recorded_sources;
 use crate::report::Report;
 
-/// Of so many tests that failed it is told why.
+/// The most failed tests that are explained.
 const MAX_EXPLAINED: usize = 20;
-/// At most so many tests that failed are recorded.
+/// The most failed tests that are recorded.
 const MAX_RECORDS: usize = 100;
 
 /// Records the tests that failed, and notes where.
