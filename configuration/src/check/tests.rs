@@ -291,7 +291,7 @@ fn inputs_follow_variables_of_other_controls() {
     assert_eq!(shown, expected);
     let expected = [
         (5, "`LS3..LS4` is a range, but its address names a single variable"),
-        (9, "`m*` is no address"),
+        (9, "`m*` is not an address"),
         (13, "`PUMP` goes outside by its own name"),
     ];
     assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);

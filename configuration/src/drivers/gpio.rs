@@ -98,7 +98,7 @@ impl GpioLine {
     /// What is wrong with it.
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected =
-            || format!("`{text}` is no address: CHIP/LINE is expected, as in gpiochip0/17");
+            || format!("`{text}` is not an address: CHIP/LINE is expected, as in gpiochip0/17");
         let (chip, rest) = text.rsplit_once('/').ok_or_else(expected)?;
         let chip = chip.strip_prefix("/dev/").unwrap_or(chip);
         let (line, circuit) = match rest.split_once(':') {

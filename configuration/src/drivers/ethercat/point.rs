@@ -106,7 +106,7 @@ impl EthercatPoint {
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected = || {
             format!(
-                "`{text}` is no address: INTERFACE/TERMINAL/in/BYTE.BIT or \
+                "`{text}` is not an address: INTERFACE/TERMINAL/in/BYTE.BIT or \
                  INTERFACE/TERMINAL/out/BYTE:FORMAT is expected, as in eth1/1/in/0.3 and eth1/3/out/0:i16"
             )
         };

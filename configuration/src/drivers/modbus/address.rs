@@ -105,7 +105,7 @@ impl ModbusAddress {
                     }
                     _ => "TABLE/NUMBER, as in holding/0",
                 };
-                return Err(format!("`{text}` is no address: {form} is expected"));
+                return Err(format!("`{text}` is not an address: {form} is expected"));
             }
         };
         let table = match table {

@@ -27,7 +27,7 @@ impl ZenohVariable {
         };
         if !is_key_part(control) || variable == Some("") {
             return Err(format!(
-                "`{text}` is no address: CONTROL or CONTROL/VARIABLE is expected, as in mill/READY"
+                "`{text}` is not an address: CONTROL or CONTROL/VARIABLE is expected, as in mill/READY"
             ));
         }
         Ok(Self { control: control.into(), variable: variable.map(str::to_owned) })
