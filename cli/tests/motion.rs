@@ -63,6 +63,25 @@ fn homing_finds_the_index_and_goes_back_to_zero() {
     assert!(home[0].contains(r#""kind":"home","motor":1"#), "{home:?}");
 }
 
+#[test]
+fn address_chooses_the_motor_of_commands_in_all_engines() {
+    let text = format!(
+        "{MOTOR}I200=1 I220=10 I221=0 I219=100 I222=10\nP3=2\nOPEN PLC 1 CLEAR\nIF (P1=0)\nP1=1\nADDRESS#2\nCMD\"J=200\"\nENDIF\nCLOSE\n"
+    );
+    let folder =
+        Folder::with(&[("a.pmc", &text), ("b.pmc", &text.replace("ADDRESS#2", "ADDRESS#P3"))]);
+    for engine in ["interp --opt none", "jit --opt none", "jit --opt speed", "aot --opt speed"] {
+        for file in ["a.pmc", "b.pmc"] {
+            let done = folder.plcc(&format!(
+                "run {file} --simulate --ticks 120 --engine {engine} --watch #1.CMD,#2.CMD --trace -"
+            ));
+            let trace = done.exits(0).stdout;
+            assert_eq!(rows(&trace, "#1.CMD").last().unwrap().1, 0.0, "{file} {engine}");
+            assert_eq!(rows(&trace, "#2.CMD").last().unwrap().1, 200.0, "{file} {engine}");
+        }
+    }
+}
+
 /// A motion program of the guide's kind: lines that blend, a synchronous assignment, a DWELL.
 const PROGRAM: &str = "I100=1 I200=1 I116=100 I216=100 I117=10 I217=10 I190=1000 I187=20 I188=0\n\
     #1->100X\n#2->100Y\nM1->X:$07F0,0,1\nM180->X:$0818,0,1\n\

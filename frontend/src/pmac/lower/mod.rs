@@ -378,7 +378,7 @@ impl Lowerer<'_> {
             StmtKind::Plc(op, plcs) => self.plc(op as i64, plcs),
             StmtKind::Address(motor, system) => {
                 if let Some(motor) = motor {
-                    self.address_motor(Operand::Const(f64::from(motor)));
+                    self.address_motor_by_number(motor.into());
                 }
                 let Some(system) = system else { return Ok(()) };
                 let at = Address::fixed(self.regions.exec, exec::q_base(self.context));

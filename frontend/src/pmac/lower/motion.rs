@@ -3,7 +3,9 @@
 //! condition by a suspension too, so that no code has a loop; the executive goes on at once where the control would.
 
 use plcc_abi::HostFn;
-use plcc_ir::{InstBuilder, IntCond, Place, Type};
+use plcc_abi::pmac::layout::exec;
+use plcc_abi::pmac::motion::registers;
+use plcc_ir::{Address, InstBuilder, IntCond, Place, Type};
 
 use super::emit::{self, Operand};
 use super::{Lowerer, StatementPlaces};
@@ -46,6 +48,16 @@ impl Lowerer<'_> {
                 Ok(())
             }
             _ => self.statement(stmt, version, resumes),
+        }
+    }
+
+    /// Addresses a motor whose number is in the source, for commands. A number that no motor has changes nothing.
+    pub(super) fn address_motor_by_number(&mut self, motor: u32) {
+        if (1..=registers::motors(self.layout.controller)).contains(&motor) {
+            let at = Address::fixed(self.regions.exec, exec::motor(self.context));
+            let b = self.builder.func();
+            let motor = b.constant(Type::I32, i64::from(motor));
+            b.store(at, motor);
         }
     }
 
