@@ -75,6 +75,12 @@ impl Program {
         Path::new(self.sources.path(file))
     }
 
+    /// The comment that says what is declared at a place.
+    pub(crate) fn comment(&self, at: Span) -> Option<String> {
+        let signs = language(self.dialect).comment_signs();
+        self.words.comment_beside(&self.sources, at, signs)
+    }
+
     /// The range of a span in the protocol's terms.
     pub(crate) fn range(&self, span: Span) -> Range {
         self.encoding.range(&self.sources, span)

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use plcc_diag::{FileId, SourceMap, Span};
 
+use super::comment_behind::{comment_behind, split_comment};
+
 /// What a word is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum WordKind {
@@ -203,32 +205,14 @@ impl Words {
     }
 
     /// The comment that stands after a place on the same line, without its mark; else the comment that fills the line above.
-    pub fn comment_beside(&self, sources: &SourceMap, at: Span) -> Option<String> {
-        let line_of = |offset: u32| sources.line(at.file, offset);
-        let line = line_of(at.start);
-        let words = self.of_file(at.file);
-        let from = words.partition_point(|word| word.span.start < at.end);
-        let beside = words.get(from..)?.iter().find(|word| word.kind == WordKind::Comment);
-        let text = |word: &Word| {
-            let text = sources.slice(word.span);
-            let text = text
-                .trim_start_matches(['?', ';', '/', '*', ' '])
-                .trim_end_matches(['/', '*', ' ']);
-            let text: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-            (!text.is_empty()).then_some(text)
-        };
-        let is_beside = |word: &&Word| line_of(word.span.start) == line;
-        if let Some(found) = beside.filter(is_beside).and_then(text) {
-            return Some(found);
+    /// `signs` are what begins a comment in the language.
+    pub fn comment_beside(&self, sources: &SourceMap, at: Span, signs: &[&str]) -> Option<String> {
+        if let Some(beside) = comment_behind(sources, at, signs) {
+            return Some(beside);
         }
-        let first_of_line = words.partition_point(|word| line_of(word.span.start) < line);
-        let above = first_of_line.checked_sub(1).and_then(|at| words.get(at))?;
-        let alone = first_of_line
-            .checked_sub(2)
-            .and_then(|at| words.get(at))
-            .is_none_or(|word| line_of(word.span.start) < line_of(above.span.start));
-        let is_above = line_of(above.span.end) + 1 == line;
-        (above.kind == WordKind::Comment && alone && is_above).then(|| text(above)).flatten()
+        let above = sources.line(at.file, at.start).checked_sub(1)?;
+        let (statement, comment) = split_comment(sources.line_text(at.file, above), signs);
+        (statement.trim().is_empty() && !comment.is_empty()).then(|| comment.to_owned())
     }
 
     /// All words that name the same variable, constant or label as a word, in their order. A name of a `#define` is another one

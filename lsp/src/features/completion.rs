@@ -48,7 +48,7 @@ pub(crate) fn completion(at: At<'_>) -> CompletionResponse {
             | DeclarationKind::Variable
             | DeclarationKind::Contact => CompletionItemKind::Variable,
         };
-        let comment = program.words.comment_beside(&program.sources, declaration.at);
+        let comment = program.comment(declaration.at);
         let comment = comment.map(Documentation::String);
         items.push(item(&declaration.name, kind, &declaration.detail, comment, range));
     }

@@ -29,7 +29,7 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
             .file_name()
             .map(|it| it.to_string_lossy().into_owned());
         let mut text = format!("`{}`", declaration.detail.replace('`', "'"));
-        if let Some(comment) = program.words.comment_beside(&program.sources, declaration.at) {
+        if let Some(comment) = program.comment(declaration.at) {
             text.push_str("  \n");
             text.push_str(&comment);
         }

@@ -38,7 +38,7 @@ pub(crate) fn of_document(at: At<'_>) -> DocumentSymbolResponse {
     reason = "the protocol's structure still has the old field for deprecated symbols"
 )]
 fn one(program: &Program, of: &Declaration) -> DocumentSymbol {
-    let comment = program.words.comment_beside(&program.sources, of.at);
+    let comment = program.comment(of.at);
     let detail = comment.unwrap_or_else(|| of.detail.clone());
     DocumentSymbol {
         name: of.name.clone(),
