@@ -1,5 +1,6 @@
 //! A program that has been read, and a place in it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{Location, Range, Uri};
@@ -9,7 +10,7 @@ use plcc_frontend::common::words::Word;
 use plcc_frontend::common::{FileLoader, Options, Words};
 use plcc_frontend::{CheckedProgram, language};
 
-use crate::documents::Documents;
+use crate::documents::{Document, Documents};
 use crate::position::Encoding;
 
 /// A program that has been read: of one file, or of several that are one download.
@@ -58,6 +59,23 @@ impl Program {
         let named = files.len();
         let given = checked.as_deref().map_or_else(Vec::new, |checked| given(checked, &options));
         Self { dialect, sources, named, words, diagnostics, checked, given, options, encoding }
+    }
+
+    /// The program that it would be with other texts in some of its files.
+    pub(crate) fn with_texts(
+        &self,
+        texts: BTreeMap<FileId, String>,
+        documents: &Documents,
+    ) -> Self {
+        let mut documents = documents.clone();
+        for (file, text) in texts {
+            if let Some(uri) = documents.uri(self.path(file)) {
+                documents.open(Document { uri, version: 0, text, dialect: Some(self.dialect) });
+            }
+        }
+        let named = self.files().take(self.named).map(|file| self.path(file).to_owned());
+        let named: Vec<PathBuf> = named.collect();
+        Self::read(&named, self.dialect, &documents, self.options.clone(), self.encoding)
     }
 
     /// The file with a path, if it belongs to the program.
@@ -126,7 +144,6 @@ impl<'p> At<'p> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::documents::Document;
 
     /// A program of one text, and the documents that hold it. The place is where `|` stands in the text.
     pub(crate) fn with_cursor(dialect: Dialect, text: &str) -> (Program, Documents, u32) {

@@ -4,14 +4,14 @@
 //! a text which has been changed since, is answered at once with that reason, and problems are told when nothing else waits:
 //! typing never waits for the analysis of a text that is old already.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{
-    DidChangeTextDocumentNotification, DidCloseTextDocumentNotification,
+    Diagnostic, DidChangeTextDocumentNotification, DidCloseTextDocumentNotification,
     DidOpenTextDocumentNotification, InitializeParams, InitializeResult, Notification as _,
-    PublishDiagnosticsNotification, PublishDiagnosticsParams, ServerInfo, Uri, WorkspaceFolders,
+    PublishDiagnosticsNotification, PublishDiagnosticsParams, ServerInfo, WorkspaceFolders,
 };
 use lsp_server::{
     Connection, ErrorCode, Message, Notification, ProtocolError, Request, RequestId, Response,
@@ -34,10 +34,10 @@ pub(crate) struct Server<'c> {
     pub(crate) documents: Documents,
     pub(crate) workspace: Workspace,
     pub(crate) encoding: Encoding,
-    /// The open documents whose problems are to be told.
-    untold: BTreeSet<PathBuf>,
-    /// The files for which problems have been told, so that they can be taken back.
-    told: BTreeSet<PathBuf>,
+    /// Whether a text has changed since problems were told.
+    has_changed: bool,
+    /// By file, the problems that were told last.
+    told: BTreeMap<PathBuf, Vec<Diagnostic>>,
 }
 
 impl<'c> Server<'c> {
@@ -73,8 +73,8 @@ impl<'c> Server<'c> {
             documents: Documents::default(),
             workspace: Workspace::new(settings),
             encoding,
-            untold: BTreeSet::new(),
-            told: BTreeSet::new(),
+            has_changed: false,
+            told: BTreeMap::new(),
         };
         server.answer_all();
         Ok(())
@@ -198,11 +198,10 @@ impl<'c> Server<'c> {
                 let path = path_of(&it.text_document.uri);
                 self.documents.close(&path);
                 self.changed(&path);
-                self.untold.remove(&path);
             }
             "textDocument/didSave" | "workspace/didChangeWatchedFiles" => {
                 self.workspace.files_changed();
-                self.untold.extend(self.documents.iter().map(|(path, _)| path.clone()));
+                self.has_changed = true;
             }
             _ => {}
         }
@@ -210,26 +209,20 @@ impl<'c> Server<'c> {
 
     fn changed(&mut self, path: &Path) {
         self.workspace.text_changed(path);
-        // Another open file may include this one.
-        self.untold.extend(self.documents.iter().map(|(path, _)| path.clone()));
+        self.has_changed = true;
     }
 
-    /// Tells the problems of the programs of open documents, and takes back those of files that are in no program any more.
+    /// Tells the problems of the programs of open documents where they have changed, and takes back those of files that are in
+    /// no program any more.
     fn tell_problems(&mut self) {
-        if self.untold.is_empty() {
+        if !std::mem::take(&mut self.has_changed) {
             return;
         }
-        self.untold.clear();
         let open: Vec<PathBuf> = self.documents.iter().map(|(path, _)| path.clone()).collect();
-        let mut told = BTreeSet::new();
+        let mut found: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
         for path in open {
             if let Some(document) = self.documents.get(&path).filter(|_| is_machine_file(&path)) {
-                self.publish(
-                    document.uri.clone(),
-                    Some(document.version),
-                    problems(&document.text),
-                );
-                told.insert(path);
+                found.insert(path, problems(&document.text));
                 continue;
             }
             let reading = || self.workspace.program(&path, &self.documents, self.encoding);
@@ -238,26 +231,27 @@ impl<'c> Server<'c> {
             };
             let explains = self.workspace.settings.explain_links;
             for file in program.files() {
-                let of_file = program.path(file).to_owned();
-                if told.contains(&of_file) {
-                    continue;
-                }
-                let Some(uri) = self.documents.uri(&of_file) else { continue };
-                let found = diagnostics::of_file(&program, file, &self.documents, explains);
-                let version = self.documents.get(&of_file).map(|document| document.version);
-                self.publish(uri, version, found);
-                told.insert(of_file);
+                let of_file = found.entry(program.path(file).to_owned());
+                of_file.or_insert_with(|| {
+                    diagnostics::of_file(&program, file, &self.documents, explains)
+                });
             }
         }
-        for gone in self.told.difference(&told) {
-            if let Some(uri) = self.documents.uri(gone) {
-                self.publish(uri, None, vec![]);
+        let told = std::mem::take(&mut self.told);
+        for (path, problems) in &found {
+            if told.get(path) != Some(problems) {
+                self.publish(path, problems.clone());
             }
         }
-        self.told = told;
+        for gone in told.keys().filter(|path| !found.contains_key(*path)) {
+            self.publish(gone, vec![]);
+        }
+        self.told = found;
     }
 
-    fn publish(&self, uri: Uri, version: Option<i32>, diagnostics: Vec<gen_lsp_types::Diagnostic>) {
+    fn publish(&self, path: &Path, diagnostics: Vec<Diagnostic>) {
+        let Some(uri) = self.documents.uri(path) else { return };
+        let version = self.documents.get(path).map(|document| document.version);
         let params = PublishDiagnosticsParams { uri, version, diagnostics };
         let method: String = PublishDiagnosticsNotification::METHOD.into();
         self.send(Notification::new(method, params).into());

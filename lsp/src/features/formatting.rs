@@ -1,10 +1,11 @@
 //! Indents the bodies of conditions, and nothing else: no token changes, which is checked.
 
+use std::collections::BTreeMap;
+
 use gen_lsp_types::{FormattingOptions, Position, Range, TextEdit};
 use plcc_diag::Span;
 use plcc_frontend::common::words::WordKind;
 
-use crate::documents::Document;
 use crate::program::{At, Program};
 
 /// The edits that indent a document.
@@ -102,20 +103,7 @@ fn is_same(at: At<'_>, edits: &[TextEdit]) -> bool {
         }
         text.replace_range(start..end, &edit.new_text);
     }
-    let mut documents = at.documents.clone();
-    let path = program.path(at.file).to_owned();
-    let Some(uri) = documents.uri(&path) else { return false };
-    documents.open(Document { uri, version: 0, text, dialect: Some(program.dialect) });
-    let files: Vec<_> = (0..program.named as u32)
-        .map(|id| program.path(plcc_diag::FileId(id)).to_owned())
-        .collect();
-    let after = Program::read(
-        &files,
-        program.dialect,
-        &documents,
-        program.options.clone(),
-        program.encoding,
-    );
+    let after = program.with_texts(BTreeMap::from([(at.file, text)]), at.documents);
     let words = |program: &Program| -> Vec<(WordKind, String)> {
         let words = program.words.words.iter();
         words.map(|it| (it.kind, program.sources.slice(it.span).to_owned())).collect()

@@ -10,7 +10,6 @@ use plcc_diag::{FileId, Span};
 use plcc_frontend::common::words::Word;
 
 use crate::Compiler;
-use crate::documents::Document;
 use crate::program::{At, Program};
 
 /// Whether the name at a place can get another spelling, and what it is.
@@ -107,15 +106,7 @@ fn changed(at: At<'_>, spans: &[Span], new: &str) -> Program {
             text.replace_range(span.range(), new);
         }
     }
-    let mut documents = at.documents.clone();
-    for (file, text) in texts {
-        if let Some(uri) = documents.uri(program.path(file)) {
-            documents.open(Document { uri, version: 0, text, dialect: Some(program.dialect) });
-        }
-    }
-    let files: Vec<_> =
-        (0..program.named as u32).map(|id| program.path(FileId(id)).to_owned()).collect();
-    Program::read(&files, program.dialect, &documents, program.options.clone(), program.encoding)
+    program.with_texts(texts, at.documents)
 }
 
 #[cfg(test)]
