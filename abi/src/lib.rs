@@ -58,6 +58,7 @@ pub mod resume;
 #[cfg(feature = "suggest")]
 mod suggest;
 mod symbols;
+pub mod time;
 pub mod unwind;
 
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};

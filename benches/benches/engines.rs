@@ -14,9 +14,9 @@ use plcc::disk::Disk;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_benches::kernels::{Language, families};
 use plcc_codegen::OptLevel;
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Machine, Options};
-use plcc_host::args::ControlArgs;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 
@@ -124,7 +124,7 @@ fn tick(
     name: &str,
     engine: &mut dyn Engine,
 ) {
-    let Ok(mut executive) = session::executive(program, &ControlArgs::default(), false, None)
+    let Ok(mut executive) = plcc_control::executive(program, &ControlArgs::default(), false, None)
     else {
         return;
     };

@@ -30,8 +30,7 @@ use plcc_benches::compiled;
 use plcc_benches::kernels::families;
 use plcc_benches::kernels::subject::Subject;
 use plcc_codegen::{Optimization, Target};
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
+use plcc_control::ControlArgs;
 use plcc_load::Artifact;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
@@ -193,7 +192,8 @@ fn run(folder: &Path, task: &str, scans: u64) -> Result<(), Box<dyn Error>> {
     let artifact = Artifact::open(&artifact_in(folder), None)?;
     let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
     if task == "tick" {
-        let executive = session::executive(&artifact.program, &ControlArgs::default(), false, None);
+        let executive =
+            plcc_control::executive(&artifact.program, &ControlArgs::default(), false, None);
         let mut executive = executive.map_err(|error| error.to_string())?;
         let mut events = vec![];
         for _ in 0..scans {

@@ -15,9 +15,9 @@ use plcc::disk::Disk;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_benches::kernels::{Language, families};
 use plcc_codegen::OptLevel;
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
-use plcc_host::args::ControlArgs;
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_record::ReplaceableExecutive;
@@ -88,7 +88,7 @@ struct Control {
 
 impl Control {
     fn new(subject: &Subject, program: &Program, engine: Box<dyn Engine>) -> Result<Self, String> {
-        let executive = session::executive(program, &ControlArgs::default(), false, None);
+        let executive = plcc_control::executive(program, &ControlArgs::default(), false, None);
         let executive = ReplaceableExecutive::new(executive.map_err(|e| e.to_string())?);
         let stimulus = subject.stimulus.as_ref();
         let stimulus = stimulus

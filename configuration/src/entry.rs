@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use plcc_abi::{closest, printable};
+use plcc_abi::{closest, printable, time};
 use plcc_image::Number;
 use plcc_image::latch::Safe;
 use toml::de::{DeTable, DeValue};
 
 use crate::value::{self, Result};
-use crate::{Driver, Keys, LineNumbers, Mistake, drivers, time};
+use crate::{Driver, Keys, LineNumbers, Mistake, drivers};
 
 /// The timeout of an input whose entry does not say it.
 pub const DEFAULT_TIMEOUT: Duration = Duration::from_millis(500);

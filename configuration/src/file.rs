@@ -5,12 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use plcc_abi::printable;
+use plcc_abi::{printable, time};
 use plcc_files::{FileIdentity, MAX_SETTINGS, read_regular, why_not_read};
 use toml::de::{DeTable, DeValue};
 
 use crate::value::{self, Result};
-use crate::{About, Entry, Keys, LineNumbers, Mistake, Plcio, Warning, drivers, entries, time};
+use crate::{About, Entry, Keys, LineNumbers, Mistake, Plcio, Warning, drivers, entries};
 
 /// What a configuration says. Paths are relative to the folder of the file no more.
 #[derive(Clone, Debug)]

@@ -47,7 +47,6 @@ mod outside_range;
 mod plcio;
 mod point;
 mod range;
-mod time;
 pub mod value;
 
 pub use check::{Checked, points};
@@ -60,4 +59,3 @@ pub use line_numbers::LineNumbers;
 pub use mistake::{Mistake, Mistakes, Warning};
 pub use plcio::Plcio;
 pub use point::{Address, Point, ValueFormat};
-pub use time::{decimal, duration, period, seconds};

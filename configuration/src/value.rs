@@ -4,9 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use plcc_abi::time;
 use toml::de::DeValue;
-
-use crate::time;
 
 /// What a value is, or what is expected in its place.
 pub type Result<T> = std::result::Result<T, String>;

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use clap::{ArgGroup, Args};
 use plcc_image::latch::Rule;
 
-pub use crate::control_args::{ControlArgs, NctArgs, PmacArgs, PmiArgs};
 use crate::socket::{AllowedGroup, AllowedUser};
-pub use plcc_configuration::duration;
+use plcc_abi::time::duration;
+use plcc_control::ControlArgs;
 use plcc_files::why_not_read;
 use plcc_load::signature::PublicKey;
 use plcc_protocol::Permission;

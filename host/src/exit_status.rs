@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::control_args::ControlError;
+use plcc_control::ControlError;
 
 /// Exit status: done.
 pub const DONE: u8 = 0;

@@ -1,6 +1,6 @@
 //! What surrounds a running control: everything that `plcc run` and `plcrt` do from their options to the exit status.
 //!
-//! - [`session`]: all of it in its order, the same for both programs; [`args`] and [`control_args`] are its options, and
+//! - [`session`]: all of it in its order, the same for both programs; [`args`] are its options, and
 //!   [`configuration`] reads them from a file.
 //! - [`run::Run`]: plays a stimulus to an executive and writes trace and events.
 //! - [`journal::Journal`]: tells what happens around a program, in the log and on standard error.
@@ -9,7 +9,7 @@
 //! - `supervisor`: the process that watches a control in real time.
 //!
 //! ```no_run
-//! use plcc_host::control_args::{ControlArgs, executive};
+//! use plcc_control::{ControlArgs, executive};
 //! use plcc_load::Artifact;
 //! use plcc_runtime::{NativeEngine, Purpose};
 //!
@@ -26,7 +26,6 @@
 
 pub mod args;
 pub mod configuration;
-pub mod control_args;
 mod exit_status;
 pub mod image_file;
 pub mod journal;

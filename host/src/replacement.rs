@@ -3,7 +3,8 @@
 use plcc_abi::Engine;
 
 use crate::image_file::Publisher;
-use crate::run::{Player, Watch};
+use crate::run::Player;
+use plcc_control::Watch;
 use plcc_record::RecorderProgram;
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::online_change::Plan;

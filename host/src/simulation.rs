@@ -16,7 +16,7 @@ use plcc_runtime::{Executive, SimulatedExecutive};
 use plcc_simulator::{MAX_PART_PROGRAM, Rules, Setup, Strictness, read_part_program};
 use serde::{Deserialize, Serialize};
 
-use crate::args::ControlArgs;
+use plcc_control::ControlArgs;
 
 /// The most mistakes of a part program that are printed; the others are counted.
 const MAX_ERRORS: usize = 20;
@@ -120,7 +120,7 @@ impl Simulation {
         control: &ControlArgs,
         machine: Option<&Machine>,
     ) -> Result<(), Vec<String>> {
-        let made = crate::control_args::executive(program, control, false, machine);
+        let made = plcc_control::executive(program, control, false, machine);
         let executive = made.map_err(|error| vec![error.to_string()])?;
         let table = Self { part_program: None, ..self.clone() };
         table.beside(executive, program, control, machine, Strictness::Refuse).map(drop)

@@ -6,10 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::Parser;
-use plcc_host::args::ControlArgs;
-use plcc_host::image_file::{Number, Place};
-use plcc_host::run::{End, Watch, dump};
-use plcc_host::session;
+use plcc_abi::place::{Number, Place};
+use plcc_control::{ControlArgs, Watch, dump};
 use plcc_load::Artifact;
 use plcc_runtime::{
     Event, EventBody, Executive, Names, NativeEngine, Purpose, Stop, Value, VariableKey,
@@ -75,7 +73,7 @@ impl Control {
         let options = options.map_err(|error| error.render().to_string().trim_end().to_owned())?;
         let engine = NativeEngine::new(&artifact.code, &artifact.program);
         let engine = engine.map_err(|error| error.to_string())?;
-        let executive = session::executive(&artifact.program, &options.control, false, None);
+        let executive = plcc_control::executive(&artifact.program, &options.control, false, None);
         let executive = executive.map_err(|error| error.to_string())?;
         Ok(Self {
             artifact,
@@ -245,10 +243,10 @@ impl Control {
     /// # Errors
     /// The state is written to memory, which does not fail.
     pub fn dump(&mut self) -> Result<String, String> {
-        let end = End { ticks: self.ticks, stop: self.stop.clone(), ..End::default() };
         let dialect = self.artifact.program.dialect();
+        let (executive, watch) = (self.executive.as_ref(), Watch::default());
         let mut text = vec![];
-        dump(&mut text, dialect, self.executive.as_ref(), &Watch::default(), &end)
+        dump(&mut text, dialect, executive, &watch, self.ticks, self.stop.as_ref())
             .map_err(|error| error.to_string())?;
         String::from_utf8(text).map_err(|error| error.to_string())
     }

@@ -1,6 +1,6 @@
 //! The variables that a C program has found, by the numbers that it was given for them.
 
-use plcc_host::image_file::Place;
+use plcc_abi::place::Place;
 use plcc_runtime::{Value, VariableKey};
 
 use crate::c::{PLCRT_LINES, PLCRT_READ, PLCRT_WRITE};

@@ -1,11 +1,10 @@
 //! Sessions of small programs, for tests.
 
 use plcc_abi::Dialect;
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
 use plcc_frontend::language;
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
 use plcc_replay::{DebuggedProgram, Launched};
 use plcc_runtime::stimulus::{Player, Stimulus};
 
@@ -21,7 +20,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let (checked, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
     let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
     let tables = checked.lower().unwrap().program;
-    let make = || session::executive(&tables, &ControlArgs::default(), false, None).unwrap();
+    let make = || plcc_control::executive(&tables, &ControlArgs::default(), false, None).unwrap();
     let (executive, view) = (make(), make());
     let stimulus = format!("tick,name,value\n{stimulus}");
     let stimulus =

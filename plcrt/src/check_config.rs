@@ -6,7 +6,8 @@ use std::path::Path;
 
 use plcc_abi::{Program, printable};
 use plcc_configuration::{Checked, Configuration, Entry, Mistake, Mistakes, Warning};
-use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_control::ControlArgs;
+use plcc_host::args::RunArgs;
 use plcc_host::configuration;
 use plcc_host::session::{self, PathConflict};
 use plcc_load::Artifact;
@@ -72,7 +73,7 @@ fn check_program(
         let line = configuration.line_of(option.trim_start_matches('-'));
         mistakes.push(Mistake { line, message });
     }
-    let executive = |control: &ControlArgs| session::executive(program, control, true, None);
+    let executive = |control: &ControlArgs| plcc_control::executive(program, control, true, None);
     // The only key that is an option of a control.
     let mut control = run.control.clone();
     if let Err(error) = executive(&control) {
@@ -105,7 +106,7 @@ pub(crate) fn check_wiring(
     if entries.is_empty() {
         return Ok(Checked::default());
     }
-    let executive = session::executive(program, control, true, None);
+    let executive = plcc_control::executive(program, control, true, None);
     let executive = executive.map_err(|error| error.to_string())?;
     Ok(configuration::check_wiring(entries, program, &*executive.names()))
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use plcc_control::Watch;
 use plcc_host::args::RunArgs;
 use plcc_host::image_file::ImageReader;
-use plcc_host::run::{Watch, dump_image, dump_image_alone};
-use plcc_host::session;
+use plcc_host::run::{dump_image, dump_image_alone};
 use plcc_load::Inspection;
 use plcc_runtime::Executive;
 
@@ -25,7 +25,7 @@ pub(crate) fn dump(
     match artifact {
         None => dump_image_alone(&mut text, &reader).map_err(failed)?,
         Some(artifact) => {
-            let made = session::executive(&artifact.program, &args.control, false, None);
+            let made = plcc_control::executive(&artifact.program, &args.control, false, None);
             let mut executive = made.map_err(|error| error.to_string())?;
             let executive: &mut dyn Executive = executive.as_mut();
             let watch = Watch::parse(&args.watch, &*executive.names())

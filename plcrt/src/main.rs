@@ -209,7 +209,7 @@ fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let text = String::from_utf8_lossy(&bytes);
     let machine = Machine::parse(text.strip_prefix('\u{feff}').unwrap_or(&text))
         .map_err(|error| named(&format!("it is not a valid machine file: {error}")))?;
-    let is_used = session::takes_machine_file(program) || machine.simulator.is_some();
+    let is_used = plcc_control::takes_machine_file(program) || machine.simulator.is_some();
     if !machine.variables.is_empty() || !is_used {
         let fixed = "what it says was fixed when the program was compiled; when an artifact is run, \
                      a machine file can set only an NCT control's parameters and tables, and [simulator]";

@@ -5,10 +5,9 @@
 use std::path::Path;
 
 use plcc_abi::{Dialect, Engine, Program};
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
 use plcc_record::ReplaceableExecutive;
 use plcc_record::{RecordFile, Recorder};
 use plcc_runtime::{Event, Executive, Purpose, VariableKey};
@@ -82,7 +81,7 @@ impl Bench {
     /// # Errors
     /// The program's tables do not fit together.
     pub fn executive(&self, program: &Program) -> Result<Box<dyn Executive + Send>, String> {
-        session::executive(program, &self.args, false, None).map_err(|error| error.to_string())
+        plcc_control::executive(program, &self.args, false, None).map_err(|error| error.to_string())
     }
 
     /// A control at power-up that is recorded.

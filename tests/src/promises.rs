@@ -12,11 +12,12 @@ use plcc::compile::{Checked, CompileError, check, code};
 use plcc_abi::{Dialect, Program};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, emit};
 use plcc_configuration::Configuration;
+use plcc_control::ControlArgs;
 use plcc_diag::{Diagnostic, FileId, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
-use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_host::args::RunArgs;
 use plcc_host::socket::Dialogue;
-use plcc_host::{configuration, retain, session};
+use plcc_host::{configuration, retain};
 use plcc_ir::{Module, text, verify};
 use plcc_load::Artifact;
 use plcc_load::header;
@@ -130,7 +131,7 @@ fn program(checked: &Checked) {
     let found = verify::verify(&best.module);
     assert!(found.is_empty(), "optimised IR breaks a rule: {found:?}");
     drop(checked.interpreter());
-    let executive = session::executive(&lowered.program, &ControlArgs::default(), false, None);
+    let executive = plcc_control::executive(&lowered.program, &ControlArgs::default(), false, None);
     assert!(executive.is_ok(), "no executive for it: {:?}", executive.err().map(|e| e.to_string()));
 }
 
@@ -151,7 +152,8 @@ pub fn artifact(bytes: &[u8]) {
         );
         let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
         assert!(Artifact::parse(&again, None).is_ok_and(|copy| copy == read));
-        let executive = session::executive(&read.program, &ControlArgs::default(), false, None);
+        let executive =
+            plcc_control::executive(&read.program, &ControlArgs::default(), false, None);
         if let Ok(executive) = executive {
             for (_, variable) in executive.names().declared() {
                 let _ = (executive.read(variable), executive.names().canonical(variable));
@@ -214,7 +216,7 @@ pub fn retained(bytes: &[u8]) {
     }
     let payload = state.as_ref().map_or(bytes, |state| &state.payload);
     let start = |program: &Program| {
-        let executive = session::executive(program, &ControlArgs::default(), false, None);
+        let executive = plcc_control::executive(program, &ControlArgs::default(), false, None);
         executive.unwrap_or_else(|error| panic!("no executive: {error}"))
     };
     for program in programs {
@@ -275,7 +277,7 @@ pub fn socket(bytes: &[u8]) {
     });
     let Some(program) = programs.get(bytes.len() % programs.len()) else { return };
     let make = |program: &Program| {
-        session::executive(program, &ControlArgs::default(), true, None)
+        plcc_control::executive(program, &ControlArgs::default(), true, None)
             .map_err(|error| error.to_string())
     };
     let dialogue = Dialogue::new(program.clone(), Box::new(make));

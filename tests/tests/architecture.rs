@@ -21,6 +21,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-motion", &["plcc-abi"]),
     ("plcc-simulator", &["plcc-abi", "plcc-diag"]),
     ("plcc-runtime", &["plcc-abi", "plcc-motion", "plcc-simulator"]),
+    ("plcc-control", &["plcc-abi", "plcc-runtime"]),
     ("plcc-load", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     ("plcc-record", &["plcc-abi", "plcc-files", "plcc-runtime"]),
     (
@@ -28,6 +29,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         &[
             "plcc-abi",
             "plcc-configuration",
+            "plcc-control",
             "plcc-diag",
             "plcc-files",
             "plcc-image",
@@ -43,6 +45,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         &[
             "plcc-abi",
             "plcc-configuration",
+            "plcc-control",
             "plcc-files",
             "plcc-host",
             "plcc-image",
@@ -51,7 +54,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-runtime",
         ],
     ),
-    ("libplcrt", &["plcc-host", "plcc-load", "plcc-runtime"]),
+    ("libplcrt", &["plcc-abi", "plcc-control", "plcc-load", "plcc-runtime"]),
     ("plcctl", &["plcc-pages", "plcc-protocol"]),
     (
         "plcio",
@@ -87,7 +90,6 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-diag",
             "plcc-files",
             "plcc-frontend",
-            "plcc-host",
             "plcc-protocol",
             "plcc-replay",
             "plcc-runtime",
@@ -99,6 +101,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         &[
             "plcc-abi",
             "plcc-codegen",
+            "plcc-control",
             "plcc-dap",
             "plcc-diag",
             "plcc-diff",
@@ -129,6 +132,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-abi",
     "plcc-codegen",
     "plcc-configuration",
+    "plcc-control",
     "plcc-dap",
     "plcc-diag",
     "plcc-files",
@@ -154,7 +158,8 @@ const EVERYTHING: &[&str] = &[
 const TESTS_MAY_USE: &[(&str, &[&str])] = &[
     ("plcrt", &["plcc-pages"]),
     ("plcc-codegen", &["plcc-runtime"]),
-    ("libplcrt", &["plcc", "plcc-abi", "plcc-codegen", "plcc-diag", "plcc-frontend"]),
+    ("libplcrt", &["plcc", "plcc-codegen", "plcc-diag", "plcc-frontend"]),
+    ("plcc-monitor", &["plcc-control"]),
 ];
 
 /// The only files that may hold `unsafe`.

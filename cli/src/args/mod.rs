@@ -15,7 +15,8 @@ use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, ColorChoice, Parser, Subcommand};
-use plcc_host::args::{ControlArgs, RunArgs};
+use plcc_control::ControlArgs;
+use plcc_host::args::RunArgs;
 
 pub(crate) use build::{BuildArgs, CheckArgs, Emit, KeyCommand};
 pub(crate) use diff::DiffArgs;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use plcc_host::args::ControlArgs;
+use plcc_control::ControlArgs;
 
 use super::{EngineArg, OptArg, SourceArgs};
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use plcc_host::args::{ControlArgs, duration};
+use plcc_abi::time::duration;
+use plcc_control::ControlArgs;
 
 use super::SourceArgs;
 

@@ -155,7 +155,7 @@ fn run(
 ) -> Result<TimedRun, Failure> {
     let machine = settings.machine_file();
     let control = session::with_motors(program, &args.control, args.simulate, machine);
-    let executive = session::executive(program, &control, false, machine);
+    let executive = plcc_control::executive(program, &control, false, machine);
     let executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
         Some(path) => session::stimulus(path, &*executive.names(), executive.tick_ns())

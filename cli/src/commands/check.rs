@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, natural_cmp};
+use plcc_control::ControlArgs;
 use plcc_diag::{Diagnostic, FileId, Severity, SourceMap};
 use plcc_files::why_not_read;
 use plcc_frontend::detect::{self, Ending, ending};
 use plcc_frontend::language;
-use plcc_host::args::ControlArgs;
 use plcc_host::simulation::Simulation;
 
 use crate::args::{CheckArgs, FormatArg};

@@ -4,8 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use plcc_codegen::{OptLevel, Target};
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
+use plcc_control::ControlArgs;
 
 use crate::args::HalArgs;
 use crate::compile::{self, Checked, CompileError, Optimized};
@@ -34,7 +33,7 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
         Ok(built) => built,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
-    let executive = session::executive(
+    let executive = plcc_control::executive(
         &lowered.program,
         &ControlArgs::default(),
         false,

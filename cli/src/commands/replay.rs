@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use plcc_host::run::{End, Trace, TraceFormat, Watch, dump};
+use plcc_control::{Watch, dump};
+use plcc_host::run::{End, Trace, TraceFormat};
 use plcc_record::{
     Difference, RecordedRun, Recording, ReplayError, Replayed, Replayer, differing_variables,
 };
@@ -205,7 +206,14 @@ impl Replay<'_> {
             let mut text = vec![];
             // Writing to memory does not fail.
             let dialect = self.found.program.dialect();
-            let _ = dump(&mut text, dialect, replayer.executive(), &watch, &end);
+            let _ = dump(
+                &mut text,
+                dialect,
+                replayer.executive(),
+                &watch,
+                end.ticks,
+                end.stop.as_ref(),
+            );
             plcc_host::session::write_whole(path, &text).map_err(|e| not_written(path, &e))?;
         }
         let shown = (from, end.ticks.saturating_sub(1));

@@ -1,6 +1,7 @@
 //! Takes the values of the watched variables while a program runs.
 
-use plcc_host::run::{AfterTick, BeforeTick, Hook, Watch};
+use plcc_control::Watch;
+use plcc_host::run::{AfterTick, BeforeTick, Hook};
 use plcc_runtime::{Value, VariableKey};
 
 use super::{Picture, TimeUnit};

@@ -3,11 +3,11 @@
 
 use std::io::{self, Write};
 
-use plcc_abi::natural_cmp;
+use plcc_abi::{Dialect, natural_cmp};
+use plcc_control::Watch;
+use plcc_control::dump::{self, quoted, write_head, write_variables};
 use plcc_image::{Direction, ImageReader, Number, Place, Snapshot, State, Symbol};
 
-use super::dump::{head, quoted, write_variables};
-use super::{End, Watch};
 use plcc_runtime::value::number;
 use plcc_runtime::{Executive, Names, Purpose};
 
@@ -19,17 +19,21 @@ fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
-/// The state of the program. The image does not say why a program was stopped.
-fn end(snapshot: &Snapshot) -> End {
-    End { ticks: snapshot.ticks, ..End::default() }
-}
-
-fn stopped(snapshot: &Snapshot) -> bool {
-    snapshot.state == Some(State::Stopped)
+/// Writes what a dump has before its variables. The image does not say why a program was stopped.
+fn write_image_head(
+    out: &mut dyn Write,
+    reader: &ImageReader,
+    snapshot: &Snapshot,
+) -> io::Result<()> {
+    let state = match snapshot.state {
+        Some(State::Stopped) => dump::State::Stopped(None),
+        _ => dump::State::Running,
+    };
+    write_head(out, dialect(reader)?, snapshot.ticks, state)
 }
 
 /// Writes the dump with an executive of the image's program. It is the dump of a run
-/// ([`dump`](super::dump())), but for `stop`, which is null also where the program is stopped, and with a
+/// ([`dump`](plcc_control::dump())), but for `stop`, which is null also where the program is stopped, and with a
 /// further object `outputs`: what drivers see of the outputs, by their names.
 ///
 /// # Errors
@@ -45,7 +49,7 @@ pub fn dump_image(
     }
     let snapshot = reader.read().ok_or_else(|| wrong(TORN))?;
     executive.set_image(&snapshot.image);
-    head(out, executive_dialect(reader)?, &end(&snapshot), stopped(&snapshot))?;
+    write_image_head(out, reader, &snapshot)?;
     write_variables(out, executive, watch)?;
     let mut symbols = sorted_symbols(reader);
     symbols.retain(|symbol| !is_spare_line(executive.names().as_ref(), &symbol.name));
@@ -76,10 +80,10 @@ fn write_outputs(out: &mut dyn Write, symbols: &[Symbol], snapshot: &Snapshot) -
     out.write_all(b"}}\n")
 }
 
-/// The word for the language of the image's program.
-fn executive_dialect(reader: &ImageReader) -> io::Result<&'static str> {
-    let dialect = plcc_abi::Dialect::ALL.get(reader.dialect() as usize);
-    dialect.map(|dialect| dialect.name()).ok_or_else(|| wrong("its language is not known"))
+/// The language of the image's program.
+fn dialect(reader: &ImageReader) -> io::Result<Dialect> {
+    let dialect = Dialect::ALL.get(reader.dialect() as usize).copied();
+    dialect.ok_or_else(|| wrong("its language is not known"))
 }
 
 /// Writes such a dump with nothing but the image file: its variables are those that the file's table names.
@@ -88,7 +92,7 @@ fn executive_dialect(reader: &ImageReader) -> io::Result<&'static str> {
 /// When the image holds no whole tick, or `out` can't be written.
 pub fn dump_image_alone(out: &mut dyn Write, reader: &ImageReader) -> io::Result<()> {
     let snapshot = reader.read().ok_or_else(|| wrong(TORN))?;
-    head(out, executive_dialect(reader)?, &end(&snapshot), stopped(&snapshot))?;
+    write_image_head(out, reader, &snapshot)?;
     let symbols = sorted_symbols(reader);
     let values = symbols.iter().filter_map(|symbol| Some((symbol, value(symbol, &snapshot)?)));
     out.write_all(b"\"variables\":{")?;

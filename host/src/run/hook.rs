@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::Engine;
 
+use super::Player;
 use super::pace::Clock;
-use super::{Player, Watch};
 use crate::journal::ScanJournal;
+use plcc_control::Watch;
 use plcc_runtime::{Executive, Stop};
 
 /// Something that the thread which runs the ticks does between them.

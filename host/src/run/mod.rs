@@ -4,7 +4,6 @@
 //! [`Run`] is what `plcc run` and `plcrt` do, for callers in the same process; any [`Write`] can take
 //! the place of a file.
 
-mod dump;
 #[cfg(target_os = "linux")]
 mod dump_image;
 mod hook;
@@ -13,7 +12,6 @@ mod pace;
 mod queues;
 mod timing;
 mod trace;
-mod watch;
 
 #[cfg(test)]
 mod test_control;
@@ -28,10 +26,10 @@ use plcc_abi::Engine;
 use thiserror::Error;
 
 use crate::journal::{EntryKind, ScanJournal};
+use plcc_control::Watch;
 use plcc_files::why_not_written;
 use plcc_runtime::{Event, EventBody, Executive, Stop};
 
-pub use dump::dump;
 #[cfg(target_os = "linux")]
 pub use dump_image::{dump_image, dump_image_alone};
 pub use hook::{AfterTick, BeforeTick, Hook};
@@ -42,7 +40,6 @@ pub use queues::ReportQueues;
 use timing::Budget;
 pub use timing::{TimedEngine, Times, Timing};
 pub use trace::{Trace, TraceFormat, TraceText};
-pub use watch::Watch;
 
 /// Room for the events of one tick, so that no tick allocates memory for them unless its program was written
 /// for that.

@@ -8,10 +8,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::journal::{Journal, LossCounter};
+use plcc_control::Watch;
 use plcc_runtime::{Event, Executive, Names, Setting, Value};
 
 use super::output_thread::OutputThread;
-use super::{TraceFormat, TraceText, Watch};
+use super::{TraceFormat, TraceText};
 
 /// How many events wait at most to be written.
 const EVENTS: usize = 1 << 13;

@@ -7,6 +7,7 @@ use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 use super::test_control::{Control, ControlNames, SetClock};
 use super::*;
 use crate::journal::{Destinations, JournalOwner};
+use plcc_control::dump;
 use plcc_runtime::{Setting, Value, VariableKey};
 
 struct Idle;
@@ -56,7 +57,7 @@ fn run_with(
         ..Run::new(control, &mut Idle)
     }
     .go();
-    dump(&mut text, Dialect::Nct, control, &watch, &end).unwrap();
+    dump(&mut text, Dialect::Nct, control, &watch, end.ticks, end.stop.as_ref()).unwrap();
     let [trace, events, dump] = [trace, events, text].map(|t| String::from_utf8(t).unwrap());
     let log = control.log.borrow().clone();
     Output { trace, events, dump, end, log }

@@ -6,9 +6,8 @@ use std::path::Path;
 
 use vcd::{IdCode, TimescaleUnit, VarType};
 
+use plcc_control::Watch;
 use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
-
-use super::Watch;
 
 /// How a trace is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

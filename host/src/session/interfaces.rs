@@ -11,10 +11,11 @@ use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
 use crate::args::RunArgs;
 use crate::image_file::{Content, ImageFileError, Publisher, SymbolTable};
 use crate::journal::Journal;
-use crate::run::{Stimulus, Timing, Watch};
+use crate::run::{Stimulus, Timing};
 use crate::socket::{
     Admitted, InterfaceHook, Loaded, Requests, RunProgress, RunServices, Server, is_in_use, queues,
 };
+use plcc_control::Watch;
 use plcc_load::Artifact;
 use plcc_load::signature::PublicKey;
 use plcc_record::{RecordedProgram, RecordedPrograms, RecorderProgram};
@@ -24,7 +25,7 @@ use plcc_simulator::Strictness;
 use super::SessionError;
 use super::predecessor::Predecessor;
 use super::retained_data::RetainedData;
-use crate::control_args::executive;
+use plcc_control::executive;
 
 /// The image file and the socket of a run, as far as it has them.
 pub(super) struct Interfaces {

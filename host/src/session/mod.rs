@@ -28,17 +28,16 @@ use crate::args::RunArgs;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
 use crate::run::{
-    Clock, End, Hook, Player, Punctuality, Run, Stimulus, SystemClock, TimedEngine, Timing, Watch,
-    dump,
+    Clock, End, Hook, Player, Punctuality, Run, Stimulus, SystemClock, TimedEngine, Timing,
 };
 #[cfg(target_os = "linux")]
 use crate::supervisor::Link;
+use plcc_control::{Watch, dump};
 use plcc_files::{MAX_STIMULUS, read_regular, why_not_read};
 use plcc_record::ReplaceableExecutive;
 use plcc_runtime::watchdog::{self, Watchdog, WatchdogLimit};
 use plcc_runtime::{Executive, Names, PanicBarrier};
 
-pub use crate::control_args::{executive, takes_machine_file};
 pub use crate::exit_status::{DONE, INTERRUPTED, STOPPED, SessionError, USAGE};
 use crate::output_file::open;
 use crate::realtime_priority;
@@ -301,7 +300,8 @@ impl Job<'_> {
         if let Some(path) = &args.dump {
             let mut text = vec![];
             // Writing to memory does not fail.
-            let _ = dump(&mut text, program.dialect(), executive, &watch, &end);
+            let _ =
+                dump(&mut text, program.dialect(), executive, &watch, end.ticks, end.stop.as_ref());
             check(reports::write_dump(path, text, args.realtime, journal));
         }
         reports.finish();

@@ -3,7 +3,7 @@
 use plcc_abi::machine::Machine;
 use plcc_abi::{Dialect, Program};
 
-use crate::args::ControlArgs;
+use plcc_control::ControlArgs;
 
 /// The settings of a control whose motors are simulated, if `simulate` says so: those that the machine file
 /// describes. Other controls than a PMAC have none.

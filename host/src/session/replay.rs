@@ -6,9 +6,9 @@ use plcc_abi::nct::NctSettings;
 use serde::{Deserialize, Serialize};
 
 use super::SessionError;
-use crate::args::{ControlArgs, RunArgs};
-use crate::control_args::executive;
+use crate::args::RunArgs;
 use crate::simulation::Simulation;
+use plcc_control::{ControlArgs, executive};
 use plcc_record::ReplaceableExecutive;
 use plcc_record::RunHeader;
 use plcc_runtime::Executive;

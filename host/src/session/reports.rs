@@ -13,7 +13,8 @@ use super::output::{Output, write_whole};
 use crate::args::RunArgs;
 use crate::journal::{EntryKind, Journal};
 use crate::output_file::open;
-use crate::run::{ReportQueues, TraceFormat, Watch};
+use crate::run::{ReportQueues, TraceFormat};
+use plcc_control::Watch;
 use plcc_runtime::Executive;
 use plcc_runtime::small_thread::small_thread;
 

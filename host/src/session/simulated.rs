@@ -9,7 +9,6 @@ use plcc_simulator::Strictness;
 
 use super::{SessionError, with_motors};
 use crate::args::RunArgs;
-use crate::control_args;
 use crate::journal::Journal;
 use crate::simulation::{Simulated, Simulation};
 
@@ -43,7 +42,7 @@ pub(super) fn executive(
     machine: Option<&Machine>,
     journal: &Journal,
 ) -> Result<Box<dyn Executive + Send>, SessionError> {
-    let made = control_args::executive(program, &args.control, args.realtime, machine)?;
+    let made = plcc_control::executive(program, &args.control, args.realtime, machine)?;
     let strict = Strictness::Refuse;
     let failed = |errors: Vec<String>| SessionError(errors.join("\nerror: "));
     let Some(simulation) = &args.simulation else {
@@ -81,7 +80,7 @@ pub fn simulated_executive(
     machine: Option<&Machine>,
 ) -> Result<Box<dyn Executive + Send>, SessionError> {
     let args = with_simulation(program, args, machine)?;
-    let made = control_args::executive(program, &args.control, false, machine)?;
+    let made = plcc_control::executive(program, &args.control, false, machine)?;
     let Some(simulation) = &args.simulation else { return Ok(made) };
     let made = simulation.beside(made, program, &args.control, machine, Strictness::Refuse);
     let made = made.map_err(|errors| SessionError(errors.join("\nerror: ")))?;

@@ -10,7 +10,8 @@ use super::hook::InterfaceHook;
 use super::requests::{self, Requests, RunServices};
 use crate::Peer;
 use crate::journal::{Journal, ScanJournal};
-use crate::run::{BeforeTick, Hook, Player, Stimulus, Watch};
+use crate::run::{BeforeTick, Hook, Player, Stimulus};
+use plcc_control::Watch;
 use plcc_protocol::{
     ErrorCode, Failure, MAX_REQUEST, Permission, RequestLine, TimingSummary, reply,
 };

@@ -15,10 +15,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use plcc_abi::Dialect;
+use plcc_control::executive;
+use plcc_control::{Watch, dump};
 use plcc_frontend::common::{Controller, Limits, Machine, Options};
 use plcc_host::args::RunArgs;
-use plcc_host::run::{Player, Run, Stimulus, Watch, dump};
-use plcc_host::session::executive;
+use plcc_host::run::{Player, Run, Stimulus};
 use plcc_tests::compile::{Compiled, EngineKind, compile};
 
 /// What may stand in `args`.
@@ -102,7 +103,7 @@ fn run(
     }
     .go();
     assert!(end.failure.is_none(), "{:?}", end.failure);
-    dump(&mut state, dialect, executive, &watch, &end).unwrap();
+    dump(&mut state, dialect, executive, &watch, end.ticks, end.stop.as_ref()).unwrap();
     // A source is named as given. Only where the case lies is left out.
     let folder = format!("{}/", source.parent().unwrap().display());
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(&folder, "");

@@ -6,10 +6,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use plcc_abi::Dialect;
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Options};
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
 use plcc_runtime::Stop;
 use plcc_tests::compile::{Compiled, EngineKind, compile, compile_sources};
 
@@ -18,7 +17,7 @@ fn stop(compiled: &Compiled, what: &str) -> Stop {
     let stops = EngineKind::ALL.map(|way| {
         let (program, mut engine) = compiled.engine(way).unwrap();
         let args = ControlArgs::default();
-        let mut executive = session::executive(&program, &args, false, None).unwrap();
+        let mut executive = plcc_control::executive(&program, &args, false, None).unwrap();
         let mut tick = || executive.tick(engine.as_mut(), &mut vec![]).err();
         tick().or_else(tick).unwrap_or_else(|| panic!("{way:?} does not stop: {what}"))
     });

@@ -7,9 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use plcc_abi::Dialect;
-use plcc_host::args::ControlArgs;
+use plcc_control::ControlArgs;
 use plcc_host::image_file::{ImageReader, State};
-use plcc_host::session;
 use plcc_load::Artifact;
 use plcc_runtime::safe_outputs::SafeByte;
 use rustix::process::{Pid, Signal, kill_process};
@@ -423,7 +422,7 @@ fn kills() -> u32 {
 fn safe_bytes(shop: &Shop) -> Vec<SafeByte> {
     let artifact = Artifact::open(&shop.path("p.plcx"), None).unwrap();
     let control = ControlArgs::default();
-    let executive = session::executive(&artifact.program, &control, true, None).unwrap();
+    let executive = plcc_control::executive(&artifact.program, &control, true, None).unwrap();
     executive.safe_lines().bytes().to_vec()
 }
 

@@ -8,10 +8,9 @@ use plcc::compile;
 use plcc::disk::Disk;
 use plcc_abi::{Dialect, Engine, Outcome, Program, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
+use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Lowered, Options, ReturnStack};
-use plcc_host::args::ControlArgs;
-use plcc_host::session;
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::optimize;
 use plcc_ir::text;
@@ -59,7 +58,7 @@ fn run(dialect: Dialect, source: &str, ticks: u32) -> Vec<(u64, Option<u64>)> {
     let most = vec![0; bounds.len()];
     let operations: Vec<_> = bounds.iter().map(|bound| bound.operations).collect();
     let mut engine = Bounded { engine: Interpreter::new(Arc::new(module)), bounds, most };
-    let executive = session::executive(&program, &ControlArgs::default(), false, None);
+    let executive = plcc_control::executive(&program, &ControlArgs::default(), false, None);
     let mut executive = executive.unwrap();
     let mut events = vec![];
     for _ in 0..ticks {

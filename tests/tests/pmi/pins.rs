@@ -7,10 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
+use plcc_control::ControlArgs;
+use plcc_control::executive;
 use plcc_frontend::common::Options;
-use plcc_host::args::ControlArgs;
 use plcc_host::run::{Player, Stimulus};
-use plcc_host::session::executive;
 use plcc_random::Rng;
 use plcc_runtime::{Purpose, Value};
 use plcc_tests::compile::{Compiled, EngineKind, compile};

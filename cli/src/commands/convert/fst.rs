@@ -9,8 +9,9 @@ use fst_writer::{
     FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
     FstVarDirection, FstVarType, FstWriteError,
 };
+use plcc_control::Watch;
 use plcc_files::open_output;
-use plcc_host::run::{TraceText, Watch};
+use plcc_host::run::TraceText;
 use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
 
 use super::Watches;

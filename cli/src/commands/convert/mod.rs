@@ -10,8 +10,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use plcc_control::Watch;
 use plcc_files::{open_output, why_not_written};
-use plcc_host::run::{TraceFormat, TraceText, Watch};
+use plcc_host::run::{TraceFormat, TraceText};
 use plcc_record::{RecordedRun, Recording};
 use plcc_runtime::{Event, Executive, NameError, Names, Purpose, VariableKey, names_of};
 

@@ -63,7 +63,7 @@ impl Watch {
     }
 
     /// How the events show one, with the name of its variable as [`shown`](Self::shown).
-    pub(super) fn shown_event<'e>(&self, event: &'e Event, names: &dyn Names) -> Cow<'e, Event> {
+    pub fn shown_event<'e>(&self, event: &'e Event, names: &dyn Names) -> Cow<'e, Event> {
         match self.shows_aliases {
             true => Cow::Owned(event.clone().renamed(|name| Some(self.shown(name, names)))),
             false => Cow::Borrowed(event),
@@ -92,7 +92,7 @@ impl Watch {
 
     /// Goes on with another program, in which the variables have these keys, in the same order. The former keys are in
     /// `keys` afterwards.
-    pub(crate) fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
+    pub fn exchange_keys(&mut self, keys: &mut [VariableKey]) {
         let own = self.names.iter_mut().map(|(_, own)| own);
         own.zip(keys).for_each(|(own, new)| std::mem::swap(own, new));
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::Args;
 use plcc_abi::Program;
-use plcc_configuration::period;
+use plcc_abi::time::period;
 use serde::{Deserialize, Serialize};
 
 use super::{Choices, ControlArgs, ControlOptions};

@@ -1,6 +1,7 @@
 //! Times with their units, as options and configurations have them: `60ms`, `1.5m`.
 
-use std::time::Duration;
+use alloc::string::String;
+use core::time::Duration;
 
 /// A time with its unit: us, ms, s, m (or min) or h.
 ///
@@ -37,13 +38,13 @@ pub fn period(text: &str) -> Result<Duration, String> {
 }
 
 /// A decimal number without a sign or an exponent, with or without a fraction.
-pub fn decimal(text: &str) -> Option<f64> {
+fn decimal(text: &str) -> Option<f64> {
     let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
 }
 
 /// `number` times `unit` seconds; `None` where that is negative or too long for a [`Duration`].
-pub fn seconds(number: f64, unit: f64) -> Option<Duration> {
+fn seconds(number: f64, unit: f64) -> Option<Duration> {
     Duration::try_from_secs_f64(number * unit).ok()
 }
 
