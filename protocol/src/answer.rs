@@ -16,6 +16,17 @@ pub struct Force {
     pub value: String,
 }
 
+/// Who forces a variable.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ForcedBy {
+    /// The input or output.
+    pub name: String,
+    /// The user and the command.
+    pub by: String,
+    /// The tick before which the force began.
+    pub ticks: u64,
+}
+
 /// What the control is doing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -38,6 +49,8 @@ pub struct Status {
     pub process: u32,
     /// The forces in effect.
     pub forces: Vec<Force>,
+    /// Who made those forces that came by a socket.
+    pub forced_by: Vec<ForcedBy>,
     /// What clients may do besides looking.
     pub allow: Vec<String>,
     /// The file of retained data; `None` without `--retain`.

@@ -40,8 +40,8 @@ mod timing;
 pub use plcc_abi::printable;
 
 pub use answer::{
-    Change, ChangedVariable, Comparison, Done, Force, OnlineChange, Retained, Stat, Status, Values,
-    Variable, Variables,
+    Change, ChangedVariable, Comparison, Done, Force, ForcedBy, OnlineChange, Retained, Stat,
+    Status, Values, Variable, Variables,
 };
 pub use client::{Client, ClientError};
 pub use failure::{ErrorCode, Failure};

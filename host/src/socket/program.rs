@@ -19,12 +19,31 @@ pub(super) struct Force {
     pub(super) setting: Setting,
     /// The value as it was given.
     pub(super) text: String,
+    /// Who forces it, and since when.
+    holder: Option<Holder>,
 }
 
-/// What is to be done to force variables or to end forces, and the values of new forces as they were given.
+/// Who forces a variable.
+#[derive(Clone, Debug)]
+pub(super) struct Holder {
+    /// The user and the command, for people.
+    pub(super) by: String,
+    /// The tick before which the force began.
+    pub(super) tick: u64,
+}
+
+/// What is known of a new force beside its value.
+pub(super) struct NewForce {
+    pub(super) key: VariableKey,
+    /// The value as it was given.
+    pub(super) text: String,
+    pub(super) holder: Option<Holder>,
+}
+
+/// What is to be done to force variables or to end forces, and the new forces.
 pub(super) struct ForceChange {
     pub(super) items: Vec<Item>,
-    pub(super) texts: Vec<(VariableKey, String)>,
+    pub(super) new: Vec<NewForce>,
 }
 
 /// A name in a request, and which items of its batch belong to it: as many as it has elements.
@@ -136,7 +155,7 @@ impl ServedProgram {
     /// reasons are found by the executive that runs.
     pub(super) fn force(&self, assignments: &[Assignment]) -> Result<ForceChange, Failure> {
         let refused = |text| Failure::new(ErrorCode::Refused, text);
-        let (mut items, mut texts) = (vec![], vec![]);
+        let (mut items, mut new) = (vec![], vec![]);
         let mut forced: Vec<VariableKey> = self.forces.iter().map(|force| force.key).collect();
         for assignment in assignments {
             let variable = self.names.find(&assignment.name, Purpose::Watch);
@@ -155,7 +174,7 @@ impl ServedProgram {
             }
             let before = self.forces.iter().find(|old| old.key == key).map(|old| old.setting);
             items.push(Item { before, ..Item::new(key, Some(setting)) });
-            texts.push((key, assignment.text()));
+            new.push(NewForce { key, text: assignment.text(), holder: None });
             forced.retain(|old| *old != key);
             forced.push(key);
             if forced.len() > MAX_FORCES || items.len() > MAX_FORCES {
@@ -163,21 +182,20 @@ impl ServedProgram {
                 return Err(refused(text));
             }
         }
-        Ok(ForceChange { items, texts })
+        Ok(ForceChange { items, new })
     }
 
-    /// Notes the forces as an executive lists them. `texts` are the values of new ones as they were given.
-    pub(super) fn set_forces(
-        &mut self,
-        listed: Vec<(VariableKey, Setting)>,
-        texts: &[(VariableKey, String)],
-    ) {
+    /// Notes the forces as an executive lists them. `new` are those that were not in effect before.
+    pub(super) fn set_forces(&mut self, listed: Vec<(VariableKey, Setting)>, new: &[NewForce]) {
         let force = |(key, setting): (VariableKey, Setting)| {
-            let given = texts.iter().rev().find(|(of, _)| *of == key).map(|(_, text)| text);
+            let given = new.iter().rev().find(|new| new.key == key);
             let before = self.forces.iter().find(|old| old.key == key && old.setting == setting);
-            let text = given.or(before.map(|old| &old.text)).cloned();
+            let known = given.map(|new| (&new.text, &new.holder));
+            let known = known.or(before.map(|old| (&old.text, &old.holder)));
+            let (text, holder) =
+                known.map_or((None, None), |(text, holder)| (Some(text.clone()), holder.clone()));
             let text = text.unwrap_or_else(|| setting.to_string());
-            Force { name: self.names.canonical(key), key, setting, text }
+            Force { name: self.names.canonical(key), key, setting, text, holder }
         };
         self.forces = listed.into_iter().map(force).collect();
     }
@@ -207,7 +225,7 @@ impl ServedProgram {
             |force: &&Force| Item { before: Some(force.setting), ..Item::new(force.key, None) };
         let items = ended.iter().map(item).collect();
         let names = ended.into_iter().map(|force| force.name.clone()).collect();
-        Ok((names, ForceChange { items, texts: vec![] }))
+        Ok((names, ForceChange { items, new: vec![] }))
     }
 
     /// Checks that no force passes to another input or output of the same name when the program is replaced: what
@@ -242,7 +260,7 @@ impl ServedProgram {
         other: &Self,
         executive: &mut dyn Executive,
     ) -> Result<(), String> {
-        let mut texts = vec![];
+        let mut new = vec![];
         for old in &other.forces {
             let missing = |why: String| {
                 let name = &old.name;
@@ -262,9 +280,9 @@ impl ServedProgram {
             }
             let forced = executive.force(key, Some(old.setting));
             forced.map_err(|why| missing(format!("it {why}")))?;
-            texts.push((key, old.text.clone()));
+            new.push(NewForce { key, text: old.text.clone(), holder: old.holder.clone() });
         }
-        self.set_forces(executive.forces(), &texts);
+        self.set_forces(executive.forces(), &new);
         Ok(())
     }
 
@@ -275,6 +293,16 @@ impl ServedProgram {
             value: force.text.clone(),
         };
         self.forces.iter().map(shown).collect()
+    }
+
+    /// Who forces what, where that is known, as a part of a reply.
+    pub(super) fn holders(&self) -> Vec<plcc_protocol::ForcedBy> {
+        let shown = |force: &Force| {
+            let holder = force.holder.as_ref()?;
+            let (by, ticks) = (holder.by.clone(), holder.tick);
+            Some(plcc_protocol::ForcedBy { name: force.name.clone(), by, ticks })
+        };
+        self.forces.iter().filter_map(shown).collect()
     }
 
     /// The variables whose names match a pattern, those behind the name `after`, at most `count`.

@@ -14,7 +14,7 @@ use serde_json::Value as Json;
 
 use self::online_change::{PendingChange, Previous};
 use super::commands::{Answer, Batch, Command, RunProgress, SocketEnd};
-use super::program::{ForceChange, Named, ServedProgram};
+use super::program::{ForceChange, Holder, Named, NewForce, ServedProgram};
 use crate::Peer;
 use crate::journal::{EntryKind, Journal};
 use plcc_protocol::{
@@ -23,7 +23,7 @@ use plcc_protocol::{
 };
 use plcc_record::RecorderProgram;
 use plcc_runtime::variable::MAX_FORCES;
-use plcc_runtime::{Executive, Value, VariableKey};
+use plcc_runtime::{Executive, Value};
 
 /// An artifact that was read, checked and made ready to run.
 pub struct Loaded {
@@ -94,9 +94,8 @@ enum Continuation {
     Tell(Vec<EntryKind>),
     /// The same for variables that were set: an entry for each item of the batch.
     Set(Vec<EntryKind>),
-    /// If nothing was refused, the forces are listed anew, and these entries are written. The texts are the values of
-    /// new forces as they were given.
-    Force { texts: Vec<(VariableKey, String)>, entries: Vec<EntryKind> },
+    /// If nothing was refused, the forces are listed anew, and these entries are written.
+    Force { new: Vec<NewForce>, entries: Vec<EntryKind>, by: String },
     /// The online change is finished.
     OnlineChange(Box<PendingChange>),
 }
@@ -207,14 +206,14 @@ impl Requests {
                     let value = Some(assignment.text());
                     EntryKind::Force { name: assignment.name, value, by: by.clone() }
                 });
-                self.ask_to_force(change, entries.collect())
+                self.ask_to_force(change, entries.collect(), by)
             }
             Request::Unforce { names, all } => {
                 let (names, change) = self.current.unforce(&names, all)?;
                 let entries = names.into_iter();
                 let entries =
                     entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
-                self.ask_to_force(change, entries.collect())
+                self.ask_to_force(change, entries.collect(), by)
             }
             Request::Stop {} => {
                 let entry = EntryKind::Control { request: "stop", by: by.clone() };
@@ -231,12 +230,13 @@ impl Requests {
 
     fn ask_to_force(
         &mut self,
-        ForceChange { items, texts }: ForceChange,
+        ForceChange { items, new }: ForceChange,
         entries: Vec<EntryKind>,
+        by: &Peer,
     ) -> Result<RequestState, Failure> {
         // The other thread allocates nothing.
         let batch = Batch { forces: Vec::with_capacity(MAX_FORCES), ..Batch::new(items) };
-        let continuation = Continuation::Force { texts, entries };
+        let continuation = Continuation::Force { new, entries, by: by.to_string() };
         let asked = self.ask(Command::Force(Box::new(batch)), continuation)?;
         self.is_exclusive = true;
         Ok(asked)
@@ -269,6 +269,7 @@ impl Requests {
             rollback_to: self.previous.as_ref().map(|previous| previous.program.title.clone()),
             process: std::process::id(),
             forces: self.current.shown_forces(),
+            forced_by: self.current.holders(),
             allow: self.services.allow.iter().map(|one| one.name().to_owned()).collect(),
             retained: (self.services.retained)(),
         }
@@ -294,7 +295,7 @@ impl Requests {
                 self.is_exclusive = false;
                 self.change(*replacement, *change, tick, took)
             }
-            (Command::Force(batch), Continuation::Force { texts, entries }) => {
+            (Command::Force(batch), Continuation::Force { mut new, entries, by }) => {
                 self.is_exclusive = false;
                 if let Some((number, why)) = batch.refused {
                     let item = batch.items.get(number);
@@ -302,7 +303,10 @@ impl Requests {
                         .map_or_else(String::new, |item| self.current.names.canonical(item.key));
                     return Some(Err(refused(format!("`{name}` {why}"))));
                 }
-                self.current.set_forces(batch.forces, &texts);
+                for force in &mut new {
+                    force.holder = Some(Holder { by: by.clone(), tick });
+                }
+                self.current.set_forces(batch.forces, &new);
                 json(&self.tell(entries, tick))
             }
             (Command::Write(batch), Continuation::Set(mut entries)) => match batch.refused {
