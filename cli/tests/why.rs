@@ -4,8 +4,13 @@
 
 mod support;
 
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::process::Stdio;
+
 use serde_json::{Value as Json, json};
 use support::Folder;
+use support::process::{Killed, wait};
 
 /// A spindle: OUT depends on RUN, which holds itself, and on the door behind a timer.
 const SPINDLE: &str = "$INPUT\nSTART=0/0\nSTOP=0/1\nDOOR=0/2\n$OUTPUT\nOUT=2/0\n$LOGICAL\nRUN\n\
@@ -220,4 +225,142 @@ fn a_record_is_explained_as_its_run_was() {
     );
     let refused = folder.plcc("why a.plcrec OUT --tick 41").exits(2).stderr;
     assert!(refused.contains("tick 41"), "{refused}");
+}
+
+/// The spindle with a fault, a chain of three contacts, and what people say of an input.
+const CHAIN: &str = "$INPUT\nSTART=0/0\nSTOP=0/1\nDOOR=0/2\n$OUTPUT\nOUT=2/0\n$LOGICAL\nREADY\n\
+                     $FAULT\nDOPEN = \"DOOR IS OPEN\"\nNOTRDY = \"NOT READY, SEE DOOR\"\n$END\n\
+                     READY = START & /STOP & DOOR\n\
+                     OUT = READY\nDOPEN = /DOOR\nNOTRDY = /READY\n";
+
+const NAMES: &str = "[names]\n\"DOOR\" = { alias = \"S12_DOOR\", text = \"door closed\", device = \"-S12\", at = \"X11:7\" }\n";
+
+fn chain() -> Folder {
+    Folder::with(&[
+        ("c.pmi", CHAIN),
+        ("c.machine.toml", NAMES),
+        ("c.csv", "tick,name,value\n3,START,1\n5,DOOR,1\n7,DOOR,0\n"),
+    ])
+}
+
+#[test]
+fn names_that_people_gave_stand_beside_those_of_the_program() {
+    let folder = chain();
+    let text = folder.plcc("why c.pmi OUT --stimulus c.csv --ticks 9").exits(0).stdout;
+    assert!(
+        text.contains("DOOR (S12_DOOR: door closed, -S12, at X11:7) is 0 since tick 7"),
+        "{text}"
+    );
+    assert!(text.contains("make OUT 1 with DOOR (S12_DOOR) = 1."), "{text}");
+    let why = json_of(&folder, "c.pmi OUT --stimulus c.csv --ticks 9");
+    let door = &why["because"][0]["because"][0];
+    assert_eq!((&door["alias"], &door["text"]), (&json!("S12_DOOR"), &json!("door closed")));
+    assert_eq!((&door["device"], &door["at"]), (&json!("-S12"), &json!("X11:7")));
+    assert!(door.get("drawing").is_none() && why.get("alias").is_none(), "{why}");
+    // The alias is a name to ask for.
+    let why = json_of(&folder, "c.pmi S12_DOOR --stimulus c.csv --ticks 9");
+    assert_eq!((&why["name"], &why["alias"]), (&json!("DOOR"), &json!("S12_DOOR")));
+}
+
+#[test]
+fn a_chain_says_which_of_its_members_are_open() {
+    let folder = chain();
+    // At first two are open: the stop button, of which the program wants 0, is not among them.
+    let why = json_of(&folder, "c.pmi READY --stimulus c.csv --ticks 2");
+    assert_eq!(names(&why), [("START", 0.0), ("DOOR", 0.0)]);
+    let why = json_of(&folder, "c.pmi READY --stimulus c.csv --ticks 4");
+    assert_eq!(names(&why), [("DOOR", 0.0)]);
+}
+
+#[test]
+fn a_fault_or_message_is_asked_for_by_its_text() {
+    let folder = chain();
+    let asked = |text: &str, tick: &str| {
+        let command = ["why", "c.pmi", text, "--stimulus", "c.csv", "--tick", tick];
+        folder.run(&command).exits(0).stdout
+    };
+    let open = asked("door is open", "9");
+    let first = "DOPEN is 1 since tick 7 (0.14 s), because DOOR (S12_DOOR) is 0.\n";
+    assert!(open.starts_with(first), "{open}");
+    assert!(open.contains("\n  The control shows the fault \"DOOR IS OPEN\".\n"), "{open}");
+    let shut = asked("door is open", "6");
+    assert!(shut.contains("\n  While it is 1, the control shows the fault \"DOOR IS OPEN\".\n"));
+    // A part of the text is enough, if it is that of one alone.
+    assert!(
+        asked("not rea", "9")
+            .starts_with("NOTRDY is 1 since tick 7 (0.14 s), because READY is 0.\n")
+    );
+    let refused = folder.run(&["why", "c.pmi", "oo", "--ticks", "3"]).exits(2).stderr;
+    let several = "name one of them: DOPEN (DOOR IS OPEN), NOTRDY (NOT READY, SEE DOOR)";
+    assert!(refused.contains(several), "{refused}");
+    let refused = folder.run(&["why", "c.pmi", "is it", "--ticks", "3"]).exits(2).stderr;
+    assert!(refused.contains("no variable named `is it`"), "{refused}");
+    // A message of NCT's :199 is that of Y710 and on.
+    let mill = ":001\nI001 U711 E D711 Z\nJ1\n:000\nJ0\n:199 PRESSURE, LUBRICATION $\n";
+    folder.write("n.nct", mill);
+    let why = folder.run(&["why", "n.nct", "lubrication", "--ticks", "3"]).exits(0).stdout;
+    assert!(why.starts_with("Y711 is 0 since power-up, because I001 is 0.\n"), "{why}");
+    assert!(why.contains("the control shows the message \"LUBRICATION\"."), "{why}");
+}
+
+/// The next reply of a control to a request.
+fn ask(folder: &Folder, request: Json) -> Json {
+    let mut stream = UnixStream::connect(folder.path().join("socket")).unwrap();
+    writeln!(stream, "{request}").unwrap();
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).unwrap();
+    serde_json::from_str(&line).unwrap()
+}
+
+#[test]
+fn a_control_without_a_record_is_explained_by_what_it_tells() {
+    let folder = chain();
+    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "write,force"];
+    let mut run = folder.command(&options);
+    let _control = Killed::spawn(run.stderr(Stdio::null()).stdout(Stdio::null()));
+    wait("the control's socket", || UnixStream::connect(folder.path().join("socket")).ok());
+    let values = json!([{"name": "DOOR", "value": "1"}]);
+    let forced = ask(&folder, json!({"version": 1, "request": "force", "values": values}));
+    assert_eq!(forced["ok"], true, "{forced}");
+    let status = ask(&folder, json!({"version": 1, "request": "status"}));
+    let holder = &status["result"]["forced_by"][0];
+    assert_eq!((&holder["name"], &holder["ticks"]), (&json!("DOOR"), &forced["result"]["ticks"]));
+    // The value alone is known without the program.
+    let alone = folder.plcc("why socket OUT").exits(0);
+    assert_eq!(alone.stdout, "OUT is 0 now.\n");
+    assert!(alone.stderr.contains("name its source after the socket"), "{}", alone.stderr);
+    let by = holder["by"].as_str().unwrap();
+    let text = folder.plcc("why socket DOOR").exits(0).stdout;
+    let said = "DOOR (S12_DOOR: door closed, -S12, at X11:7) is 1 since tick";
+    assert!(text.starts_with(said) && text.contains(&format!("by {by}.")), "{text}");
+    // With it, what holds the value; since when is not known.
+    let why = json_of(&folder, "socket c.pmi OUT");
+    assert_eq!((&why["value"], &why["changed_by"]), (&json!(0), &json!({"kind": "unknown"})));
+    assert_eq!(names(&why["because"][0]), [("START", 0.0)]);
+    assert_eq!(
+        (&why["since"], &why["would"]),
+        (&why["tick"], &json!([[{"name": "START", "value": 1}]]))
+    );
+    let text = folder.run(&["why", "socket", "c.pmi", "door is open"]).exits(0).stdout;
+    assert!(text.starts_with("DOPEN is 0 now, because DOOR (S12_DOOR) is 1.\n"), "{text}");
+    assert!(text.contains(&format!("forced by {by}\n")), "{text}");
+    let refused = folder.plcc("why socket c.pmi OUT --tick 3").exits(2).stderr;
+    assert!(refused.contains("name that with --record"), "{refused}");
+    // Variables are compared; a control says nothing else of its program.
+    folder.write("other.pmi", CHAIN.replace("READY\n$FAULT", "READY, MORE\n$FAULT"));
+    let refused = folder.plcc("why socket other.pmi OUT").exits(2).stderr;
+    assert!(refused.contains("other.pmi is another program than the one"), "{refused}");
+}
+
+#[test]
+fn an_answer_is_coloured_where_that_is_wanted() {
+    let folder = chain();
+    let plain = folder.plcc("why c.pmi OUT --ticks 3").exits(0).stdout;
+    let coloured = folder.plcc("--color always why c.pmi OUT --ticks 3").exits(0).stdout;
+    assert!(coloured.starts_with("\u{1b}[1mOUT\u{1b}[0m is "), "{coloured:?}");
+    let mut bare = String::new();
+    for (number, part) in coloured.split("\u{1b}[").enumerate() {
+        bare.push_str(if number == 0 { part } else { part.split_once('m').unwrap().1 });
+    }
+    assert_eq!(bare, plain);
 }

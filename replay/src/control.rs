@@ -1,17 +1,26 @@
-//! A control that runs while its record is debugged: what the user sets acts on it, as by `plcctl`.
+//! A control that runs: what the user sets while its record is debugged acts on it, as by `plcctl`, and it says what its
+//! variables are now.
 //!
 //! The control serves requests by its socket (docs/socket.md) if it was started with `--allow`, and notes each change in
 //! its log and in its record, with the user.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use plcc_protocol::{Assignment, Client, ClientError, Done, Request};
+use plcc_protocol::{
+    Assignment, Client, ClientError, Done, ForcedBy, Request, Status, Values, Variables,
+};
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
 
 use crate::DebugError;
 
 /// How long a reply is waited for.
 const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// How many variables are asked for at once: as many as the control reads before one tick.
+const VALUES_PER_TICK: usize = plcc_protocol::VALUES_PER_TICK;
 
 /// The socket of a control.
 #[derive(Clone, Debug)]
@@ -38,15 +47,81 @@ impl ControlSocket {
             (None, true) => Request::Unforce { names: vec![name.into()], all: false },
             (None, false) => return Err(DebugError::new("a value is missing")),
         };
-        let done = Client::connect(&self.path, TIMEOUT)
-            .and_then(|mut client| client.ask::<Done>(&request))
-            .map_err(|error| match error {
-                ClientError::Refused(_) => DebugError(error.to_string()),
-                ClientError::Unreachable(_) => {
-                    DebugError(format!("the control does not answer: {error}"))
+        Ok(self.ask::<Done>(&request)?.ticks)
+    }
+
+    /// What the control is doing.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn status(&self) -> Result<Status, DebugError> {
+        self.ask(&Request::Status {})
+    }
+
+    /// What is known of the variables whose names match a pattern.
+    ///
+    /// # Errors
+    /// When the control does not answer.
+    pub fn variables(&self, pattern: &str) -> Result<Variables, DebugError> {
+        self.ask(&Request::List { pattern: Some(pattern.into()), after: None })
+    }
+
+    /// The values that variables have now, those of an array in their order, with the tick of the last of them. A name that
+    /// the control does not know is left out if others are asked for too.
+    ///
+    /// # Errors
+    /// When the control does not answer, or does not know the only name.
+    pub fn values(
+        &self,
+        names: &[String],
+    ) -> Result<(u64, BTreeMap<String, Vec<f64>>), DebugError> {
+        let mut ticks = 0;
+        let mut found = BTreeMap::new();
+        let mut add = |values: Values| {
+            ticks = values.ticks;
+            found.extend(values.values.into_iter().map(|(name, value)| (name, numbers(&value))));
+        };
+        for part in names.chunks(VALUES_PER_TICK) {
+            match self.ask(&Request::Get { names: part.to_vec() }) {
+                Ok(values) => add(values),
+                Err(error) if names.len() == 1 => return Err(error),
+                // One of them is none of the control's variables: the others one by one.
+                Err(_) => {
+                    for name in part {
+                        if let Ok(values) = self.ask(&Request::Get { names: vec![name.clone()] }) {
+                            add(values);
+                        }
+                    }
                 }
-            })?;
-        Ok(done.ticks)
+            }
+        }
+        Ok((ticks, found))
+    }
+
+    fn ask<T: DeserializeOwned>(&self, request: &Request) -> Result<T, DebugError> {
+        let mut client = Client::connect(&self.path, TIMEOUT).map_err(failed)?;
+        client.ask(request).map_err(failed)
+    }
+}
+
+/// Who forces a variable and since which tick, by what the control says in its status.
+pub fn forced_by(status: &Status, name: &str) -> Option<(String, u64)> {
+    let ForcedBy { by, ticks, .. } = status.forced_by.iter().find(|one| one.name == name)?;
+    Some((by.clone(), *ticks))
+}
+
+/// The numbers of a value as the control sends it.
+fn numbers(value: &Json) -> Vec<f64> {
+    match value {
+        Json::Array(items) => items.iter().filter_map(Json::as_f64).collect(),
+        other => other.as_f64().into_iter().collect(),
+    }
+}
+
+fn failed(error: ClientError) -> DebugError {
+    match error {
+        ClientError::Refused(_) => DebugError(error.to_string()),
+        ClientError::Unreachable(_) => DebugError(format!("the control does not answer: {error}")),
     }
 }
 

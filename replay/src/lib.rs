@@ -40,7 +40,7 @@ pub mod variables;
 use thiserror::Error;
 
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
-pub use control::ControlSocket;
+pub use control::{ControlSocket, forced_by};
 pub use debugger::{
     Debugger, Direction, OpenVersion, Position, Session, StepKind, StopAt, Stopped,
 };

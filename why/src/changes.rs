@@ -171,7 +171,7 @@ impl Inquiry<'_> {
             None => (ChangedBy::BeforeRecord, None),
             Some(_) => self.changer(variable, one.value, since)?,
         };
-        let changed_by = if is_held { ChangedBy::Force } else { changed_by };
+        let changed_by = if is_held { ChangedBy::Force { by: None } } else { changed_by };
         Ok(Origin { since, changed_by, statement })
     }
 
@@ -210,7 +210,7 @@ impl Inquiry<'_> {
             let by = match act.kind {
                 ActKind::Stimulus => ChangedBy::Stimulus,
                 ActKind::Write => ChangedBy::Write,
-                ActKind::Force => ChangedBy::Force,
+                ActKind::Force => ChangedBy::Force { by: None },
             };
             return Ok((by, None));
         }

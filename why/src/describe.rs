@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::explanation::{Cause, ChangedBy, Explanation, Number, Wish};
+use crate::explanation::{Announcing, Cause, ChangedBy, Explanation, Number, Said, Wish};
 use crate::inquiry::Inquiry;
 use crate::variable::Variable;
 
@@ -49,13 +49,75 @@ impl Inquiry<'_> {
     }
 }
 
+/// A line of an answer, for people.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Line {
+    /// Its text in pieces.
+    pub pieces: Vec<Piece>,
+    /// What can be asked next: the variable of the line, and the tick.
+    pub next: Option<(String, u64)>,
+}
+
+/// A piece of a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Its text.
+    pub text: String,
+    /// What it is.
+    pub kind: PieceKind,
+}
+
+/// What a piece of a line is, to give it a colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PieceKind {
+    /// Words, and the branches of the tree.
+    Plain,
+    /// A variable.
+    Name,
+    /// Its value.
+    Value,
+    /// That it is forced.
+    Forced,
+    /// A statement with its place.
+    Place,
+    /// What would switch it.
+    Wish,
+}
+
+impl Line {
+    fn add(&mut self, kind: PieceKind, text: impl Into<String>) {
+        let text = text.into();
+        if !text.is_empty() {
+            self.pieces.push(Piece { text, kind });
+        }
+    }
+
+    fn plain(text: impl Into<String>) -> Self {
+        let mut line = Self::default();
+        line.add(PieceKind::Plain, text);
+        line
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.pieces.iter().try_for_each(|piece| f.write_str(&piece.text))
+    }
+}
+
 /// The value of a variable, and since when it has it.
 struct Since<'a> {
     name: &'a str,
+    said: &'a Said,
     value: Number,
     remark: &'a str,
     since: u64,
     changed_by: &'a ChangedBy,
+}
+
+/// A name with its alias: `I012 (DOOR)`.
+fn with_alias(name: &str, alias: &str) -> String {
+    if alias.is_empty() { name.to_owned() } else { format!("{name} ({alias})") }
 }
 
 impl Explanation {
@@ -72,36 +134,51 @@ impl Explanation {
     }
 
     /// `CW is 0 since tick 260 (5.20 s)`
-    fn since(&self, of: &Since<'_>) -> String {
-        let Since { name, value, remark, since, changed_by } = of;
-        let remark = if remark.is_empty() { String::new() } else { format!(" ({remark})") };
-        match changed_by {
-            ChangedBy::PowerUp => format!("{name} is {value}{remark} since power-up"),
-            ChangedBy::BeforeRecord => {
-                format!("{name} is {value}{remark} since before the record begins")
-            }
-            _ => format!("{name} is {value}{remark} since {}", self.tick(*since)),
+    fn since(&self, of: &Since<'_>, line: &mut Line) {
+        let Since { name, said, value, remark, since, changed_by } = of;
+        line.add(PieceKind::Name, *name);
+        if !said.line.is_empty() {
+            line.add(PieceKind::Plain, format!(" ({})", said.line));
         }
+        line.add(PieceKind::Plain, " is ");
+        line.add(PieceKind::Value, value.to_string());
+        let remark = if remark.is_empty() { String::new() } else { format!(" ({remark})") };
+        let since = match changed_by {
+            ChangedBy::PowerUp => "since power-up".into(),
+            ChangedBy::BeforeRecord => "since before the record begins".into(),
+            ChangedBy::Unknown => "now".into(),
+            _ => format!("since {}", self.tick(*since)),
+        };
+        line.add(PieceKind::Plain, format!("{remark} {since}"));
     }
 
     /// The first sentence: the value, and what holds it.
-    fn sentence(&self) -> String {
-        let since = self.since(&Since {
+    fn sentence(&self) -> Line {
+        let mut line = Line::default();
+        let of = Since {
             name: &self.name,
+            said: &self.said,
             value: self.value,
             remark: &self.for_people.remark,
             since: self.since,
             changed_by: &self.changed_by,
-        });
-        let causes: Vec<String> =
-            self.because.iter().map(|cause| format!("{} is {}", cause.name, cause.value)).collect();
-        match listed(&causes, "and") {
-            text if text.is_empty() => match self.reason_without_operands() {
-                Some(reason) => format!("{since}{reason}."),
-                None => format!("{since}."),
-            },
-            text => format!("{since}, because {text}."),
-        }
+        };
+        self.since(&of, &mut line);
+        let causes = self.because.iter();
+        let causes: Vec<String> = causes
+            .map(|cause| {
+                format!("{} is {}", with_alias(&cause.name, &cause.said.alias), cause.value)
+            })
+            .collect();
+        let text = match listed(&causes, "and") {
+            text if text.is_empty() => self.reason_without_operands().unwrap_or_default(),
+            text => format!(", because {text}"),
+        };
+        let is_forced = matches!(self.changed_by, ChangedBy::Force { .. });
+        let kind = if is_forced { PieceKind::Forced } else { PieceKind::Plain };
+        line.add(kind, text);
+        line.add(PieceKind::Plain, ".");
+        line
     }
 
     /// Why it has its value where no operand holds it.
@@ -109,13 +186,27 @@ impl Explanation {
         Some(match &self.changed_by {
             ChangedBy::Input => ": the machine gives it this value".into(),
             ChangedBy::Stimulus => ": the stimulus has set it".into(),
-            ChangedBy::Force => ": it is forced to this value".into(),
+            ChangedBy::Force { by: None } => ": it is forced to this value".into(),
+            ChangedBy::Force { by: Some(by) } => format!(": it is forced to this value by {by}"),
             ChangedBy::Write => ": somebody has set it".into(),
             ChangedBy::Timer => ": time has changed it".into(),
             ChangedBy::Control => ": the control has changed it".into(),
             ChangedBy::Statement { file, line } => format!(", when {file}:{line} set it"),
-            ChangedBy::PowerUp | ChangedBy::BeforeRecord => return None,
+            ChangedBy::PowerUp | ChangedBy::BeforeRecord | ChangedBy::Unknown => return None,
         })
+    }
+
+    /// What the variable of a fault or message announces.
+    fn announcement(&self) -> Option<Line> {
+        let (what, text) = self.for_people.announces.as_ref()?;
+        let what = match what {
+            Announcing::Fault => "fault",
+            Announcing::Message => "message",
+        };
+        Some(Line::plain(match self.value.0 == 0.0 {
+            true => format!("  While it is 1, the control shows the {what} \"{text}\"."),
+            false => format!("  The control shows the {what} \"{text}\"."),
+        }))
     }
 }
 
@@ -124,12 +215,13 @@ fn origin(cause: &Cause) -> String {
     match &cause.changed_by {
         ChangedBy::Input => "input".into(),
         ChangedBy::Stimulus => "set by the stimulus".into(),
-        ChangedBy::Force => "forced".into(),
+        ChangedBy::Force { by: None } => "forced".into(),
+        ChangedBy::Force { by: Some(by) } => format!("forced by {by}"),
         ChangedBy::Write => "set by somebody".into(),
         ChangedBy::Timer => "time".into(),
         ChangedBy::Control => "from the control".into(),
         ChangedBy::Statement { .. } => "value of an earlier scan".into(),
-        ChangedBy::PowerUp | ChangedBy::BeforeRecord => String::new(),
+        ChangedBy::PowerUp | ChangedBy::BeforeRecord | ChangedBy::Unknown => String::new(),
     }
 }
 
@@ -156,7 +248,7 @@ fn placed(file: &Option<String>, line: Option<u32>, statement: &str) -> Option<S
 /// Writes the lines of the tree.
 struct Lines<'a> {
     of: &'a Explanation,
-    lines: Vec<String>,
+    lines: Vec<Line>,
     left_out: usize,
 }
 
@@ -167,20 +259,31 @@ impl Lines<'_> {
             return;
         }
         let (branch, below) = if is_last { ("└─ ", "   ") } else { ("├─ ", "│  ") };
-        let mut line = self.of.since(&Since {
+        let mut line = Line::plain(format!("{indent}{branch}"));
+        let of = Since {
             name: &cause.name,
+            said: &cause.said,
             value: cause.value,
             remark: &cause.remark,
             since: cause.since,
             changed_by: &cause.changed_by,
-        });
-        let place = placed(&cause.file, cause.line, &cause.statement);
-        let origin = if cause.because.is_empty() { origin(cause) } else { String::new() };
-        for text in [place, Some(origin).filter(|text| !text.is_empty())].into_iter().flatten() {
-            line.push_str("   ");
-            line.push_str(&text);
+        };
+        self.of.since(&of, &mut line);
+        if let Some(place) = placed(&cause.file, cause.line, &cause.statement) {
+            line.add(PieceKind::Place, format!("   {place}"));
         }
-        self.lines.push(format!("{indent}{branch}{line}"));
+        let origin = if cause.because.is_empty() { origin(cause) } else { String::new() };
+        if !origin.is_empty() {
+            let is_forced = matches!(cause.changed_by, ChangedBy::Force { .. });
+            let kind = if is_forced { PieceKind::Forced } else { PieceKind::Plain };
+            line.add(kind, format!("   {origin}"));
+        }
+        // The value of an earlier scan is explained in that scan.
+        let is_of_then = cause.because.is_empty()
+            && matches!(cause.changed_by, ChangedBy::Statement { .. } | ChangedBy::Write);
+        let tick = if is_of_then { cause.since } else { self.of.tick };
+        line.next = Some((cause.name.clone(), tick));
+        self.lines.push(line);
         let indent = format!("{indent}{below}");
         for (number, inner) in cause.because.iter().enumerate() {
             self.add(inner, &indent, number + 1 == cause.because.len());
@@ -194,64 +297,76 @@ fn count(causes: &[Cause]) -> usize {
 
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.sentence())?;
+        self.lines().iter().try_for_each(|line| writeln!(f, "{line}"))
+    }
+}
+
+impl Explanation {
+    /// The answer for people, line by line.
+    pub fn lines(&self) -> Vec<Line> {
+        let mut found = vec![self.sentence()];
         if let Some(place) = placed(&self.file, self.line, &self.for_people.statement) {
-            writeln!(f, "  {place}")?;
+            let mut line = Line::default();
+            line.add(PieceKind::Place, format!("  {place}"));
+            found.push(line);
         }
+        found.extend(self.announcement());
         let mut lines = Lines { of: self, lines: vec![], left_out: 0 };
         for (number, cause) in self.because.iter().enumerate() {
             lines.add(cause, "  ", number + 1 == self.because.len());
         }
-        for line in &lines.lines {
-            writeln!(f, "{line}")?;
-        }
+        found.append(&mut lines.lines);
         if lines.left_out > 0 {
-            writeln!(f, "  {} more variables; --message-format json has all", lines.left_out)?;
+            let text =
+                format!("  {} more variables; --message-format json has all", lines.left_out);
+            found.push(Line::plain(text));
         }
         for task in &self.for_people.idle {
-            writeln!(f, "{task} would give it another value, and does not run.")?;
+            found.push(Line::plain(format!(
+                "{task} would give it another value, and does not run."
+            )));
         }
         if let ChangedBy::Statement { file, line } = &self.changed_by
             && (Some(file), Some(*line)) != (self.file.as_ref(), self.line)
             && !self.because.is_empty()
         {
             let at = self.tick(self.since);
-            writeln!(f, "It got the value in {at} from {file}:{line}.")?;
+            found.push(Line::plain(format!("It got the value in {at} from {file}:{line}.")));
         }
-        self.write_wishes(f)
+        found.extend(self.wishes());
+        found
     }
-}
 
-impl Explanation {
-    fn write_wishes(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// What would switch it.
+    fn wishes(&self) -> Option<Line> {
         if let Some(code) = &self.for_people.stopped {
-            return writeln!(f, "The program was stopped in this tick: {code}.");
+            return Some(Line::plain(format!("The program was stopped in this tick: {code}.")));
         }
         if !self.for_people.was_tried {
-            return Ok(());
+            return None;
         }
         let other = if self.value.0 == 0.0 { 1 } else { 0 };
         let name = &self.name;
         let set = |set: &Vec<Wish>| {
-            let wishes: Vec<String> =
-                set.iter().map(|wish| format!("{} = {}", wish.name, wish.value)).collect();
+            let wishes = set.iter();
+            let wishes: Vec<String> = wishes
+                .map(|wish| format!("{} = {}", with_alias(&wish.name, &wish.alias), wish.value))
+                .collect();
             listed(&wishes, "and")
         };
-        match self.would.as_slice() {
-            [] => {
-                writeln!(f, "No three inputs or fewer would make {name} {other} in the next scan.")
-            }
+        let text = match self.would.as_slice() {
+            [] => format!("No three inputs or fewer would make {name} {other} in the next scan."),
             [only] if only.is_empty() => {
-                writeln!(f, "The next scan makes {name} {other} by itself.")
+                format!("The next scan makes {name} {other} by itself.")
             }
             sets => {
                 let sets: Vec<String> = sets.iter().map(set).collect();
-                writeln!(
-                    f,
-                    "The next scan would make {name} {other} with {}.",
-                    sets.join("; or with ")
-                )
+                let sets = sets.join("; or with ");
+                format!("The next scan would make {name} {other} with {sets}.")
             }
-        }
+        };
+        let mut line = Line::default();
+        line.add(PieceKind::Wish, text);
+        Some(line)
     }
 }

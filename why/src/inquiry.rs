@@ -221,8 +221,14 @@ impl<'a> Inquiry<'a> {
 
     /// The answer.
     pub(crate) fn explain(mut self, question: &Question) -> Result<Explanation, DebugError> {
-        let key = self.names.find(&question.name, Purpose::Watch);
-        let key = key.map_err(|error| DebugError(error.to_string()))?;
+        let key = match self.names.find(&question.name, Purpose::Watch) {
+            Ok(key) => key,
+            Err(error) => {
+                let named = self.of_text(&question.name)?;
+                let found = named.and_then(|name| self.names.find(&name, Purpose::Watch).ok());
+                found.ok_or_else(|| DebugError(error.to_string()))?
+            }
+        };
         if self.names.properties(key).elements.is_some() {
             return Err(DebugError(format!(
                 "`{}` is a whole array; name one element, as {}[0]",
@@ -232,8 +238,35 @@ impl<'a> Inquiry<'a> {
         }
         let steps = self.trace(question.tick)?.steps.len();
         let at = Moment { tick: question.tick, step: question.step.unwrap_or(steps).min(steps) };
-        let variable = self.named(&question.name);
+        let variable = self.named(&self.names.canonical(key));
         self.tree(&variable, at, question.would)
+    }
+
+    /// The variable of the fault or message with a text; small and capital letters are the same. `None` if none has it.
+    ///
+    /// # Errors
+    /// When several have it.
+    fn of_text(&self, text: &str) -> Result<Option<String>, DebugError> {
+        let text = text.trim().to_lowercase();
+        let all = self.checked().announcements();
+        let has = |exactly: bool| {
+            let matches = |other: &str| match exactly {
+                true => other.to_lowercase() == text,
+                false => other.to_lowercase().contains(&text),
+            };
+            all.iter().filter(|one| matches(&one.text)).collect::<Vec<_>>()
+        };
+        let found = if text.is_empty() { vec![] } else { has(true) };
+        let found = if found.is_empty() && text.len() > 1 { has(false) } else { found };
+        match found.as_slice() {
+            [] => Ok(None),
+            [one] => Ok(Some(one.name.clone())),
+            several => {
+                let named = several.iter().map(|one| format!("{} ({})", one.name, one.text));
+                let named = named.collect::<Vec<_>>().join(", ");
+                Err(DebugError(format!("several have this text; name one of them: {named}")))
+            }
+        }
     }
 }
 

@@ -35,13 +35,14 @@ mod would;
 
 use plcc_replay::{DebugError, DebuggedProgram, History};
 
-pub use explanation::{Cause, ChangedBy, Explanation, Number, Wish};
+pub use describe::{Line, Piece, PieceKind};
+pub use explanation::{Announcing, Cause, ChangedBy, Explanation, ForPeople, Number, Said, Wish};
 use inquiry::Inquiry;
 
 /// What is asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// The variable: a single one, or an element of an array.
+    /// The variable: a single one, or an element of an array; or the text of a fault or message, or a part of it.
     pub name: String,
     /// The tick.
     pub tick: u64,

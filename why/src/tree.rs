@@ -7,7 +7,7 @@ use plcc_frontend::common::Value;
 use plcc_replay::DebugError;
 
 use crate::changes::Origin;
-use crate::explanation::{Cause, Explanation, ForPeople, Number};
+use crate::explanation::{Announcing, Cause, Explanation, ForPeople, Number, Said};
 use crate::inquiry::{Inquiry, Moment};
 use crate::reasons::Reasons;
 use crate::variable::Variable;
@@ -58,12 +58,19 @@ impl Inquiry<'_> {
         let root = root.ok_or_else(|| DebugError::new("there is nothing to explain"))?;
         let is_logical = variable.is_logical;
         let tick_ns = self.tick_ns;
+        let announced = self.checked().announcements().into_iter();
+        let mut announces = announced.filter(|one| one.name == variable.name).map(|one| {
+            let what = if one.is_fault { Announcing::Fault } else { Announcing::Message };
+            (what, one.text)
+        });
+        let announces = announces.next_back();
         let trace = self.trace(at.tick)?;
         let stopped = trace.stop.as_ref().map(|stop| stop.code.clone());
         let is_tried = would && is_logical && stopped.is_none();
         let would = if is_tried { self.would(variable, value, at)? } else { vec![] };
         Ok(Explanation {
             name: root.name,
+            said: root.said,
             value: root.value,
             tick: at.tick,
             since: root.since,
@@ -79,6 +86,8 @@ impl Inquiry<'_> {
                 was_tried: is_tried,
                 idle,
                 tick_ns,
+                announces,
+                is_of_present: false,
                 stopped,
             },
         })
@@ -136,6 +145,11 @@ impl Inquiry<'_> {
         Ok(nodes)
     }
 
+    /// What people say of a variable.
+    fn said(&self, name: &str) -> Said {
+        self.program.given().said_of(name).map_or_else(Said::default, |said| Said::from(&*said))
+    }
+
     /// A variable of the answer, with what holds it.
     fn cause(
         &mut self,
@@ -148,6 +162,7 @@ impl Inquiry<'_> {
         let path = |file| self.program.sources().path(file).to_owned();
         let image = self.image(node.at)?;
         Ok(Cause {
+            said: self.said(&node.variable.name),
             name: node.variable.name.clone(),
             value: Number(node.value),
             since: origin.since,

@@ -55,6 +55,7 @@ impl Inquiry<'_> {
         let choices = self.choices(variable)?;
         let state = self.history.executive().checkpoint();
         let mut engine = self.checked().interpreter();
+        let given = self.program.given();
         let mut switches = |set: &[&Choice]| -> Result<bool, DebugError> {
             let executive = self.history.executive();
             executive.resume(&state).map_err(|error| DebugError(error.to_string()))?;
@@ -84,8 +85,13 @@ impl Inquiry<'_> {
                 let mut chosen = vec![];
                 combine(&choices, size, 0, &mut chosen, &mut |set| {
                     if switches(set)? {
+                        let alias = |name: &str| {
+                            let said = given.said_of(name);
+                            said.map(|said| said.alias.clone()).unwrap_or_default()
+                        };
                         let wish = |choice: &&Choice| Wish {
                             name: choice.name.clone(),
+                            alias: alias(&choice.name),
                             value: Number(choice.value),
                         };
                         found.push(set.iter().map(wish).collect());

@@ -268,7 +268,9 @@ Examples:
   plcc why lathe.pmi MCHON --stimulus lathe.csv --tick 300
   plcc why lathe.plcrec SPINON                   the end of a record
   plcc why lathe.plcrec SPINON --tick 1200       why it did not come then
+  plcc why lathe.pmi \"DOOR IS OPEN\" --stimulus lathe.csv   what raised a fault or message
   plcc why lathe.sock MCHON --record lathe.plcrec
+  plcc why lathe.sock lathe.pmi MCHON            of a control without a record: its values now
   plcc why sample.plc Y001 --message-format json | jq .would
 
 Exit status: 0 the value is explained; 1 the source has errors; 2 wrong usage, or a file that can't be read \

@@ -11,12 +11,12 @@ use super::SourceArgs;
 
 #[derive(Args)]
 pub(crate) struct WhyArgs {
-    /// A record, the socket of a control that runs, or a source; then the program's sources, where the record has none,
-    /// or the other files of a PMAC download
+    /// A record, the socket of a control that runs, or a source; then the program's sources, where the record has none
+    /// or the control has no record, or the other files of a PMAC download
     #[arg(required = true, value_name = "TARGET")]
     pub(crate) target: Vec<PathBuf>,
 
-    /// The variable: a single one, or an element of an array
+    /// The variable: a single one, or an element of an array; or the text of a fault or message, or a part of it
     #[arg(value_name = "NAME")]
     pub(crate) name: String,
 
@@ -48,7 +48,7 @@ pub(crate) struct WhyArgs {
     #[arg(long, value_name = "FILE", requires = "simulate")]
     pub(crate) part_program: Option<PathBuf>,
 
-    /// A socket: the file in which the control is being recorded
+    /// A socket: the file in which the control is being recorded; without it the present is explained
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 

@@ -7,6 +7,6 @@ pub struct Announced {
     pub is_fault: bool,
     /// The variable or flag.
     pub name: String,
-    /// Its text with the present values.
+    /// Its text with the present values, or without any.
     pub text: String,
 }

@@ -133,6 +133,11 @@ pub trait Presentation {
         false
     }
 
+    /// All faults and messages that the program can announce, with what stays the same of their texts.
+    fn announcements(&self) -> Vec<Announced> {
+        vec![]
+    }
+
     /// The faults and messages that are on in an image.
     fn announced(&self, _image: &[u8]) -> Vec<Announced> {
         vec![]

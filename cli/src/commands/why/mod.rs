@@ -1,13 +1,16 @@
 //! `plcc why`: why a variable has its value, for a source that is run here, a record, or a control that runs.
 
+mod present;
+
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
 use clap::Parser;
+use plcc_abi::printable;
 use plcc_host::session;
-use plcc_replay::{DebugError, Debugger};
-use plcc_why::{Explanation, Question, explain};
+use plcc_replay::{ControlSocket, DebugError, Debugger, forced_by};
+use plcc_why::{Explanation, Line, PieceKind, Question, explain};
 
 use super::monitor::is_recording;
 use crate::args::{Cli, Command, FormatArg, RunCommand, WhyArgs};
@@ -21,32 +24,59 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     let path = args.target.first().ok_or_else(|| Failure::usage("TARGET is missing"))?;
     let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
     let explanation = if is_socket {
-        let record = args.record.as_deref().ok_or_else(|| {
-            Failure::usage(
-                "the past of a control that runs is in its record: name that with --record",
-            )
-        })?;
-        of_record(args, record, true)?
+        let control = ControlSocket::new(path);
+        let mut explanation = match &args.record {
+            Some(record) => of_record(args, record, true)?,
+            None => {
+                let Some(found) = present::explanation(args, &control, report)? else {
+                    return Ok(ERRORS);
+                };
+                found
+            }
+        };
+        // Forces of the past may have been another one's; a control without an answer has none at present.
+        if args.tick.is_none()
+            && let Ok(status) = control.status()
+        {
+            explanation.note_forces(&|name| forced_by(&status, name));
+        }
+        explanation
     } else if path.as_os_str() != "-" && is_recording(path)? {
         of_record(args, path, false)?
     } else {
         let Some(explanation) = of_source(args, report)? else { return Ok(ERRORS) };
         explanation
     };
-    show(&explanation, args.source.message_format)?;
+    show(&explanation, args.source.message_format, report)?;
     Ok(DONE)
 }
 
 /// Prints an answer.
-fn show(explanation: &Explanation, format: FormatArg) -> Result<(), Failure> {
+fn show(explanation: &Explanation, format: FormatArg, report: &Report) -> Result<(), Failure> {
     let text = match format {
-        FormatArg::Human => explanation.to_string(),
+        FormatArg::Human => explanation.lines().iter().map(|line| text_of(line, report)).collect(),
         FormatArg::Json => {
             let json = serde_json::to_string(explanation);
             format!("{}\n", json.map_err(Failure::internal)?)
         }
     };
     output::print(text.as_bytes())
+}
+
+/// A line with its line feed, on a terminal with colours.
+fn text_of(line: &Line, report: &Report) -> String {
+    let pieces = line.pieces.iter().map(|piece| {
+        let text = printable(&piece.text);
+        match piece.kind {
+            PieceKind::Plain => text.into_owned(),
+            PieceKind::Name => report.paint_result(&text, "1"),
+            PieceKind::Value => report.paint_result(&text, "1;36"),
+            PieceKind::Forced => report.paint_result(&text, "1;31"),
+            PieceKind::Place => report.paint_result(&text, "2"),
+            PieceKind::Wish => report.paint_result(&text, "32"),
+        }
+    });
+    pieces.chain(["\n".to_owned()]).collect()
 }
 
 /// The answer for a source, which is run from power-up; `None` if it has errors, which are shown.

@@ -55,6 +55,19 @@ impl Presentation for Program {
         io::points(tables::named(&self.checked))
     }
 
+    /// The texts of :198 belong to Y700 to Y707, those of :199 to Y710 and on (NCT 3.5, 3.6).
+    fn announcements(&self) -> Vec<Announced> {
+        let of = |texts: &[String], byte: usize| -> Vec<Announced> {
+            let flags = texts.iter().enumerate().map(|(at, text)| Announced {
+                is_fault: false,
+                name: format!("Y{}{}", byte + at / 8, at % 8),
+                text: text.trim().to_owned(),
+            });
+            flags.filter(|one| !one.text.is_empty()).collect()
+        };
+        [of(&self.checked.texts.indexed, 70), of(&self.checked.texts.messages, 71)].concat()
+    }
+
     fn panels(&self, active: &[Announced], _: Read<'_>) -> Result<Vec<PanelDraft>, String> {
         let texts = &self.checked.texts;
         Ok(panels::panels(&self.settings, &texts.softkeys, &texts.info, active))

@@ -21,6 +21,23 @@ pub(super) fn announced(tables: &PmiTables, image: &[u8]) -> Vec<Announced> {
     [of(&tables.faults, true), of(&tables.messages, false)].concat()
 }
 
+/// All faults and messages, with the words of their texts.
+pub(super) fn announcements(tables: &PmiTables) -> Vec<Announced> {
+    let of = |list: &[Announcement], is_fault: bool| -> Vec<Announced> {
+        let words = |item: &TextItem| match item {
+            TextItem::Text(words) => Some(words.trim().to_owned()),
+            TextItem::Value { .. } => None,
+        };
+        let shown = list.iter().map(|one| Announced {
+            is_fault,
+            name: one.name.clone(),
+            text: one.text.iter().filter_map(words).collect::<Vec<_>>().join(" "),
+        });
+        shown.collect()
+    };
+    [of(&tables.faults, true), of(&tables.messages, false)].concat()
+}
+
 /// The text of a fault or message with the present values.
 fn text_of(items: &[TextItem], image: &[u8]) -> String {
     let mut text = String::new();

@@ -91,6 +91,10 @@ impl Presentation for Program {
         true
     }
 
+    fn announcements(&self) -> Vec<Announced> {
+        announced::announcements(&self.known().tables)
+    }
+
     fn announced(&self, image: &[u8]) -> Vec<Announced> {
         announced::announced(&self.known().tables, image)
     }
