@@ -1,6 +1,6 @@
 //! Measures what a record costs: the time that it adds to a tick, and how many bytes an hour of it takes,
 //! for the examples and for 2000 equations. `cargo bench -p plcc-benches --bench recording` prints a table
-//! for docs/recording.md.
+//! for docs/dev/measurements.md.
 //!
 //! Two controls of the same program take turns in short rounds, one that is recorded and one that is not, so
 //! that everything else meets both alike. The median round of each counts.
