@@ -52,6 +52,18 @@ impl FuncBuilder {
         }
     }
 
+    /// The same, with room for a number of instructions, so that the tables need not grow.
+    pub(crate) fn with_room(name: impl Into<String>, insts: usize) -> Self {
+        let mut builder = Self::new(name);
+        builder.func.make_room(insts);
+        builder
+    }
+
+    /// How many instructions the function has.
+    pub(crate) fn inst_count(&self) -> usize {
+        self.func.inst_count()
+    }
+
     /// The finished function. A block without terminator gets [`Terminator::Return`].
     pub fn finish(mut self) -> FuncData {
         for block in self.func.blocks.values_mut() {

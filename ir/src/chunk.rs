@@ -243,7 +243,8 @@ impl ChunkBuilder {
                 self.long_statement.get_or_insert(loc);
             }
             let for_size = self.current.optimizes_for_size();
-            self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
+            let next = FuncBuilder::with_room(name, self.current.inst_count());
+            self.finished.push(std::mem::replace(&mut self.current, next));
             self.current.set_loc(loc);
             self.current.set_optimize_for_size(for_size);
         } else {

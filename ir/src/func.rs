@@ -404,6 +404,14 @@ impl FuncData {
         blocks.all(|data| data.optimize_for_size)
     }
 
+    /// Makes room in the tables for a number of further instructions, each with a result.
+    pub(crate) fn make_room(&mut self, insts: usize) {
+        self.insts.reserve(insts);
+        self.locs.reserve(insts);
+        self.results.reserve(insts);
+        self.values.reserve(insts);
+    }
+
     /// Adds an instruction to the tables, which is in no block yet. Returns it and its result, which is
     /// [`Value::NONE`] if it has none.
     pub(crate) fn append(&mut self, data: InstData, loc: StatementId) -> (Inst, Value) {

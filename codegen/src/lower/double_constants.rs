@@ -28,7 +28,11 @@ pub(super) fn choose(
     options: CodegenOptions,
 ) -> DoubleConstants {
     let mut counts: Vec<(u64, u32)> = vec![];
-    if !options.double_constants || func.is_optimized_for_size() {
+    let mut insts = func.blocks().flat_map(|(_, block)| &block.insts);
+    if !options.double_constants
+        || func.is_optimized_for_size()
+        || !insts.any(|&inst| matches!(func.inst(inst), InstData::Fconst { .. }))
+    {
         return vec![];
     }
     for (_, block) in func.blocks().filter(|(_, block)| !block.cold) {

@@ -34,16 +34,12 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     for (_, block) in &mut func.entries {
         *block = blocks[*block];
     }
-    let total = func.blocks.values().map(|block| block.insts.len()).sum();
+    let total: usize = func.blocks.values().map(|block| block.insts.len()).sum();
     // A value without a definition stays one that the verifier refuses.
     let mut values = PrimaryMap::from(vec![Value::NONE; func.value_count()]);
-    let mut new = FuncData {
-        insts: PrimaryMap::with_capacity(total),
-        locs: PrimaryMap::with_capacity(total),
-        results: PrimaryMap::with_capacity(total),
-        values: PrimaryMap::with_capacity(total),
-        ..FuncData::default()
-    };
+    // The passes after this one add a few instructions.
+    let mut new = FuncData::default();
+    new.make_room(total + total / 8);
     // Definitions get their new numbers first. Then uses are replaced, some of which are before
     // their definition in the order of the blocks.
     for (block, data) in &mut func.blocks {

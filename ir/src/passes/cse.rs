@@ -27,7 +27,7 @@ pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
     let forest = Forest::new(&graph);
     let mut values = Substitution::new(func);
-    let mut table = Table::default();
+    let mut table = Table::with_capacity_and_hasher(func.inst_count(), Default::default());
     for &block in &forest.order {
         let mut insts = std::mem::take(&mut func.blocks[block].insts);
         insts.retain(|&inst| {

@@ -212,8 +212,8 @@ impl Gates<'_> {
 
     /// Adds the node of a gate with these inputs.
     fn gate_node(&mut self, or: bool, inputs: Vec<usize>) -> usize {
-        let straight = self.plan(&inputs, 0).cost;
-        let opposite = self.plan(&inputs, 1).cost;
+        let (straight, _) = self.best_cost(&inputs, 0);
+        let (opposite, _) = self.best_cost(&inputs, 1);
         let cost = [straight.min(opposite + NOT), opposite.min(straight + NOT)];
         let operand = cost.map(|cost| cost + OPERATION);
         self.push(Kind::Gate { or, inputs }, cost, operand)
@@ -222,36 +222,46 @@ impl Gates<'_> {
     /// How a gate is best computed with its inputs as they are (`opposite` 0), or how its dual is with
     /// the inverted inputs (`opposite` 1).
     fn plan(&self, inputs: &[usize], opposite: usize) -> Plan {
-        let cheaper_inverted = |&&input: &&usize| {
-            self.nodes[input].operand[1 - opposite] < self.nodes[input].operand[opposite]
+        let (cost, is_split) = self.best_cost(inputs, opposite);
+        let (apart, rest) = match is_split {
+            true => inputs.iter().partition(|&&input| self.is_cheaper_inverted(input, opposite)),
+            false => (vec![], inputs.to_vec()),
         };
-        let apart: Vec<usize> = inputs.iter().filter(cheaper_inverted).copied().collect();
-        let rest: Vec<usize> =
-            inputs.iter().filter(|input| !cheaper_inverted(input)).copied().collect();
-        let all = self.row_cost(inputs, opposite);
-        let joined = self.row_cost(&apart, 1 - opposite) + NOT;
-        let split = match rest.is_empty() {
-            true => joined,
-            false => {
-                // The joined ones are computed first, and each of the rest is combined with it.
-                joined + rest.iter().map(|&input| self.nodes[input].operand[opposite]).sum::<u32>()
-            }
-        };
-        match apart.len() > 1 && split < all {
-            true => Plan { cost: split, apart, rest },
-            false => Plan { cost: all, apart: vec![], rest: inputs.to_vec() },
+        Plan { cost, apart, rest }
+    }
+
+    /// The cost of that, and whether the inputs that are cheaper inverted are computed apart.
+    fn best_cost(&self, inputs: &[usize], opposite: usize) -> (u32, bool) {
+        let inputs = inputs.iter().copied();
+        let all = self.row_cost(inputs.clone(), opposite);
+        let is_apart = |input: &usize| self.is_cheaper_inverted(*input, opposite);
+        let apart = inputs.clone().filter(is_apart);
+        if apart.clone().nth(1).is_none() {
+            return (all, false);
         }
+        let joined = self.row_cost(apart, 1 - opposite) + NOT;
+        // The joined ones are computed first, and each of the rest is combined with it.
+        let rest = inputs.filter(|input| !is_apart(input));
+        let split = joined + rest.map(|input| self.nodes[input].operand[opposite]).sum::<u32>();
+        (split.min(all), split < all)
+    }
+
+    /// Whether the opposite of an input costs less than what is asked of it.
+    fn is_cheaper_inverted(&self, input: usize, opposite: usize) -> bool {
+        self.nodes[input].operand[1 - opposite] < self.nodes[input].operand[opposite]
     }
 
     /// The cost of combining inputs one after the other.
-    fn row_cost(&self, inputs: &[usize], opposite: usize) -> u32 {
-        let sum: u32 = inputs.iter().map(|&input| self.nodes[input].operand[opposite]).sum();
-        // The first one is not combined with anything.
-        let saved = |&input: &usize| {
+    fn row_cost(&self, inputs: impl Iterator<Item = usize>, opposite: usize) -> u32 {
+        let (mut sum, mut most_saved) = (0, 0);
+        for input in inputs {
             let node = &self.nodes[input];
-            node.operand[opposite].saturating_sub(node.cost[opposite])
-        };
-        sum.saturating_sub(inputs.iter().map(saved).max().unwrap_or(0))
+            let (operand, cost) = (node.operand[opposite], node.cost[opposite]);
+            sum += operand;
+            // The first one is not combined with anything.
+            most_saved = most_saved.max(operand.saturating_sub(cost));
+        }
+        u32::saturating_sub(sum, most_saved)
     }
 
     /// Writes the outermost gate; its instruction keeps its result.

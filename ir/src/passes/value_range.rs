@@ -188,14 +188,8 @@ impl ValueRanges {
             InstData::Iconst { ty: _, value } => value as u64,
             InstData::Pack { from } => from.mask().into(),
             InstData::Binary { op, args: [a, b] } => {
-                let by = func.constant(b).map(|by| by as u64 & all);
-                self.possible_ones_of_binary(
-                    op,
-                    self.possible_ones(a),
-                    self.possible_ones(b),
-                    by,
-                    all,
-                )
+                let by = || func.constant(b).map(|by| by as u64 & all);
+                possible_ones_of_binary(op, self.possible_ones(a), self.possible_ones(b), by, all)
             }
             InstData::Select { cond: _, args: [a, b] } => {
                 self.possible_ones(a) | self.possible_ones(b)
@@ -221,45 +215,44 @@ impl ValueRanges {
             _ => all,
         }
     }
+}
 
-    /// The bits that may be 1 in the result of an operation on operands in which those of `a` and
-    /// `b` may be 1. `by` is the second operand if it is a constant.
-    fn possible_ones_of_binary(
-        &self,
-        op: BinaryOp,
-        a: u64,
-        b: u64,
-        by: Option<u64>,
-        all: u64,
-    ) -> u64 {
-        let within = |most: Option<u64>| match most {
-            Some(most) if most <= all => up_to_highest_bit(most),
-            _ => all,
-        };
-        match (op, by) {
-            (BinaryOp::And, _) => a & b,
-            (BinaryOp::Or | BinaryOp::Xor, _) => a | b,
-            (BinaryOp::Shl, Some(by)) => {
-                a.checked_shl(u32::try_from(by).unwrap_or(64)).unwrap_or(0)
-            }
-            (BinaryOp::Lshr, Some(by)) => {
-                a.checked_shr(u32::try_from(by).unwrap_or(64)).unwrap_or(0)
-            }
-            (BinaryOp::Lshr | BinaryOp::Udiv | BinaryOp::Urem, None) => up_to_highest_bit(a),
-            (BinaryOp::Udiv, Some(by)) => up_to_highest_bit(a.checked_div(by).unwrap_or(0)),
-            (BinaryOp::Urem, Some(by)) => up_to_highest_bit(a.min(by.saturating_sub(1))),
-            (BinaryOp::Umin, _) => up_to_highest_bit(a.min(b)),
-            (BinaryOp::Umax, _) => up_to_highest_bit(a.max(b)),
-            // The product of operands below 2^m and 2^n is below 2^(m+n).
-            (BinaryOp::Umulh, _) => {
-                let bits = |ones: u64| u64::BITS - ones.leading_zeros();
-                let above = (bits(a) + bits(b)).saturating_sub(bits(all));
-                if above < u64::BITS { (1 << above) - 1 } else { all }
-            }
-            (BinaryOp::Add, _) => within(a.checked_add(b)),
-            (BinaryOp::Mul, _) => within(a.checked_mul(b)),
-            _ => all,
+/// The bits that may be 1 in the result of an operation on operands in which those of `a` and
+/// `b` may be 1. `by` returns the second operand if it is a constant.
+fn possible_ones_of_binary(
+    op: BinaryOp,
+    a: u64,
+    b: u64,
+    by: impl FnOnce() -> Option<u64>,
+    all: u64,
+) -> u64 {
+    let within = |most: Option<u64>| match most {
+        Some(most) if most <= all => up_to_highest_bit(most),
+        _ => all,
+    };
+    match op {
+        BinaryOp::And => a & b,
+        BinaryOp::Or | BinaryOp::Xor => a | b,
+        BinaryOp::Shl => {
+            by().map_or(all, |by| a.checked_shl(u32::try_from(by).unwrap_or(64)).unwrap_or(0))
         }
+        BinaryOp::Lshr => match by() {
+            Some(by) => a.checked_shr(u32::try_from(by).unwrap_or(64)).unwrap_or(0),
+            None => up_to_highest_bit(a),
+        },
+        BinaryOp::Udiv => up_to_highest_bit(by().map_or(a, |by| a.checked_div(by).unwrap_or(0))),
+        BinaryOp::Urem => up_to_highest_bit(by().map_or(a, |by| a.min(by.saturating_sub(1)))),
+        BinaryOp::Umin => up_to_highest_bit(a.min(b)),
+        BinaryOp::Umax => up_to_highest_bit(a.max(b)),
+        // The product of operands below 2^m and 2^n is below 2^(m+n).
+        BinaryOp::Umulh => {
+            let bits = |ones: u64| u64::BITS - ones.leading_zeros();
+            let above = (bits(a) + bits(b)).saturating_sub(bits(all));
+            if above < u64::BITS { (1 << above) - 1 } else { all }
+        }
+        BinaryOp::Add => within(a.checked_add(b)),
+        BinaryOp::Mul => within(a.checked_mul(b)),
+        _ => all,
     }
 }
 
@@ -267,6 +260,7 @@ impl ValueRanges {
 fn lies_within((low, high): Bounds, (least, most): Bounds) -> bool {
     least <= low && high <= most
 }
+
 /// The bounds of the integers that branches pass to the parameters of blocks.
 pub(super) struct PassedBounds {
     /// For each block the number of edges to it that have not been visited, and what those pass that
