@@ -100,11 +100,11 @@ function activate(context) {
     client = startServer(context);
   });
   // A lens tells how often a name is used; a click shows where.
-  command('showReferences', async (uri, position, locations) => {
-    const { protocol2CodeConverter: convert } = await client;
-    const places = locations.map((place) => convert.asLocation(place));
-    const at = convert.asPosition(position);
-    await vscode.commands.executeCommand('editor.action.showReferences', vscode.Uri.parse(uri), at, places);
+  command('showReferences', async (address, position) => {
+    const uri = vscode.Uri.parse(address);
+    const at = (await client).protocol2CodeConverter.asPosition(position);
+    const places = await vscode.commands.executeCommand('vscode.executeReferenceProvider', uri, at);
+    await vscode.commands.executeCommand('editor.action.showReferences', uri, at, places);
   });
   // The page of a diagnostic, behind the link at its code.
   add(vscode.workspace.registerTextDocumentContentProvider('plcc-explain', {

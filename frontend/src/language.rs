@@ -95,15 +95,26 @@ pub trait Language: Sync {
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
 
-    /// The words of a program's sources, for editors: of programs with errors too. The arguments are those of
-    /// [`check`](Self::check).
+    /// Does what [`check`](Self::check) does, and finds the words of the sources, for editors. They are found in programs
+    /// with errors too.
+    fn check_with_words(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words);
+
+    /// The words alone.
     fn words(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> Words;
+    ) -> Words {
+        self.check_with_words(sources, files, loader, options).2
+    }
 
     /// Whether the warning with this code tells of something that is missing in a program and that
     /// another file of the same machine may provide. `plcc check` shows such a warning as a note.

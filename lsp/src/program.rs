@@ -38,24 +38,14 @@ impl Program {
         options: Options,
         encoding: Encoding,
     ) -> Self {
-        let load = || {
-            let mut sources = SourceMap::new();
-            let ids: Vec<FileId> = files
-                .iter()
-                .map(|path| {
-                    let bytes = documents.read(path).unwrap_or_default();
-                    sources.add(path.to_string_lossy(), &bytes)
-                })
-                .collect();
-            (sources, ids)
+        let mut sources = SourceMap::new();
+        let load = |path: &PathBuf| {
+            let bytes = documents.read(path).unwrap_or_default();
+            sources.add(path.to_string_lossy(), &bytes)
         };
-        let (mut sources, ids) = load();
-        let (checked, diagnostics) =
-            language(dialect).check(&mut sources, &ids, documents, &options);
-        let (mut again, ids) = load();
-        let words = language(dialect).words(&mut again, &ids, documents, &options);
-        // Both have read the same files in the same order.
-        let words = if again.len() == sources.len() { words } else { Words::default() };
+        let ids: Vec<FileId> = files.iter().map(load).collect();
+        let (checked, diagnostics, words) =
+            language(dialect).check_with_words(&mut sources, &ids, documents, &options);
         let named = files.len();
         let given = checked.as_deref().map_or_else(Vec::new, |checked| given(checked, &options));
         Self { dialect, sources, named, words, diagnostics, checked, given, options, encoding }

@@ -3,7 +3,7 @@
 //! They are made by the readers that the compiler itself uses, and also of a program with errors. Where a statement can't be
 //! read, its words are there nevertheless.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 use plcc_diag::{FileId, SourceMap, Span};
 
@@ -127,27 +127,29 @@ pub struct Words {
 #[derive(Clone, Debug, Default)]
 struct Index {
     /// Words, by the variable, constant or label that they name.
-    named: BTreeMap<String, Vec<usize>>,
+    named: HashMap<String, Vec<usize>>,
     /// Words, by the name of the `#define`.
-    defined: BTreeMap<String, Vec<usize>>,
+    defined: HashMap<String, Vec<usize>>,
     /// Declarations, by the name.
-    declared: BTreeMap<String, Vec<usize>>,
+    declared: HashMap<String, Vec<usize>>,
 }
 
 impl Index {
     fn of(words: &[Word], declarations: &[Declaration]) -> Self {
         let mut index = Self::default();
-        for (at, word) in words.iter().enumerate() {
-            for (map, name) in
-                [(&mut index.named, &word.name), (&mut index.defined, &word.defined_as)]
-            {
-                if let Some(name) = name {
-                    map.entry(name.clone()).or_default().push(at);
-                }
+        let enter = |map: &mut HashMap<String, Vec<usize>>, name: &str, at| match map.get_mut(name)
+        {
+            Some(places) => places.push(at),
+            None => {
+                map.insert(name.to_owned(), vec![at]);
             }
+        };
+        for (at, word) in words.iter().enumerate() {
+            word.name.iter().for_each(|name| enter(&mut index.named, name, at));
+            word.defined_as.iter().for_each(|name| enter(&mut index.defined, name, at));
         }
         for (at, declaration) in declarations.iter().enumerate() {
-            index.declared.entry(declaration.name.clone()).or_default().push(at);
+            enter(&mut index.declared, &declaration.name, at);
         }
         index
     }
@@ -252,7 +254,7 @@ impl Words {
         count(own.filter_map(|&at| self.words.get(at)))
     }
 
-    /// The same of each variable.
+    /// The same of each variable, in no order.
     pub fn uses(&self) -> impl Iterator<Item = (&str, (usize, usize))> {
         self.index.named.keys().map(|name| (name.as_str(), self.uses_of(name)))
     }

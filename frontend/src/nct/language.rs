@@ -79,15 +79,16 @@ impl Language for Nct {
         (program.map(|program| Box::new(program) as _), diagnostics)
     }
 
-    fn words(
+    fn check_with_words(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         _: &dyn FileLoader,
         options: &Options,
-    ) -> Words {
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
         let file = files.first().copied().unwrap_or(FileId(0));
-        super::words::words(sources, file, options)
+        let (program, diagnostics, words) = super::check_with_words(sources, file, options);
+        (program.map(|program| Box::new(program) as _), diagnostics, words)
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options, Words};
 
 pub use language::Nct;
 pub use oracle::Interpreter;
@@ -58,9 +58,46 @@ pub fn check(
     _loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
+    let read = read_statements(sources, file, options);
+    finish(read, sources, file, options)
+}
+
+/// Does the same, and finds the words of the source.
+pub(crate) fn check_with_words(
+    sources: &mut SourceMap,
+    file: FileId,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>, Words) {
+    let read = read_statements(sources, file, options);
+    let words = words::words(sources, file, &read.parsed.stmts);
+    let (program, found) = finish(read, sources, file, options);
+    (program, found, words)
+}
+
+/// The statements of a program, with the ends of their conditions.
+struct Read {
+    parsed: read::parser::Parsed,
+    /// As in the program.
+    labels: Vec<Option<u32>>,
+    found: Vec<Diagnostic>,
+}
+
+fn read_statements(sources: &SourceMap, file: FileId, options: &Options) -> Read {
     let text = sources.text(file);
     let (mut parsed, mut found) = read::parser::parse(file, text, options.limits);
     let labels = analyse::structure::check(file, text, &mut parsed.stmts, &mut found);
+    Read { parsed, labels, found }
+}
+
+/// The program that was read, if no diagnostic is an error, and the diagnostics with the lints.
+fn finish(
+    read: Read,
+    sources: &SourceMap,
+    file: FileId,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>) {
+    let Read { parsed, labels, mut found } = read;
+    let text = sources.text(file);
     found.sort_by_key(|d| d.span.start);
     if found.iter().any(Diagnostic::is_error) {
         analyse::other_languages::explain(text, &mut found);

@@ -5,19 +5,13 @@
 
 use plcc_diag::{FileId, SourceMap, Span};
 
-use crate::common::Options;
 use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
-use crate::nct::analyse::structure;
 use crate::nct::ast::{Op, Opens, Stmt};
 use crate::nct::read::cursor::{comments, is_blank};
-use crate::nct::read::parser;
 
-/// The words of the program in `file`.
-pub(super) fn words(sources: &SourceMap, file: FileId, options: &Options) -> Words {
+/// The words of the program in `file`, which has these statements.
+pub(super) fn words(sources: &SourceMap, file: FileId, statements: &[Stmt]) -> Words {
     let text = sources.text(file);
-    let (mut parsed, mut errors) = parser::parse(file, text, options.limits);
-    // Finds the ends of conditions.
-    structure::check(file, text, &mut parsed.stmts, &mut errors);
     let mut words = Words::default();
     for (start, end) in comments(text) {
         words.words.push(plain(Span::new(file, start, end), WordKind::Comment));
@@ -25,7 +19,7 @@ pub(super) fn words(sources: &SourceMap, file: FileId, options: &Options) -> Wor
     let mut open: Vec<Span> = vec![];
     let mut module: Option<Module> = None;
     let mut last = Span::new(file, 0, 0);
-    for stmt in &parsed.stmts {
+    for stmt in statements {
         words.statements.push(stmt.span);
         statement(text, stmt, &mut words.words);
         match stmt.op {
@@ -204,12 +198,17 @@ fn name(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::Options;
+
+    fn words_of(sources: &mut SourceMap, file: FileId) -> Words {
+        crate::nct::check_with_words(sources, file, &Options::default()).2
+    }
 
     /// The words of a program that name something: text, name, what is done with it.
     fn named(text: &str) -> Vec<(String, String, Option<Appearance>)> {
         let mut sources = SourceMap::new();
         let file = sources.add("a.nct", text.as_bytes());
-        let words = words(&sources, file, &Options::default());
+        let words = words_of(&mut sources, file);
         let named = words.words.into_iter().filter_map(|word| {
             Some((sources.slice(word.span).to_owned(), word.name.clone()?, word.appearance))
         });
@@ -247,7 +246,7 @@ mod tests {
         let text = ":001\nU012\nJ1\n:000 J0";
         let mut sources = SourceMap::new();
         let file = sources.add("a.nct", text.as_bytes());
-        let words = words(&sources, file, &Options::default());
+        let words = words_of(&mut sources, file);
         let found: Vec<(&str, &str)> = words
             .declarations
             .iter()

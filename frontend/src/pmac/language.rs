@@ -98,14 +98,16 @@ impl Language for Pmac {
         (program.map(|program| Box::new(program) as _), diagnostics)
     }
 
-    fn words(
+    fn check_with_words(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> Words {
-        super::words::words(sources, files, loader, options)
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
+        let (program, diagnostics, words) =
+            super::check_with_words(sources, files, loader, options);
+        (program.map(|program| Box::new(program) as _), diagnostics, words)
     }
 
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String> {

@@ -41,7 +41,7 @@ use plcc_abi::Engine;
 use plcc_abi::pmac::Assumption;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options, Words};
 
 pub use language::Pmac;
 pub use oracle::Interpreter;
@@ -50,6 +50,8 @@ use analyse::{
     assumptions, define_with_equals, enabled, lints, load, local_variables, out_of_range,
     power_pmac,
 };
+use read::download::DownloadReader;
+use read::preprocess::Preprocessed;
 use read::{download, preprocess};
 
 /// What begins a comment that goes on to the end of its line.
@@ -78,11 +80,36 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (preprocessed, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
-    let mut read = download::read(&preprocessed, options);
+    let (preprocessed, diagnostics) = preprocess::preprocess(sources, files, loader, options);
+    let read = download::read(&preprocessed, options);
+    finish(&preprocessed, read, diagnostics, sources, options)
+}
+
+/// Does the same, and finds the words of the sources.
+pub(crate) fn check_with_words(
+    sources: &mut SourceMap,
+    files: &[FileId],
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>, Words) {
+    let (preprocessed, diagnostics) = preprocess::preprocess(sources, files, loader, options);
+    let read = download::read(&preprocessed, options);
+    let words = words::words(sources, &preprocessed, &read.download, options);
+    let (program, diagnostics) = finish(&preprocessed, read, diagnostics, sources, options);
+    (program, diagnostics, words)
+}
+
+/// The program that was read, if no diagnostic is an error, and the diagnostics with the lints.
+fn finish(
+    preprocessed: &Preprocessed,
+    mut read: DownloadReader<'_>,
+    mut diagnostics: Vec<Diagnostic>,
+    sources: &SourceMap,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>) {
     local_variables::report_undefined(&mut read);
     enabled::warn_of_i5(&mut read);
-    let download::DownloadReader { mut download, diagnostics: found, suppressed_errors, .. } = read;
+    let DownloadReader { mut download, diagnostics: found, suppressed_errors, .. } = read;
     local_variables::mark_integers(&mut download, &read.reader.constants_with_point);
     if suppressed_errors > 0
         && let Some(missing) = diagnostics.iter_mut().find(|d| d.code == "PMAC-X2")
@@ -111,7 +138,7 @@ pub fn check(
     if diagnostics.iter().any(is_fatal) {
         return (None, diagnostics);
     }
-    let (sources, names) = (sources.clone(), preprocessed.names.into());
+    let (sources, names) = (sources.clone(), preprocessed.names.clone().into());
     (Some(Program { download, loaded, sources, names }), diagnostics)
 }
 

@@ -8,27 +8,24 @@ use std::collections::HashMap;
 use plcc_abi::pmac::{Layout, PmacName};
 use plcc_diag::{FileId, SourceMap, Span};
 
-use super::ast::{Action, FUNCTIONS, StmtKind};
+use super::ast::{Action, Download, FUNCTIONS, StmtKind};
 use super::presentation::opened_plc;
 use super::read::comments::comments;
 use super::read::cursor::Cursor;
-use super::read::download;
-use super::read::preprocess::{self, DefinedName};
+use super::read::preprocess::{DefinedName, Preprocessed};
 use super::read::words::{MOTION, ONLINE, PLC, find};
+use crate::common::Options;
 use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
-use crate::common::{FileLoader, Options};
 use crate::presentation::tokens::{Raw, raw};
 
 /// The words of a download and of all files that it includes.
 pub(super) fn words(
-    sources: &mut SourceMap,
-    files: &[FileId],
-    loader: &dyn FileLoader,
+    sources: &SourceMap,
+    preprocessed: &Preprocessed,
+    download: &Download,
     options: &Options,
 ) -> Words {
-    let (preprocessed, _) = preprocess::preprocess(sources, files, loader, options);
-    let read = download::read(&preprocessed, options);
-    let statements = Statements::of(&read.download);
+    let statements = Statements::of(download);
     let mut cutter = Cutter {
         layout: Layout::new(options.controller),
         names: preprocessed.names.iter().map(|name| (name.name.as_str(), name)).collect(),
@@ -68,7 +65,7 @@ enum Does {
 struct Statements(Vec<(Span, Does)>);
 
 impl Statements {
-    fn of(download: &super::ast::Download) -> Self {
+    fn of(download: &Download) -> Self {
         let place = |at| download.origins.place(at).0;
         let online = download.online.iter().map(|online| {
             let does = match &online.action {
@@ -418,11 +415,16 @@ fn switched(statements: &Statements, at: Span, number: u32) -> Option<String> {
 mod tests {
     use super::*;
     use crate::common::MemoryLoader;
+    use crate::common::Options;
+
+    fn words_of(sources: &mut SourceMap, file: FileId) -> Words {
+        crate::pmac::check_with_words(sources, &[file], &MemoryLoader::new(), &Options::default()).2
+    }
 
     fn found(text: &str) -> (SourceMap, Words) {
         let mut sources = SourceMap::new();
         let file = sources.add("a.pmc", text.as_bytes());
-        let words = words(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
+        let words = words_of(&mut sources, file);
         (sources, words)
     }
 

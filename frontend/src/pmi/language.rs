@@ -78,15 +78,16 @@ impl Language for Pmi {
         (program.map(|program| Box::new(program) as _), diagnostics)
     }
 
-    fn words(
+    fn check_with_words(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> Words {
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
         let file = files.first().copied().unwrap_or(FileId(0));
-        super::words::words(sources, file, loader, options)
+        let (program, diagnostics, words) = super::check_with_words(sources, file, loader, options);
+        (program.map(|program| Box::new(program) as _), diagnostics, words)
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {

@@ -29,7 +29,8 @@ mod words;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options, Words};
+use ast::Checked;
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -59,7 +60,30 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (checked, mut diagnostics) = analyse::check(sources, file, loader, options);
+    let (checked, _, diagnostics) = analyse::check(sources, file, loader, options);
+    finish(checked, diagnostics, sources, options)
+}
+
+/// Does the same, and finds the words of the sources.
+pub(crate) fn check_with_words(
+    sources: &mut SourceMap,
+    file: FileId,
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>, Words) {
+    let (checked, text, diagnostics) = analyse::check(sources, file, loader, options);
+    let words = words::words(&checked, &text, sources);
+    let (program, diagnostics) = finish(checked, diagnostics, sources, options);
+    (program, diagnostics, words)
+}
+
+/// The program that was read, if no diagnostic is an error, and the diagnostics with the lints.
+fn finish(
+    checked: Checked,
+    mut diagnostics: Vec<Diagnostic>,
+    sources: &SourceMap,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>) {
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(analyse::lints::find(&checked));
         diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));

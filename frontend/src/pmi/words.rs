@@ -6,23 +6,15 @@ use plcc_abi::pmi::{Format, Lines, Type};
 use plcc_diag::{FileId, SourceMap, Span};
 
 use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
-use crate::common::{FileLoader, Options};
-use crate::pmi::analyse;
 use crate::pmi::ast::{Checked, Meaning, Symbol};
 use crate::pmi::read::cursor::Cursor;
 use crate::pmi::read::split;
-use crate::pmi::read::syntax::{DeclarationForm, Form, Logic, LogicForm};
+use crate::pmi::read::syntax::{DeclarationForm, Form, Logic, LogicForm, Text};
 use crate::pmi::read::token::{Kind, RESERVED, Token};
 use crate::pmi::reference::executive;
 
-/// The words of the program in `file` and of all files that it includes.
-pub(super) fn words(
-    sources: &mut SourceMap,
-    file: FileId,
-    loader: &dyn FileLoader,
-    options: &Options,
-) -> Words {
-    let (checked, text, _) = analyse::check_text(sources, file, loader, options);
+/// The words of a program and of all files that it includes.
+pub(super) fn words(checked: &Checked, text: &Text, sources: &SourceMap) -> Words {
     let symbols = checked.symbols.iter().map(|symbol| (symbol.name.as_str(), symbol)).collect();
     let mut finder = Finder { symbols, words: Words::default(), open: vec![], section: None };
     for statement in &text.statements {
@@ -51,7 +43,7 @@ pub(super) fn words(
             words.words.push(plain(Span { start: end, ..at }, WordKind::Text));
         }
     }
-    declarations(&checked, &mut words);
+    declarations(checked, &mut words);
     words.sorted(sources)
 }
 
@@ -291,12 +283,17 @@ impl Finder<'_> {
 mod tests {
     use super::*;
     use crate::common::MemoryLoader;
+    use crate::common::Options;
+
+    fn words_of(sources: &mut SourceMap, file: FileId) -> Words {
+        crate::pmi::check_with_words(sources, file, &MemoryLoader::new(), &Options::default()).2
+    }
 
     /// The words of a program that name something, each with what is done with it.
     fn named(text: &str) -> Vec<(String, WordKind, Option<Appearance>)> {
         let mut sources = SourceMap::new();
         let file = sources.add("a.pmi", text.as_bytes());
-        let words = words(&mut sources, file, &MemoryLoader::new(), &Options::default());
+        let words = words_of(&mut sources, file);
         let named = words.words.iter().filter(|word| word.name.is_some());
         named
             .map(|word| (sources.slice(word.span).to_owned(), word.kind, word.appearance))
@@ -348,7 +345,7 @@ mod tests {
             "$INPUT\nPOS = 2/0-3/BCD\n$TIMER\nE/T1/T1D = 50\n$END\nT1 = POS > 2\nS1: B = T1D\n";
         let mut sources = SourceMap::new();
         let file = sources.add("a.pmi", text.as_bytes());
-        let words = words(&mut sources, file, &MemoryLoader::new(), &Options::default());
+        let words = words_of(&mut sources, file);
         let found: Vec<(&str, &str)> =
             words.declarations.iter().map(|it| (it.name.as_str(), it.detail.as_str())).collect();
         assert_eq!(

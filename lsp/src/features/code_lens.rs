@@ -4,11 +4,12 @@ use gen_lsp_types::{CodeLens, Command};
 use plcc_frontend::common::words::DeclarationKind;
 
 use super::hover::times;
-use super::navigation::references;
 use crate::program::At;
 
 /// The lenses of a document.
 pub(crate) fn code_lens(at: At<'_>) -> Vec<CodeLens> {
+    let uri = at.documents.uri(at.program.path(at.file));
+    let Some(Ok(uri)) = uri.map(serde_json::to_value) else { return vec![] };
     let own = at.program.words.declarations.iter().filter(|it| it.at.file == at.file);
     own.filter_map(|declaration| {
         let (read, written) = at.program.words.uses_of(&declaration.name);
@@ -25,19 +26,10 @@ pub(crate) fn code_lens(at: At<'_>) -> Vec<CodeLens> {
             }
         };
         let range = at.program.range(declaration.at);
-        let place = At { offset: declaration.at.start, ..at };
-        let found = references(place, false);
-        let uri = at.documents.uri(at.program.path(at.file))?;
-        let arguments = (
-            serde_json::to_value(uri),
-            serde_json::to_value(range.start),
-            serde_json::to_value(found),
-        );
-        let (Ok(uri), Ok(start), Ok(found)) = arguments else { return None };
-        // The extension shows the references; in other editors the text alone is there.
+        // The extension asks for the references and shows them; in other editors the text alone is there.
+        let arguments = vec![uri.clone(), serde_json::to_value(range.start).ok()?];
         let command = "plcc.showReferences".to_owned();
-        let command =
-            Command { title, tooltip: None, command, arguments: Some(vec![uri, start, found]) };
+        let command = Command { title, tooltip: None, command, arguments: Some(arguments) };
         Some(CodeLens { range, command: Some(command), data: None })
     })
     .collect()

@@ -45,17 +45,6 @@ pub(crate) fn check(
     file: FileId,
     loader: &dyn FileLoader,
     options: &Options,
-) -> (Checked, Vec<Diagnostic>) {
-    let (checked, _, diagnostics) = check_text(sources, file, loader, options);
-    (checked, diagnostics)
-}
-
-/// Does what [`check`] does, and returns the statements as they are written too.
-pub(crate) fn check_text(
-    sources: &mut SourceMap,
-    file: FileId,
-    loader: &dyn FileLoader,
-    options: &Options,
 ) -> (Checked, Text, Vec<Diagnostic>) {
     let mut diagnostics = vec![];
     let mut text = read::read(sources, file, loader, options, &mut diagnostics);

@@ -71,14 +71,16 @@ impl Language for Mini {
         (found.is_empty().then(|| Box::new(program) as _), found)
     }
 
-    fn words(
+    fn check_with_words(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
-        _: &dyn FileLoader,
-        _: &Options,
-    ) -> Words {
-        super::words::words(sources, files.first().copied().unwrap_or(FileId(0)))
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
+        let words = super::words::words(sources, files.first().copied().unwrap_or(FileId(0)));
+        let (program, found) = self.check(sources, files, loader, options);
+        (program, found, words)
     }
 
     fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
