@@ -188,7 +188,7 @@ modbus-server: where the Modbus server listens, as in 0.0.0.0:502.\n\n\
 idle_ms: a client of the Modbus server that asks nothing for so long is disconnected (60000).\n\n\
 opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for OPC UA.\n\n\
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
-zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name, zenoh-history: zenoh.\n\n\
+zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name: zenoh.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 ethercat-terminals: the names of all EtherCAT terminals in their order, a list; others are refused.\n\n\
 device: tables [[plcio.device]] with address, unit, poll_ms, answer_ms and write, for Modbus devices that are asked in another manner.\n\n\

@@ -22,7 +22,6 @@ WIRING = """[plcio]
 zenoh-connect = "tcp/127.0.0.1:{port}"
 zenoh-prefix = "hall"
 zenoh-name = "{name}"
-zenoh-history = "{plcc}"
 silence_ms = 1500
 log = "plcio.jsonl"
 [[io]]
@@ -155,7 +154,7 @@ def main():
     router = Router(port)
 
     def wiring(name, door, level):
-        return WIRING.format(port=port, name=name, plcc=os.environ["PLCC"], door=door, level=level)
+        return WIRING.format(port=port, name=name, door=door, level=level)
 
     with (
         Plant(wiring("lathe", WRITTEN, WRITTEN)) as lathe,
@@ -174,7 +173,7 @@ def main():
             a_driver_is_killed(board, mill, saw)
             a_control_is_killed(board, lathe, mill)
             router_goes_and_comes(board, router, lathe, mill)
-            history(board, lathe, work)
+            record(board, work)
             # plcio ends: its token vanishes.
             lathe.stop(lathe.driver)
             wait_until("the lathe has left", lambda: "hall/lathe" not in board.alive)
@@ -225,7 +224,7 @@ def queries(board):
     assert found["hall/lathe/state"] == b'"running"'
     events = [json.loads(line)["kind"] for line in found["hall/lathe/events/plcio"].decode().splitlines()]
     assert "control_found" in events and "connected" in events, events
-    assert not any("history" in key or "record" in key for key in found), found.keys()
+    assert not any("record" in key for key in found), found.keys()
     assert board.counts["hall/lathe/values/PUMP"] > 1 and "hall/lathe/values/NONE" not in board.counts
     wait_until("images come without a change", lambda: board.counts["hall/saw/image"] > 5)
 
@@ -331,23 +330,10 @@ def router_goes_and_comes(board, router, lathe, mill):
     passes_through(board)
 
 
-def history(board, lathe, work):
-    """The recorder is asked for values of the past, and for its file."""
-    def table(parameters):
-        found = board.get(f"lathe/history?{parameters}")
-        assert None not in found, found
-        return found["hall/lathe/history"].decode().splitlines()
-
-    # The newest second may not be in the file yet.
-    wait_until("enough is written", lambda: len(table("variables=PUMP,LEVEL;from=3;to=12")) >= 3)
-    rows = table("variables=PUMP,LEVEL;from=3;to=12")
-    assert rows[0] == "tick,ms,name,value" and {row.split(",")[2] for row in rows[1:]} == {"PUMP", "LEVEL"}, rows
-    assert all(3 <= int(row.split(",")[0]) <= 12 for row in rows[1:]), rows
-    for wrong in ("variables=NONE", "from=x", "what=1", "variables=--help"):
-        found = board.get(f"lathe/history?{wrong}")
-        assert list(found) == [None] and found[None], (wrong, found)
-    record = board.get("lathe/record/**")
-    parts = [record[key] for key in sorted(record) if "/newer/" in key]
+def record(board, work):
+    """The file of the recorder is asked for."""
+    found = board.get("lathe/record/**")
+    parts = [found[key] for key in sorted(found) if "/newer/" in key]
     (work / "copy.plcrec").write_bytes(b"".join(parts))
     done = subprocess.run([os.environ["PLCC"], "replay", str(work / "copy.plcrec"), "--to", "20"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

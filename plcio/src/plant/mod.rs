@@ -7,7 +7,7 @@
 //! | `values.rs` | the points, their values as JSON, and the message with all of them |
 //! | `follow.rs` | inputs that follow variables of other controls |
 //! | `log_tail.rs` | the logs, of which each new line is an event for others |
-//! | `recorder.rs` | queries of history |
+//! | `record.rs` | queries of the record |
 //!
 //! docs/plant.md lists the keys.
 //!
@@ -15,7 +15,7 @@
 
 mod follow;
 mod log_tail;
-mod recorder;
+mod record;
 mod values;
 mod zenoh_config;
 
@@ -38,7 +38,7 @@ use crate::reconnection::Reconnection;
 use crate::session::Shared;
 use follow::Follower;
 use log_tail::{LogTail, last_lines};
-use recorder::Recorder;
+use record::Record;
 use values::{Points, Values, json_of, number_of};
 
 /// How often values are compared with those that were published, unless `poll_ms` is longer.
@@ -183,13 +183,13 @@ impl Publisher {
         let mut tasks = JoinSet::new();
         let queries = session.declare_queryable(format!("{base}/**"));
         let queries = queries.with(RingChannel::new(QUEUE)).await?;
-        let recorder = Recorder::new(settings.drivers.zenoh.clone(), base);
+        let record = Record::new(&settings.drivers.zenoh.record, base);
         let for_queries = Arc::clone(&points);
         tasks.spawn(async move {
             let mut running = JoinSet::new();
             while let Ok(query) = queries.recv_async().await {
                 while running.try_join_next().is_some() {}
-                answer(&for_queries, &recorder, query, &mut running).await;
+                answer(&for_queries, &record, query, &mut running).await;
             }
         });
         for follower in Follower::all(&points, session)? {
@@ -316,21 +316,16 @@ impl Publisher {
 }
 
 /// Answers a query, or begins a task that does.
-async fn answer(points: &Points, recorder: &Recorder, query: Query, running: &mut JoinSet<()>) {
+async fn answer(points: &Points, record: &Record, query: Query, running: &mut JoinSet<()>) {
     let asks_for = |key: &str| {
         let key = KeyExpr::try_from(format!("{}/{key}", points.base)).ok()?;
         query.key_expr().intersects(&key).then_some(key)
     };
     // Each reply may fail, since who has asked may have left.
     let key = query.key_expr().as_str();
-    // Wildcards ask for what is small: the record and its history are only given to who names them.
-    if key.strip_prefix(points.base.as_str()) == Some("/history") {
-        let tick = points.values().0.unwrap_or_default();
-        running.spawn(recorder.clone().history(query, tick));
-        return;
-    }
+    // Wildcards ask for what is small: the record is only given to who names it.
     if key.strip_prefix(points.base.as_str()).is_some_and(|rest| rest.starts_with("/record/")) {
-        running.spawn(recorder.clone().record(query));
+        running.spawn(record.clone().answer(query));
         return;
     }
     let (ticks, values) = points.values();

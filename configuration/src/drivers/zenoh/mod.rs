@@ -51,8 +51,6 @@ pub struct Settings {
     pub prefix: String,
     /// The name of the control in keys.
     pub name: String,
-    /// The program `plcc`, which answers queries of history; `None`: they are refused.
-    pub history: Option<PathBuf>,
     /// The log of the control, if it has one.
     pub control_log: Option<PathBuf>,
     /// The record of the control.
@@ -85,8 +83,6 @@ impl ReadSettings for Settings {
             listen: keys.read("zenoh-listen", value::text),
             prefix: keys.read("zenoh-prefix", prefix).unwrap_or_else(|| "plcc".into()),
             name: own_name.unwrap_or_else(|| about.name.replace(['*', '$', '?', '#'], "-")),
-            // A program, which is looked for in the PATH.
-            history: keys.read("zenoh-history", value::text).map(PathBuf::from),
             control_log: about.log.map(ToOwned::to_owned),
             record: about.record.to_owned(),
         }
