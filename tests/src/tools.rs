@@ -15,7 +15,7 @@
 use std::process::{Command, Stdio};
 
 /// The tools, each with what brings it: a package of Debian, or something else.
-const TOOLS: [(&str, &str); 14] = [
+const TOOLS: [(&str, &str); 15] = [
     ("aarch64-linux-gnu-gcc", "the packages gcc-aarch64-linux-gnu and libc6-dev-arm64-cross"),
     ("addr2line", "the package binutils"),
     ("cc", "the packages gcc and libc6-dev"),
@@ -24,6 +24,7 @@ const TOOLS: [(&str, &str); 14] = [
     ("gdb", "the package gdb"),
     ("linuxcnc", "the packages linuxcnc-uspace and linuxcnc-uspace-dev"),
     ("mdbook", "`cargo install --locked mdbook`"),
+    ("nvim", "the package neovim"),
     ("prlimit", "the package util-linux"),
     ("pymodbus", "`pip install pymodbus`; PLCC_PYTHON may name the Python that has it"),
     ("python3", "the package python3"),

@@ -39,7 +39,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     let mut values = PrimaryMap::from(vec![Value::NONE; func.value_count()]);
     // The passes after this one add a few instructions.
     let mut new = FuncData::default();
-    new.make_room(total + total / 8);
+    new.make_room(total + total / 4);
     // Definitions get their new numbers first. Then uses are replaced, some of which are before
     // their definition in the order of the blocks.
     for (block, data) in &mut func.blocks {

@@ -120,11 +120,17 @@ impl Family {
         let tail = self.first.get(low + width..).unwrap_or("");
         (from..=to).map(|n| format!("{head}{n:0width$}{tail}")).collect()
     }
+}
 
-    /// Whether a name, with its `@`, is one of the family.
-    fn has(&self, name: &str) -> bool {
-        name == self.first || self.first != self.last && self.names().iter().any(|n| n == name)
-    }
+/// The family of a name, which has its `@`.
+fn family_of(name: &str) -> Option<&'static Family> {
+    static BY_NAME: OnceLock<HashMap<String, &'static Family>> = OnceLock::new();
+    let index = || {
+        let names =
+            |family: &'static Family| family.names().into_iter().map(move |name| (name, family));
+        families().iter().rev().flat_map(names).collect()
+    };
+    BY_NAME.get_or_init(index).get(name).copied()
 }
 
 /// The executive variables of a machine.
@@ -208,7 +214,7 @@ pub fn executive_names() -> impl Iterator<Item = &'static str> {
 
 /// What an executive variable means, in one line; `name` has its `@`.
 pub(crate) fn meaning(name: &str) -> Option<&'static str> {
-    families().iter().find(|family| family.has(name)).map(|family| family.meaning)
+    family_of(name).map(|family| family.meaning)
 }
 
 /// The executive variables as topics of `plcc explain`: of each family the first.
@@ -230,7 +236,7 @@ pub fn explain(name: &str) -> Option<String> {
         None => (upper, None),
     };
     let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
-    let family = families().iter().find(|family| family.has(&name))?;
+    let family = family_of(&name)?;
     if index.is_some_and(|index| index >= family.elements) {
         return None;
     }

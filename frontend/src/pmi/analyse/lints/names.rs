@@ -1,13 +1,12 @@
 //! `near-name`: an undeclared LOGICAL whose name is nearly that of a declared variable.
 
-use std::collections::HashSet;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::ops::RangeInclusive;
 
 use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, Span};
 
-use crate::pmi::ast::{Checked, Meaning, Op, Symbol, SymbolId};
+use crate::pmi::ast::{Checked, Meaning, Op, Symbol};
 
 /// The lengths of names that are compared. Shorter ones are alike by chance; longer ones, which only
 /// programs without the compiler's limits can have (PMI 2.2.3), would cost the square of their length.
@@ -26,25 +25,25 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
         let statement = after.checked_sub(1).and_then(|at| statements.get(at));
         statement.is_some_and(|span| span.file == place.file && place.start < span.end)
     };
-    let read: HashSet<SymbolId> = checked
-        .ops
-        .iter()
-        .filter_map(|op| match *op {
-            Op::Load(id) | Op::LoadAt(id, _) | Op::Element(id) => Some(id),
-            _ => None,
-        })
-        .collect();
-    let candidates = (0u32..).zip(&checked.symbols).filter(|(_, symbol)| {
+    let mut read = vec![false; checked.symbols.len()];
+    for op in &checked.ops {
+        if let Op::Load(id) | Op::LoadAt(id, _) | Op::Element(id) = *op
+            && let Some(read) = read.get_mut(id.0 as usize)
+        {
+            *read = true;
+        }
+    }
+    let candidates = read.iter().zip(&checked.symbols).filter(|(_, symbol)| {
         !symbol.executive && symbol.declared.is_some() && LENGTHS.contains(&symbol.name.len())
     });
     let (mut undeclared, mut declared) = (Vec::new(), Vec::new());
-    for (number, symbol) in candidates {
+    for (is_read, symbol) in candidates {
         let Some(span) = symbol.declared else { continue };
         let is_implicit = symbol.ty == Type::Logical
             && symbol.meaning == Meaning::Variable
             && in_a_statement(span);
         match (is_implicit, &symbol.meaning) {
-            (true, _) if read.contains(&SymbolId(number)) => {}
+            (true, _) if *is_read => {}
             (true, _) => undeclared.push((symbol, span)),
             (false, Meaning::Label(_) | Meaning::Unknown) => {}
             (false, _) => declared.push((symbol, span)),
