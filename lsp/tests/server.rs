@@ -322,6 +322,7 @@ fn asked(editor: &mut Editor, uri: &str, at: (u32, u32)) -> Vec<Result<Value, (i
 }
 
 /// Edits at random places with requests in between: no panic, and the answers of a server that has never seen another text.
+/// The environment variable PLCC_EDITS says how many edits are made in each language.
 #[test]
 fn answers_depend_on_the_text_alone() {
     let texts = [
@@ -361,13 +362,14 @@ fn answers_depend_on_the_text_alone() {
         "\r\n",
         " ",
     ];
+    let edits = std::env::var("PLCC_EDITS").map_or(150, |count| count.parse().unwrap());
     let mut numbers = Numbers(7);
     for (language, text) in texts {
         let uri = format!("file:///nowhere/x.{language}");
         let mut text = text.to_owned();
         let mut editor = Editor::new();
         editor.open(&uri, language, &text);
-        for version in 2..150 {
+        for version in 2..edits {
             let line = numbers.below(text.lines().count() + 2) as u32;
             let (from, length) = (numbers.below(30) as u32, numbers.below(4) as u32);
             let range = json!({
