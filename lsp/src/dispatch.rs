@@ -9,8 +9,9 @@ use gen_lsp_types::{
     DocumentLinkRequest, DocumentSymbolRequest, FoldingRangeRequest, HoverRequest,
     InlayHintRequest, InlineValueRequest, LspRequestMethod as Method, Position,
     PrepareRenameRequest, Range, ReferencesRequest, RenameRequest, SelectionRangeRequest,
-    SemanticTokensRangeRequest, SemanticTokensRequest, SignatureHelpRequest,
-    TextDocumentIdentifier, TextDocumentPositionParams, WorkspaceSymbolRequest,
+    SemanticTokensDeltaRequest, SemanticTokensRangeRequest, SemanticTokensRequest,
+    SignatureHelpRequest, TextDocumentIdentifier, TextDocumentPositionParams,
+    WorkspaceSymbolRequest,
 };
 use lsp_server::{ErrorCode, Request, Response};
 use plcc_diag::{FileId, Span};
@@ -124,7 +125,19 @@ impl Server<'_> {
             }
             Method::TextDocumentSemanticTokensFull => {
                 respond::<SemanticTokensRequest>(request, |it| {
-                    Ok(self.file(&it.text_document, |at| semantic_tokens::tokens(at, None)))
+                    let mut sent = std::mem::take(&mut self.sent_tokens);
+                    let tokens = self.file(&it.text_document, |at| sent.full(at));
+                    self.sent_tokens = sent;
+                    Ok(tokens)
+                })
+            }
+            Method::TextDocumentSemanticTokensFullDelta => {
+                respond::<SemanticTokensDeltaRequest>(request, |it| {
+                    let mut sent = std::mem::take(&mut self.sent_tokens);
+                    let previous = &it.previous_result_id;
+                    let changes = self.file(&it.text_document, |at| sent.since(previous, at));
+                    self.sent_tokens = sent;
+                    Ok(changes)
                 })
             }
             Method::TextDocumentSemanticTokensRange => {

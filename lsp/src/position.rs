@@ -32,6 +32,7 @@ impl Encoding {
     pub(crate) fn length(self, text: &str) -> u32 {
         match self {
             Self::Utf8 => text.len() as u32,
+            Self::Utf16 if text.is_ascii() => text.len() as u32,
             Self::Utf16 => text.chars().map(|c| c.len_utf16() as u32).sum(),
         }
     }

@@ -24,6 +24,7 @@ use crate::capabilities::capabilities;
 use crate::documents::{Document, Documents, path_of};
 use crate::features::diagnostics;
 use crate::features::machine_file::{is_machine_file, problems};
+use crate::features::semantic_tokens::SentTokens;
 use crate::position::Encoding;
 use crate::workspace::{Settings, Workspace, dialect_of};
 
@@ -34,6 +35,7 @@ pub(crate) struct Server<'c> {
     pub(crate) documents: Documents,
     pub(crate) workspace: Workspace,
     pub(crate) encoding: Encoding,
+    pub(crate) sent_tokens: SentTokens,
     /// Whether a text has changed since problems were told.
     has_changed: bool,
     /// By file, the problems that were told last.
@@ -73,6 +75,7 @@ impl<'c> Server<'c> {
             documents: Documents::default(),
             workspace: Workspace::new(settings),
             encoding,
+            sent_tokens: SentTokens::default(),
             has_changed: false,
             told: BTreeMap::new(),
         };
@@ -197,6 +200,7 @@ impl<'c> Server<'c> {
                 };
                 let path = path_of(&it.text_document.uri);
                 self.documents.close(&path);
+                self.sent_tokens.forget(&path);
                 self.changed(&path);
             }
             "textDocument/didSave" | "workspace/didChangeWatchedFiles" => {

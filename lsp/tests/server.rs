@@ -268,6 +268,11 @@ fn every_capability_is_answered() {
         ("callHierarchyProvider", "textDocument/prepareCallHierarchy", json!({})),
         ("semanticTokensProvider", "textDocument/semanticTokens/full", json!({})),
         (
+            "semanticTokensProvider",
+            "textDocument/semanticTokens/full/delta",
+            json!({"previousResultId": "0"}),
+        ),
+        (
             "inlineValueProvider",
             "textDocument/inlineValue",
             json!({"range": range, "context": {"frameId": 1, "stoppedLocation": range}}),

@@ -1,6 +1,14 @@
 //! What each word is, for its colour.
 
-use gen_lsp_types::{SemanticToken, SemanticTokens, SemanticTokensLegend};
+use std::collections::HashMap;
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
+
+use gen_lsp_types::{
+    SemanticToken, SemanticTokens, SemanticTokensDelta, SemanticTokensDeltaResponse,
+    SemanticTokensEdit, SemanticTokensLegend,
+};
+use plcc_abi::Fnv;
 use plcc_diag::Span;
 use plcc_frontend::common::words::{Appearance, Word, WordKind};
 
@@ -52,44 +60,107 @@ fn modifiers_of(word: &Word) -> u32 {
 
 /// The tokens of a document, or of a part of it.
 pub(crate) fn tokens(at: At<'_>, part: Option<Span>) -> SemanticTokens {
-    let program = at.program;
+    let (sources, encoding) = (&at.program.sources, at.program.encoding);
     let is_shown =
         |span: Span| part.is_none_or(|part| span.start < part.end && part.start < span.end);
-    let (mut line, mut column) = (0, 0);
+    let text = sources.text(at.file);
+    let between = |from: u32, to: u32| text.get(from as usize..to as usize).unwrap_or_default();
+    let (mut line, mut column, mut offset) = (0, 0, 0);
     let mut data = vec![];
-    for word in program.words.of_file(at.file).iter().filter(|word| is_shown(word.span)) {
-        for span in lines_of(at, word.span) {
-            let start = program.encoding.position(&program.sources, at.file, span.start);
-            let length = program.encoding.length(program.sources.slice(span));
-            let delta_start =
-                if start.line == line { start.character - column } else { start.character };
+    for word in at.program.words.of_file(at.file).iter().filter(|word| is_shown(word.span)) {
+        for_each_line(sources.slice(word.span), word.span, |span| {
+            let gap = between(offset, span.start);
+            let (to_line, to_column) = if gap.contains(ENDS_OF_LINES) {
+                let start = encoding.position(sources, at.file, span.start);
+                (start.line, start.character)
+            } else {
+                (line, column + encoding.length(gap))
+            };
             data.push(SemanticToken {
-                delta_line: start.line - line,
-                delta_start,
-                length,
+                delta_line: to_line - line,
+                delta_start: if to_line == line { to_column - column } else { to_column },
+                length: encoding.length(sources.slice(span)),
                 token_type: type_of(word.kind),
                 token_modifiers_bitset: modifiers_of(word),
             });
-            (line, column) = (start.line, start.character);
-        }
+            (line, column, offset) = (to_line, to_column, span.start);
+        });
     }
     SemanticTokens { result_id: None, data }
 }
 
-/// The parts of a span that lie in one line each, since tokens of the protocol may not reach over lines.
-fn lines_of(at: At<'_>, span: Span) -> impl Iterator<Item = Span> {
-    let text = at.program.sources.slice(span);
+const ENDS_OF_LINES: [char; 2] = ['\r', '\n'];
+
+/// Calls `each` with the parts of a word that lie in one line each, since tokens of the protocol may not reach over lines.
+fn for_each_line(text: &str, span: Span, mut each: impl FnMut(Span)) {
     let mut start = span.start;
-    let parts: Vec<Span> = text
-        .split_inclusive(['\r', '\n'])
-        .filter_map(|line| {
-            let from = start;
-            start += line.len() as u32;
-            let end = from + line.trim_end_matches(['\r', '\n']).len() as u32;
-            (from < end).then_some(Span { start: from, end, ..span })
-        })
-        .collect();
-    parts.into_iter()
+    for line in text.split_inclusive(ENDS_OF_LINES) {
+        let end = start + line.trim_end_matches(ENDS_OF_LINES).len() as u32;
+        if start < end {
+            each(Span { start, end, ..span });
+        }
+        start += line.len() as u32;
+    }
+}
+
+/// The tokens of whole documents that were sent last, so that an editor can be told what has changed in them.
+#[derive(Default)]
+pub(crate) struct SentTokens(HashMap<PathBuf, SemanticTokens>);
+
+impl SentTokens {
+    /// The tokens of a document with the number of this result, which are remembered.
+    pub(crate) fn full(&mut self, at: At<'_>) -> SemanticTokens {
+        let mut found = tokens(at, None);
+        found.result_id = Some(result_id(&found.data));
+        self.0.insert(at.program.path(at.file).to_owned(), found.clone());
+        found
+    }
+
+    /// Forgets a document, which the editor has closed.
+    pub(crate) fn forget(&mut self, path: &Path) {
+        self.0.remove(path);
+    }
+
+    /// What has changed since the result with a number; all tokens, if that is not known.
+    pub(crate) fn since(&mut self, previous: &str, at: At<'_>) -> SemanticTokensDeltaResponse {
+        let known = self.0.remove(at.program.path(at.file));
+        let known = known.filter(|known| known.result_id.as_deref() == Some(previous));
+        let new = self.full(at);
+        let Some(old) = known else { return new.into() };
+        let pairs = old.data.iter().zip(&new.data);
+        let before = pairs.take_while(|(old, new)| old == new).count();
+        let rest = old.data.len().min(new.data.len()) - before;
+        let pairs = old.data.iter().rev().zip(new.data.iter().rev()).take(rest);
+        let after = pairs.take_while(|(old, new)| old == new).count();
+        let changed = new.data.get(before..new.data.len() - after).unwrap_or_default();
+        let removed = old.data.len() - before - after;
+        let mut edits = vec![];
+        if removed > 0 || !changed.is_empty() {
+            edits.push(SemanticTokensEdit {
+                start: (before * NUMBERS) as u32,
+                delete_count: (removed * NUMBERS) as u32,
+                data: Some(changed.iter().flat_map(numbers).collect()),
+            });
+        }
+        SemanticTokensDelta { result_id: new.result_id, edits }.into()
+    }
+}
+
+/// How many numbers a token is in the protocol.
+const NUMBERS: usize = 5;
+
+/// The numbers of a token.
+fn numbers(token: &SemanticToken) -> [u32; NUMBERS] {
+    let SemanticToken { delta_line, delta_start, length, token_type, token_modifiers_bitset } =
+        *token;
+    [delta_line, delta_start, length, token_type, token_modifiers_bitset]
+}
+
+/// The number of a result, which depends on the tokens alone.
+fn result_id(data: &[SemanticToken]) -> String {
+    let mut hash = Fnv::default();
+    data.iter().flat_map(numbers).for_each(|number| hash.write(&number.to_le_bytes()));
+    format!("{:016x}", hash.finish())
 }
 
 #[cfg(test)]
@@ -110,5 +181,34 @@ mod tests {
         assert_eq!(rows, [[0, 0, 4, 0], [1, 0, 4, 0], [0, 4, 2, 3], [0, 2, 1, 8], [0, 1, 1, 6]]);
         let part = Span { file: plcc_diag::FileId(0), start: 9, end: 11 };
         assert_eq!(tokens(at(&of), Some(part)).data.len(), 1);
+    }
+
+    #[test]
+    fn an_editor_is_told_what_has_changed_in_the_tokens() {
+        let texts = ["P1=2\nP2=3\nP3=4\n", "P1=2\nP25=P7+3 ; é\nP3=4\n", "", "P3=4\n", "P3=4\n"];
+        let mut sent = SentTokens::default();
+        let (mut known, mut id): (Vec<u32>, _) = (vec![], String::new());
+        for text in texts {
+            let of = with_cursor(Dialect::Pmac, text);
+            let all: Vec<u32> = tokens(at(&of), None).data.iter().flat_map(numbers).collect();
+            match sent.since(&id, at(&of)) {
+                SemanticTokensDeltaResponse::SemanticTokens(full) => {
+                    assert!(id.is_empty(), "all are sent though the last result is known");
+                    known = full.data.iter().flat_map(numbers).collect();
+                    id = full.result_id.unwrap();
+                }
+                SemanticTokensDeltaResponse::SemanticTokensDelta(delta) => {
+                    for edit in delta.edits {
+                        let range = edit.start as usize..(edit.start + edit.delete_count) as usize;
+                        known.splice(range, edit.data.unwrap());
+                    }
+                    id = delta.result_id.unwrap();
+                }
+            }
+            assert_eq!(known, all, "{text}");
+        }
+        let of = with_cursor(Dialect::Pmac, "P1=1\n");
+        let unknown = sent.since("of another server", at(&of));
+        assert!(matches!(unknown, SemanticTokensDeltaResponse::SemanticTokens(_)));
     }
 }
