@@ -83,7 +83,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Monitor(args) => commands::monitor::monitor(&args, report),
         args::Command::Debug => commands::debug::debug(),
         args::Command::Diff(args) => commands::diff::diff(&args, report),
-        args::Command::Lsp => commands::lsp::lsp(),
+        args::Command::Lsp => commands::lsp::lsp(report),
         args::Command::Explain(args) => commands::explain::explain(&args),
         args::Command::Io(args) => commands::io::io(&args, report),
         args::Command::Why(args) => commands::why::why(&args, report),

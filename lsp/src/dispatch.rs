@@ -1,5 +1,6 @@
 //! Which request is answered by which feature.
 
+use std::path::Path;
 use std::rc::Rc;
 
 use gen_lsp_types::{
@@ -18,6 +19,7 @@ use plcc_diag::{FileId, Span};
 use serde_json::Value;
 
 use crate::documents::path_of;
+use crate::features::script::{Script, is_script};
 use crate::features::{
     call_hierarchy, code_actions, code_lens, completion, diagnostics, folding, formatting, hover,
     inlay_hints, inline_values, links, navigation, rename, selection, semantic_tokens, signature,
@@ -49,7 +51,10 @@ impl Server<'_> {
     pub(crate) fn dispatch(&mut self, request: Request) -> Response {
         match Method::from(request.method.as_str()) {
             Method::TextDocumentHover => respond::<HoverRequest>(request, |it| {
-                Ok(self.at(&it.text_document_position_params, hover::hover).flatten())
+                let place = &it.text_document_position_params;
+                let of_script =
+                    self.in_script(place, |script, program| script.hover(place.position, program));
+                Ok(of_script.or_else(|| self.at(place, hover::hover)).flatten())
             }),
             Method::TextDocumentDefinition => respond::<DefinitionRequest>(request, |it| {
                 Ok(self.at(&it.text_document_position_params, navigation::definition).flatten())
@@ -74,7 +79,10 @@ impl Server<'_> {
                 Ok(Some(symbols::of_workspace(&it.query, self.workspace.known(), &self.documents)))
             }),
             Method::TextDocumentCompletion => respond::<CompletionRequest>(request, |it| {
-                Ok(self.at(&it.text_document_position_params, completion::completion))
+                let place = &it.text_document_position_params;
+                let of_script = self
+                    .in_script(place, |script, program| script.completion(place.position, program));
+                Ok(of_script.or_else(|| self.at(place, completion::completion)))
             }),
             Method::TextDocumentSignatureHelp => respond::<SignatureHelpRequest>(request, |it| {
                 Ok(self.at(&it.text_document_position_params, signature::help).flatten())
@@ -196,6 +204,25 @@ impl Server<'_> {
         let (program, file) = self.program(&of.text_document)?;
         let offset = self.encoding.offset(&program.sources, file, of.position);
         Some(feature(At { program: &program, documents: &self.documents, file, offset }))
+    }
+
+    /// The test script with a path, if it is one that the editor has open.
+    pub(crate) fn script(&self, path: &Path) -> Option<Script> {
+        let document = self.documents.get(path).filter(|_| is_script(path))?;
+        Some(Script::new(path, &document.text, self.encoding))
+    }
+
+    /// What a feature says of a test script and the program that it tests; `None` if the document is not a script.
+    fn in_script<T>(
+        &mut self,
+        of: &TextDocumentPositionParams,
+        feature: impl FnOnce(&Script, Option<&Program>) -> T,
+    ) -> Option<T> {
+        let script = self.script(&path_of(&of.text_document.uri))?;
+        let named = script.program();
+        let program =
+            named.and_then(|path| self.workspace.program(&path, &self.documents, self.encoding));
+        Some(feature(&script, program.as_deref()))
     }
 
     /// What a feature says of a document.

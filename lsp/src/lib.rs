@@ -15,7 +15,10 @@
 //! | `features/` | a file for each thing that an editor asks |
 //!
 //! ```
+//! use std::path::Path;
+//!
 //! use lsp_server::{Connection, Message, Request, RequestId};
+//! use plcc_diag::Diagnostic;
 //! use plcc_frontend::CheckedProgram;
 //!
 //! /// Compares nothing, so that names can't be changed.
@@ -24,6 +27,10 @@
 //! impl plcc_lsp::Compiler for NoCompiler {
 //!     fn code(&self, _: &dyn CheckedProgram) -> Option<Vec<u8>> {
 //!         None
+//!     }
+//!
+//!     fn mistakes_of_script(&self, _: &Path, _: &str) -> Vec<Diagnostic> {
+//!         vec![]
 //!     }
 //! }
 //!
@@ -53,8 +60,10 @@ mod server;
 mod workspace;
 
 use std::io;
+use std::path::Path;
 
 use lsp_server::Connection;
+use plcc_diag::Diagnostic;
 use plcc_frontend::CheckedProgram;
 
 pub use capabilities::capabilities;
@@ -63,6 +72,12 @@ pub use capabilities::capabilities;
 pub trait Compiler: Sync {
     /// The machine code of a program, to see whether a change has changed it. `None` if it can't be compiled.
     fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>>;
+
+    /// The mistakes of a test script, whose path is absolute, with this text. Their places are in a [`SourceMap`] that has
+    /// the script alone.
+    ///
+    /// [`SourceMap`]: plcc_diag::SourceMap
+    fn mistakes_of_script(&self, path: &Path, text: &str) -> Vec<Diagnostic>;
 }
 
 /// Serves one editor over a connection, until it says goodbye or its stream ends.

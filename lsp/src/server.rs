@@ -229,6 +229,12 @@ impl<'c> Server<'c> {
                 found.insert(path, problems(&document.text));
                 continue;
             }
+            if let Some(script) = self.script(&path) {
+                let explains = self.workspace.settings.explain_links;
+                let reading = || script.problems(self.compiler, explains);
+                found.insert(path, catch_unwind(AssertUnwindSafe(reading)).unwrap_or_default());
+                continue;
+            }
             let reading = || self.workspace.program(&path, &self.documents, self.encoding);
             let Some(program) = catch_unwind(AssertUnwindSafe(reading)).ok().flatten() else {
                 continue;

@@ -1,9 +1,11 @@
 //! The server as an editor meets it, over a connection in memory.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+use std::path::Path;
 use std::thread::{self, JoinHandle};
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
+use plcc_diag::{Diagnostic, FileId, Span};
 use plcc_frontend::CheckedProgram;
 use plcc_lsp::Compiler;
 use serde_json::{Value, json};
@@ -16,6 +18,13 @@ impl Compiler for Lowering {
         let module = program.lower().ok()?.module;
         let lengths = module.funcs.iter().map(|it| format!("{it:?}").len());
         Some(lengths.flat_map(usize::to_le_bytes).collect())
+    }
+
+    /// Says that each script has a mistake in its second line.
+    fn mistakes_of_script(&self, path: &Path, text: &str) -> Vec<Diagnostic> {
+        assert_eq!(path, Path::new("/nowhere/x.plctest"));
+        let start = text.find('\n').unwrap() + 1;
+        vec![Diagnostic::error("TEST-1", Span::new(FileId(0), start, text.len()), "no statement")]
     }
 }
 
@@ -292,6 +301,19 @@ fn every_capability_is_answered() {
     assert_eq!(code, -32601);
     let (code, _) = editor.ask("textDocument/hover", json!({"position": 7})).unwrap_err();
     assert_eq!(code, -32602);
+}
+
+#[test]
+fn test_scripts_have_problems_names_and_statements() {
+    let mut editor = Editor::new();
+    let uri = "file:///nowhere/x.plctest";
+    editor.open("file:///nowhere/x.pmi", "pmi", "$INPUT\nDOOR = 1/0 ? the door\n$END\nL = DOOR\n");
+    editor.open(uri, "plctest", "program \"x.pmi\"\n  set DO\n");
+    assert_eq!(editor.codes(uri), ["TEST-1"]);
+    let names = editor.ask("textDocument/completion", about(uri, 1, 8)).unwrap();
+    assert_eq!(names[0]["label"], "DOOR");
+    let hover = editor.ask("textDocument/hover", about(uri, 1, 3)).unwrap();
+    assert!(hover["contents"]["value"].as_str().unwrap().contains("set NAME = VALUE"));
 }
 
 #[test]

@@ -33,14 +33,14 @@ pub(crate) enum Line {
     PowerCycle,
 }
 
-/// The first words of lines, for suggestions.
-pub(crate) const KEYWORDS: &[&str] = &[
+/// The first words of lines.
+pub const KEYWORDS: &[&str] = &[
     "program", "machine", "simulate", "never", "always", "test", "end", "set", "pulse", "force",
     "release", "wait", "expect", "hold", "run", "power",
 ];
 
 /// What a line has to look like that begins with a keyword.
-pub(crate) fn form(keyword: &str) -> Option<&'static str> {
+pub fn form(keyword: &str) -> Option<&'static str> {
     Some(match keyword {
         "program" => "program \"turret.pmi\"",
         "machine" => "machine \"lathe.machine.toml\"",

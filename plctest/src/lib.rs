@@ -22,6 +22,7 @@ mod run;
 pub mod script;
 
 pub use condition::Condition;
+pub use grammar::{KEYWORDS, form};
 pub use parse::parse;
 pub use plan::{Act, Plan, PlannedStatement, PlannedTest, Step};
 pub use run::{Failure, Outcome, Station, run_test};

@@ -7,10 +7,10 @@ use gen_lsp_types::{
     Documentation, InsertTextFormat, Range, TextEdit,
 };
 use plcc_diag::Span;
-use plcc_frontend::common::words::{DeclarationKind, WordKind};
+use plcc_frontend::common::words::{DeclarationKind, Word, WordKind};
 use plcc_frontend::language;
 
-use crate::program::At;
+use crate::program::{At, Program};
 
 /// The most names of the language that are proposed at a time.
 const MAX_TOPICS: usize = 200;
@@ -20,8 +20,7 @@ pub(crate) fn completion(at: At<'_>) -> CompletionResponse {
     let program = at.program;
     let text = program.sources.text(at.file);
     let before = text.get(..at.offset as usize).unwrap_or_default();
-    let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '@' | '$' | ':');
-    let start = before.trim_end_matches(is_part).len();
+    let start = before.trim_end_matches(is_part_of_word).len();
     let prefix = before.get(start..).unwrap_or_default();
     let in_text = program.words.of_file(at.file).iter().any(|word| {
         let is_text = matches!(word.kind, WordKind::Comment | WordKind::Text);
@@ -31,6 +30,45 @@ pub(crate) fn completion(at: At<'_>) -> CompletionResponse {
         return CompletionResponse::CompletionItemList(vec![]);
     }
     let range = program.range(Span { file: at.file, start: start as u32, end: at.offset });
+    let is_being_written = |word: &Word| word.span.file == at.file && word.span.end == at.offset;
+    let mut items = names(program, prefix, range, is_being_written);
+    let own = items.len();
+    for (label, body, detail) in language(program.dialect).snippets() {
+        if begins(label, prefix) && !prefix.is_empty() {
+            let mut snippet = item(label, CompletionItemKind::Snippet, detail, None, range);
+            snippet.insert_text_format = Some(InsertTextFormat::Snippet);
+            snippet.text_edit = Some(edit(range, body));
+            items.push(snippet);
+        }
+    }
+    let mut known: BTreeSet<String> = items.iter().map(|it| it.label.clone()).collect();
+    let topics = language(program.dialect).topics();
+    for topic in topics.iter().filter(|topic| begins(&topic.name, prefix)) {
+        if items.len() >= own + MAX_TOPICS {
+            break;
+        }
+        let is_word = topic.name.starts_with(is_part_of_word);
+        if is_word && known.insert(topic.name.clone()) {
+            items.push(item(&topic.name, CompletionItemKind::Keyword, &topic.meaning, None, range));
+        }
+    }
+    let is_incomplete = items.len() >= own + MAX_TOPICS;
+    let list = CompletionList { is_incomplete, items, ..CompletionList::default() };
+    CompletionResponse::CompletionList(list)
+}
+
+/// Whether a character is part of a word of any of the languages.
+pub(crate) fn is_part_of_word(c: char) -> bool {
+    c.is_alphanumeric() || matches!(c, '_' | '@' | '$' | ':')
+}
+
+/// The names of a program that begin so. A word that is just being written is none.
+pub(crate) fn names(
+    program: &Program,
+    prefix: &str,
+    range: Range,
+    is_being_written: impl Fn(&Word) -> bool,
+) -> Vec<CompletionItem> {
     let mut known = BTreeSet::new();
     let mut items: Vec<CompletionItem> = vec![];
     for declaration in &program.words.declarations {
@@ -55,34 +93,12 @@ pub(crate) fn completion(at: At<'_>) -> CompletionResponse {
     // Names without a declaration, such as NCT's flags.
     for word in &program.words.words {
         let Some(name) = &word.name else { continue };
-        let is_being_written = word.span.file == at.file && word.span.end == at.offset;
-        let is_other = word.defined_as.is_none() && !is_being_written;
+        let is_other = word.defined_as.is_none() && !is_being_written(word);
         if begins(name, prefix) && is_other && known.insert(name.clone()) {
             items.push(item(name, CompletionItemKind::Variable, "", None, range));
         }
     }
-    let own = items.len();
-    for (label, body, detail) in language(program.dialect).snippets() {
-        if begins(label, prefix) && !prefix.is_empty() {
-            let mut snippet = item(label, CompletionItemKind::Snippet, detail, None, range);
-            snippet.insert_text_format = Some(InsertTextFormat::Snippet);
-            snippet.text_edit = Some(edit(range, body));
-            items.push(snippet);
-        }
-    }
-    let topics = language(program.dialect).topics();
-    for topic in topics.iter().filter(|topic| begins(&topic.name, prefix)) {
-        if items.len() >= own + MAX_TOPICS {
-            break;
-        }
-        let is_word = topic.name.starts_with(|c: char| is_part(c));
-        if is_word && known.insert(topic.name.clone()) {
-            items.push(item(&topic.name, CompletionItemKind::Keyword, &topic.meaning, None, range));
-        }
-    }
-    let is_incomplete = items.len() >= own + MAX_TOPICS;
-    let list = CompletionList { is_incomplete, items, ..CompletionList::default() };
-    CompletionResponse::CompletionList(list)
+    items
 }
 
 /// Whether a name begins with what is written already, in letters of any case.
@@ -94,7 +110,7 @@ fn edit(range: Range, text: &str) -> CompletionItemTextEdit {
     CompletionItemTextEdit::TextEdit(TextEdit { range, new_text: text.to_owned() })
 }
 
-fn item(
+pub(super) fn item(
     name: &str,
     kind: CompletionItemKind,
     detail: &str,

@@ -2,7 +2,7 @@
 
 use gen_lsp_types::{
     Code, CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Message,
-    Uri,
+    Range, Uri,
 };
 use plcc_diag::lints::lint_of_code;
 use plcc_diag::{FileId, Severity, find_code};
@@ -30,6 +30,20 @@ fn one(
     documents: &Documents,
     explains: bool,
 ) -> Diagnostic {
+    let related: Vec<DiagnosticRelatedInformation> = it
+        .labels()
+        .iter()
+        .filter_map(|label| {
+            let location = program.location(label.span, documents)?;
+            Some(DiagnosticRelatedInformation { location, message: label.text.to_string() })
+        })
+        .collect();
+    let related_information = (!related.is_empty()).then_some(related);
+    Diagnostic { related_information, ..plain(it, program.range(it.span), explains) }
+}
+
+/// A problem without the other places that it names.
+pub(crate) fn plain(it: &plcc_diag::Diagnostic, range: Range, explains: bool) -> Diagnostic {
     let severity = match it.severity {
         Severity::Error => DiagnosticSeverity::Error,
         Severity::Warning => DiagnosticSeverity::Warning,
@@ -40,25 +54,17 @@ fn one(
         message.push('\n');
         message.push_str(more);
     }
-    let related: Vec<DiagnosticRelatedInformation> = it
-        .labels()
-        .iter()
-        .filter_map(|label| {
-            let location = program.location(label.span, documents)?;
-            Some(DiagnosticRelatedInformation { location, message: label.text.to_string() })
-        })
-        .collect();
     let href = explains.then(|| Uri::parse(&format!("plcc-explain:{}.md", it.code)).ok()).flatten();
     let lint = lint_of_code(it.code).map(|lint| lint.name);
     Diagnostic {
-        range: program.range(it.span),
+        range,
         severity: Some(severity),
         code: Some(Code::String(it.code.to_owned())),
         code_description: href.map(|href| CodeDescription { href }),
         source: Some(lint.map_or_else(|| "plcc".to_owned(), |lint| format!("plcc {lint}"))),
         message: Message::String(message),
         tags: None,
-        related_information: (!related.is_empty()).then_some(related),
+        related_information: None,
         data: None,
     }
 }

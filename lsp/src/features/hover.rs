@@ -3,10 +3,10 @@
 use gen_lsp_types::{Contents, Hover, MarkupContent, MarkupKind};
 use plcc_abi::GivenName;
 use plcc_frontend::common::Controller;
-use plcc_frontend::common::words::WordKind;
+use plcc_frontend::common::words::{Word, WordKind};
 use plcc_frontend::language;
 
-use crate::program::At;
+use crate::program::{At, Program};
 
 /// What the word at a place is.
 pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
@@ -14,9 +14,22 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
     if matches!(word.kind, WordKind::Comment | WordKind::Text) {
         return None;
     }
-    let program = at.program;
+    let value = of_word(at.program, word)?;
+    let contents = Contents::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value });
+    Some(Hover { contents, range: Some(at.program.range(word.span)) })
+}
+
+/// What a name of a program is that is written elsewhere.
+pub(crate) fn of_name(program: &Program, name: &str) -> Option<String> {
+    let words = program.words.words.iter().filter(|word| word.name.is_some());
+    let same = |word: &&Word| program.sources.slice(word.span).eq_ignore_ascii_case(name);
+    of_word(program, words.into_iter().find(same)?)
+}
+
+/// What a word of a program is, in Markdown.
+fn of_word(program: &Program, word: &Word) -> Option<String> {
     let mut parts: Vec<String> = vec![];
-    let written = at.text(word);
+    let written = program.sources.slice(word.span);
     let title = match (&word.defined_as, &word.name) {
         (Some(defined), Some(name)) => format!("**{defined}** = {name}"),
         (Some(name), None) | (None, Some(name)) => format!("**{name}**"),
@@ -66,9 +79,7 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
     if parts.is_empty() {
         return None;
     }
-    let value = format!("{title}\n\n{}", parts.join("\n\n"));
-    let contents = Contents::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value });
-    Some(Hover { contents, range: Some(program.range(word.span)) })
+    Some(format!("{title}\n\n{}", parts.join("\n\n")))
 }
 
 /// A number of times in words.

@@ -14,6 +14,7 @@ pub(crate) mod links;
 pub(crate) mod machine_file;
 pub(crate) mod navigation;
 pub(crate) mod rename;
+pub(crate) mod script;
 pub(crate) mod selection;
 pub(crate) mod semantic_tokens;
 pub(crate) mod signature;

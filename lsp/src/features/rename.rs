@@ -111,7 +111,10 @@ fn changed(at: At<'_>, spans: &[Span], new: &str) -> Program {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use plcc_abi::Dialect;
+    use plcc_diag::Diagnostic;
     use plcc_frontend::CheckedProgram;
 
     use super::*;
@@ -125,6 +128,10 @@ mod tests {
             let lowered = program.lower().ok()?;
             let functions = lowered.module.funcs.iter().map(|it| format!("{it:?}").len());
             Some(functions.flat_map(usize::to_le_bytes).collect())
+        }
+
+        fn mistakes_of_script(&self, _: &Path, _: &str) -> Vec<Diagnostic> {
+            vec![]
         }
     }
 

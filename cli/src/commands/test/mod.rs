@@ -4,7 +4,7 @@ mod coverage;
 mod from_record;
 mod program;
 mod records;
-mod scripts;
+pub(crate) mod scripts;
 mod search;
 
 use std::collections::HashMap;

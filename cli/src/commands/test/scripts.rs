@@ -65,6 +65,33 @@ pub(super) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(all)
 }
 
+/// The mistakes of a script with this text. What is wrong with its program is told where the script names it.
+pub(crate) fn mistakes(
+    path: &Path,
+    text: &str,
+    args: &TestArgs,
+    report: &Report,
+) -> Vec<Diagnostic> {
+    let mut scripts = Scripts::default();
+    let failure = scripts.read_text(path, text.as_bytes(), args, report).err();
+    let of_script = |sources: &SourceMap| Path::new(sources.path(FileId(0))) == path;
+    let (own, of_program): (Vec<_>, Vec<_>) =
+        scripts.found.into_iter().partition(|(sources, _)| of_script(sources));
+    let mut found: Vec<Diagnostic> = own.into_iter().flat_map(|(_, found)| found).collect();
+    let first = of_program.iter().find_map(|(_, found)| found.iter().find(|it| it.is_error()));
+    let why = match (first, failure) {
+        (Some(error), _) => format!("the program has errors: {}: {}", error.code, error.message),
+        (None, Some(Failure::Usage(why) | Failure::Internal(why))) => why,
+        (None, None) => return found,
+    };
+    let mut sources = SourceMap::new();
+    let file = sources.add(path.to_string_lossy(), text.as_bytes());
+    let (script, _) = parse(&sources, file);
+    let named = script.programs.first().map_or(Span::new(file, 0, 0), |piece| piece.span);
+    found.push(Diagnostic::error(FILE, named, why).help("open it: its problems are shown there"));
+    found
+}
+
 /// The scripts below a folder.
 fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -91,8 +118,19 @@ impl Scripts {
     ) -> Result<(), Failure> {
         let bytes = read_regular(path, MAX_SETTINGS);
         let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
+        self.read_text(path, &bytes, args, report)
+    }
+
+    /// The same with the text of the script.
+    fn read_text(
+        &mut self,
+        path: &Path,
+        text: &[u8],
+        args: &TestArgs,
+        report: &Report,
+    ) -> Result<(), Failure> {
         let mut sources = SourceMap::new();
-        let file = sources.add(path.to_string_lossy(), &bytes);
+        let file = sources.add(path.to_string_lossy(), text);
         let (script, mut mistakes) = parse(&sources, file);
         let program = match script.programs.is_empty() {
             true => None,
