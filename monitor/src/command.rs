@@ -33,6 +33,15 @@ pub enum Command {
         /// The variable.
         name: String,
     },
+    /// Find out why a variable has its value at the end of a tick, stay at that tick, and show the answer on the screen
+    /// [`Why`](crate::view::Screen::Why).
+    Why {
+        /// The variable, or the text of a fault or message.
+        name: String,
+        /// The tick; that which is shown without it.
+        #[serde(default)]
+        tick: Option<u64>,
+    },
     /// Set the speed of a program that the monitor runs itself.
     SetSpeed {
         /// 1 is real time, 0 is as fast as possible.

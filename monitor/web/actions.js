@@ -1,6 +1,7 @@
 // What can be done with a variable, the same on every screen.
 
 import { ask, choose } from "./dialogs.js";
+import { element } from "./dom.js";
 
 // Names that were typed: separated by blanks or commas outside of brackets.
 export function splitNames(text) {
@@ -14,6 +15,7 @@ export async function variableMenu(app, name) {
     ["watch it", () => app.apply({ command: "watch", names: [name] }, `${name} is watched`)],
     ["show it on the scope", () => app.apply({ command: "scope_add", names: [name] }, `${name} is on the scope`)],
     ["go back to its previous change", () => previousChange(app, name)],
+    ["why it has its value", () => why(app, name)],
     ["where it occurs", () => references(app, name)],
     (may.may_write || may.may_swap) && ["change it", () => change(app, name)],
     may.may_force && ["force it", () => force(app, name)],
@@ -26,6 +28,27 @@ export async function variableMenu(app, name) {
 // Goes back to the statement that changed a variable last, and shows it.
 export async function previousChange(app, name) {
   if (await app.apply({ command: "previous_change", name })) app.open("statements");
+}
+
+// Says why a variable has its value: what holds it, down to inputs. Each line of the answer can be asked for in turn.
+export async function why(app, name, tick = null) {
+  if (!(await app.apply({ command: "why", name, tick }))) return;
+  const body = (await app.ask({ screen: "why" }))?.body;
+  if (body?.screen !== "why") return;
+  const rows = body.lines.map((line) => ({
+    label: line.pieces.map((piece) => piece.text).join(""),
+    shown: line.pieces.map((piece) => element("span", { class: `why-${piece.kind}` }, piece.text)),
+  }));
+  const at = body.tick === null ? "now" : `at the end of tick ${body.tick}`;
+  const chosen = await choose({ title: `Why ${body.name} ${at}`, hint: "Enter on a variable asks why that has its value.", rows, kind: "why" });
+  const line = body.lines[chosen];
+  if (line?.name) await why(app, line.name, line.tick);
+}
+
+// Asks which variable is meant, and says why it has its value.
+export async function askWhy(app, value = "") {
+  const answer = await ask({ title: "Why has it its value?", fields: [{ name: "name", label: "Variable, or text of a fault or message", value }], confirm: "Why" });
+  if (answer?.name) await why(app, answer.name);
 }
 
 // Sets a variable once.

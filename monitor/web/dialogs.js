@@ -48,9 +48,9 @@ export function ask({ title, text = "", fields = [], confirm = "OK", kind = "" }
 }
 
 // Lets the user choose rows of a list by arrow keys. `rows` have label, and optionally number, note,
-// value and chosen. With `many`, Space and Enter mark rows, and Esc ends with all that are marked
+// value, chosen and shown (elements in the place of the label). With `many`, Space and Enter mark rows, and Esc ends with all that are marked
 // (PMI 5.1); otherwise Enter takes one, Esc none. A text that is typed goes to the next row with it.
-export function choose({ title, rows, many = false, hint = "" }) {
+export function choose({ title, rows, many = false, hint = "", kind = "" }) {
   return new Promise((resolve) => {
     let selected = Math.max(0, rows.findIndex((row) => row.current));
     let answer = null;
@@ -62,7 +62,7 @@ export function choose({ title, rows, many = false, hint = "" }) {
       onclick: () => { select(at); take(); },
     },
     many && element("span", { class: "mark" }), row.number && element("span", { class: "number" }, row.number),
-    element("span", { class: "label" }, row.label), row.note && element("span", { class: "note" }, row.note)));
+    element("span", { class: "label" }, row.shown ?? row.label), row.note && element("span", { class: "note" }, row.note)));
     refill(list, items.length ? items : element("p", {}, "nothing"));
 
     function select(at) {
@@ -101,7 +101,7 @@ export function choose({ title, rows, many = false, hint = "" }) {
     }
     search.addEventListener("input", () => find(search.value, selected));
     const dialog = element("dialog", {
-      class: "list", "aria-label": title,
+      class: `list ${kind}`, "aria-label": title,
       onkeydown: (event) => {
         const page = 15;
         const moves = { ArrowUp: -1, ArrowDown: 1, PageUp: -page, PageDown: page };

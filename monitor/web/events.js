@@ -1,5 +1,6 @@
 // Faults and messages: what is on now, and what has happened.
 
+import { why } from "./actions.js";
 import { element, refill } from "./dom.js";
 import { Table } from "./table.js";
 
@@ -35,7 +36,8 @@ export class EventsScreen {
   update(body) {
     refill(this.active, body.active.length ? body.active.map((entry) => element("li", { class: entry.kind },
       element("span", { class: "kind" }, entry.kind.toUpperCase()), " ", element("strong", {}, entry.name), " ", entry.text,
-      entry.since !== null && element("span", { class: "since" }, ` since tick ${entry.since}`)))
+      entry.since !== null && element("span", { class: "since" }, ` since tick ${entry.since}`),
+      " ", element("button", { type: "button", onclick: () => why(this.app, entry.name) }, "why")))
       : element("li", { class: "empty" }, "no fault and no message"));
     this.display.hidden = !body.display.length;
     this.display.textContent = body.display.join("\n");
@@ -44,6 +46,11 @@ export class EventsScreen {
     this.lastLog = text;
     // The newest stands first. Equal events in a tick are told apart by their number.
     this.log.update(body.log.map((row, at) => ({ ...row, key: `${row.tick}/${at}` })).reverse().slice(0, 500));
+  }
+
+  selectedEvent() {
+    const { name, tick } = this.log.selected ?? {};
+    return name ? { name, tick } : null;
   }
 
   menu() {

@@ -27,6 +27,7 @@ export class Frame {
         this.follow, button("tick →", "One tick on (→)", move("move_ticks", 1)), button("scan ]", "One scan on (])", move("move_scans", 1)),
         this.slider, this.bounds,
         button("go to… g", "Go to a tick (g)", () => app.goToTick()),
+        button("why… y", "Why a variable has its value (y)", () => app.why()),
         button("previous change… c", "Go back to the previous change of a variable (c)", () => app.goToPreviousChange())),
       this.forces, this.notice, this.note);
     this.message = element("p", { id: "message", role: "status", "aria-live": "polite" });

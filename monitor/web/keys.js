@@ -18,6 +18,7 @@ export const GLOBAL_KEYS = [
   ["[ and ]", "one scan back, one scan on"],
   ["g", "go to a tick"],
   ["c", "go back to the previous change of a variable"],
+  ["y", "why a variable has its value: what holds it"],
   ["S", "how fast a program runs that the monitor runs itself"],
   ["X", "end all forces (clear all)"],
   ["Esc", "close a question; from a field back to the screen"],

@@ -1,6 +1,6 @@
 // The page: which screen is shown, what keys do, and what passes between screens and server.
 
-import { forceTo, previousChange } from "./actions.js";
+import { askWhy, forceTo, previousChange, why } from "./actions.js";
 import { Connection, takeKey } from "./connection.js";
 import { ask } from "./dialogs.js";
 import { element, isTyping, refill } from "./dom.js";
@@ -122,6 +122,14 @@ class App {
     if (answer?.name) await previousChange(this, answer.name);
   }
 
+  // Why the selected variable has its value; of an event, when it came.
+  async why() {
+    const selected = this.screen.selectedEvent?.();
+    if (selected) return why(this, selected.name, selected.tick);
+    const name = this.screen.selectedName?.() ?? "";
+    return name && this.screen.name !== "statements" ? why(this, name) : askWhy(this, name);
+  }
+
   async releaseAll() {
     await this.apply({ command: "release_all" });
   }
@@ -186,6 +194,7 @@ class App {
       "]": () => this.apply({ command: "move_scans", by: 1 }),
       g: () => this.goToTick(),
       c: () => this.goToPreviousChange(),
+      y: () => this.why(),
       S: () => this.setSpeed(),
       X: () => this.releaseAll(),
       "?": () => help(this.screen.title, this.menu()),

@@ -93,6 +93,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-protocol",
             "plcc-replay",
             "plcc-runtime",
+            "plcc-why",
         ],
     ),
     ("plcc-plctest", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-runtime"]),

@@ -126,7 +126,8 @@ fn line(event: &Event) -> EventLine {
         }
     };
     let text = plcc_abi::printable(&text).replace(['\n', '\t'], " ");
-    EventLine { tick: event.tick, kind, on, text }
+    let name = name_of(&event.body).map(str::to_owned);
+    EventLine { tick: event.tick, kind, name, on, text }
 }
 
 /// What DISPLAY has left on the display, if it was used.

@@ -19,6 +19,7 @@ mod timing;
 mod values;
 mod versions;
 mod watch;
+mod why;
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -31,7 +32,7 @@ use plcc_runtime::Event;
 use crate::flow::{Flow, Traces};
 use crate::link::Link;
 use crate::text::ProgramText;
-use crate::view::{Body, Screen, Status, TargetKind, View};
+use crate::view::{Body, Screen, Status, TargetKind, View, WhyView};
 use crate::{Command, Rebuilder, Refusal, Reply};
 use io::IoState;
 use online::OnlineState;
@@ -99,6 +100,8 @@ pub struct Session<'a> {
     io: IoState,
     scope: ScopeState,
     online: OnlineState,
+    /// The answer to the last question why.
+    why: Option<WhyView>,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -146,6 +149,7 @@ impl<'a> Session<'a> {
             io: IoState::default(),
             scope: ScopeState::default(),
             online: OnlineState::default(),
+            why: None,
         }
     }
 
@@ -166,6 +170,7 @@ impl<'a> Session<'a> {
             }
             Screen::Directory => Body::Directory(self.directory()?),
             Screen::References { name } => Body::References(self.references(name)?),
+            Screen::Why => Body::Why(self.why_view()?),
             Screen::Tasks => Body::Tasks(self.tasks_view()?),
             Screen::Variables => Body::Variables(self.variables_view()?),
             Screen::Io => Body::Io(self.io_view()?),
@@ -197,6 +202,7 @@ impl<'a> Session<'a> {
             Command::MoveTicks { by } => self.move_ticks(by),
             Command::MoveScans { by } => self.move_scans(by),
             Command::PreviousChange { name } => self.previous_change(&name),
+            Command::Why { name, tick } => self.ask_why(&name, tick),
             Command::SetSpeed { speed } => self.set_speed(speed),
             Command::ShowProgram => self.show_program(),
             Command::ClearStatements => self.clear_statements(),

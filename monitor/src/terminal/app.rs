@@ -23,6 +23,7 @@ pub(super) enum Page {
     Panels,
     Directory,
     References,
+    Why,
     Help,
 }
 
@@ -112,6 +113,7 @@ impl App {
             Page::Panels => Screen::Panels,
             Page::Directory => Screen::Directory,
             Page::References => Screen::References { name: self.references.clone() },
+            Page::Why => Screen::Why,
             Page::Help => Screen::Status,
         })
     }
@@ -163,7 +165,9 @@ impl App {
                 matches!(key.action, Action::AskWatch) || matches!(key.action, Action::AskScope)
             }
             KeyCode::Delete => matches!(key.action, Action::Unwatch | Action::AskScopeRemove),
-            KeyCode::Enter => matches!(key.action, Action::Select | Action::PressCell),
+            KeyCode::Enter => {
+                matches!(key.action, Action::Select | Action::PressCell | Action::WhyNext)
+            }
             _ => false,
         });
         if let Some(key) = found {
@@ -206,6 +210,7 @@ impl App {
             }
             KeyCode::Char('g') => self.run(session, Action::AskTick),
             KeyCode::Char('c') => self.run(session, Action::AskPreviousChange),
+            KeyCode::Char('y') => self.run(session, Action::AskWhy),
             KeyCode::Char('S') => self.run(session, Action::AskSpeed),
             _ => {}
         }
@@ -239,7 +244,8 @@ impl App {
             self.message = Some((no_terminal(), true));
             return;
         }
-        let is_list = matches!(self.page, Page::Directory | Page::References | Page::Help);
+        let is_list =
+            matches!(self.page, Page::Directory | Page::References | Page::Why | Page::Help);
         if !is_list {
             self.back = self.page;
         }
@@ -285,7 +291,7 @@ impl App {
         }
     }
 
-    fn ask(&mut self, title: &'static str, text: String, action: Action) {
+    pub(super) fn ask(&mut self, title: &'static str, text: String, action: Action) {
         self.prompt = Some(Prompt { title, text, action });
     }
 
@@ -359,6 +365,8 @@ impl App {
             Action::AskKeep => self.ask("keep as", none(), action),
             Action::AskOpen => self.ask("open", none(), action),
             Action::AskTick => self.ask("tick", none(), action),
+            Action::AskWhy => self.ask_why(session),
+            Action::WhyNext => self.why_next(session),
             Action::AskPreviousChange => self.ask("previous change of", none(), action),
             Action::AskSpeed => self.ask("speed", none(), action),
         }
@@ -375,13 +383,16 @@ impl App {
     }
 
     /// The selected row of the watch list: entry, variable and format.
-    fn watched(&mut self, session: &mut Session<'_>) -> Option<(String, String, Format)> {
+    pub(super) fn watched(
+        &mut self,
+        session: &mut Session<'_>,
+    ) -> Option<(String, String, Format)> {
         let Body::Variables(view) = session.view(&Screen::Variables).body else { return None };
         let row = view.rows.get(self.selected.min(view.rows.len().saturating_sub(1)))?;
         Some((row.entry.clone(), row.name.clone(), row.format))
     }
 
-    fn io_row(&mut self, session: &mut Session<'_>) -> Option<IoRow> {
+    pub(super) fn io_row(&mut self, session: &mut Session<'_>) -> Option<IoRow> {
         let Body::Io(view) = session.view(&Screen::Io).body else { return None };
         let window = view.windows.into_iter().nth(self.window)?;
         let last = window.rows.len().saturating_sub(1);

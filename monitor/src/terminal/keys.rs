@@ -56,6 +56,8 @@ pub(super) enum Action {
     AskTick,
     AskPreviousChange,
     AskSpeed,
+    AskWhy,
+    WhyNext,
 }
 
 /// A key of a screen.
@@ -143,6 +145,8 @@ const PANELS: &[Key] = &[
 const DIRECTORY: &[Key] =
     &[key(1, 's', "select", Action::Select), key(2, 'x', "clear", Action::ClearSelection)];
 
+const WHY: &[Key] = &[key(1, 's', "why this", Action::WhyNext)];
+
 /// The keys of a page.
 pub(super) fn keys(page: Page, chooses_statements: bool) -> &'static [Key] {
     match page {
@@ -153,6 +157,7 @@ pub(super) fn keys(page: Page, chooses_statements: bool) -> &'static [Key] {
         Page::Scope => SCOPE,
         Page::Panels => PANELS,
         Page::Directory => DIRECTORY,
+        Page::Why => WHY,
         _ => &[],
     }
 }
@@ -164,13 +169,13 @@ pub(super) const LEAVE_TERMINAL: &str = "Enter sends the line  Esc, Tab, Shift-T
 pub(super) const HELP: &[&str] = &[
     "1 statements  2 variables  3 inputs/outputs  4 faults and messages",
     "5 tasks  6 timing  7 scope  8 PMAC terminal  9 panels    Tab: next screen",
-    "",
     "arrows up/down, PgUp/PgDn, Home/End   move the cursor",
     "arrows left/right                     a tick back or on",
     "< >                                   100 ticks back or on",
     "[ ]                                   the previous or next scan of the task",
     "g                                     go to a tick",
     "c                                     back to the previous change of a variable",
+    "y                                     why a variable has its value",
     "space                                 stay at this tick, or follow the newest",
     "S                                     speed of a program (1: real time, 0: most)",
     "N a o  /                              name, all and next occurrence; search",

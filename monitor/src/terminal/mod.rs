@@ -7,6 +7,7 @@ mod keys;
 #[cfg(test)]
 mod tests;
 mod typed;
+mod why;
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;

@@ -291,3 +291,61 @@ fn every_page_fits_a_small_and_a_tiny_terminal() {
         }
     }
 }
+
+#[test]
+fn y_says_why_a_variable_has_its_value() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "2,A,1\n6,B,1\n", 9);
+    // On the statements the variable is that of the cursor's line, which can be changed.
+    screen.keys("y");
+    assert!(screen.drawn().contains("why (a variable, or the text of a message): N_"));
+    screen.key(KeyCode::Backspace);
+    screen.keys("sol1");
+    screen.key(KeyCode::Enter);
+    let text = screen.drawn();
+    assert!(text.contains("SOL1 is 0 since tick 6 (0.12 s), because B is 1."), "{text}");
+    assert!(text.contains(">  └─ B is 1 since tick 6 (0.12 s)   set by the stimulus"), "{text}");
+    assert!(text.contains("The next scan would make SOL1 1 with B = 0."), "{text}");
+    assert!(!screen.session.status().following);
+    // Enter goes on to the selected line.
+    screen.key(KeyCode::Enter);
+    let text = screen.drawn();
+    assert!(text.contains("B is 1 since tick 6 (0.12 s): the stimulus has set it."), "{text}");
+    // Esc goes back to the screen from which was asked.
+    screen.key(KeyCode::Esc);
+    assert!(screen.drawn().contains("SOL1=A&/B"));
+    // Among inputs and outputs the selected one is meant, at the tick that is shown.
+    screen.keys("3");
+    screen.key(KeyCode::Left);
+    for _ in 0..3 {
+        screen.key(KeyCode::Left);
+    }
+    let tick = screen.session.status().tick;
+    screen.keys("y");
+    let text = screen.drawn();
+    let since = if tick >= 6 { "SOL1 is 0 since tick 6" } else { "SOL1 is 1 since tick 2" };
+    assert!(text.contains(since), "{tick}: {text}");
+    // An unknown name is refused, and the screen stays.
+    screen.key(KeyCode::Esc);
+    screen.keys("1y");
+    screen.key(KeyCode::Backspace);
+    screen.keys("NOBODY");
+    screen.key(KeyCode::Enter);
+    let text = screen.drawn();
+    assert!(text.contains("no variable named `NOBODY`") && text.contains("SOL1=A&/B"), "{text}");
+}
+
+#[test]
+fn an_event_is_asked_for_in_its_tick() {
+    let program = "$INPUT\nA=0/0\n$FAULT\nFLT=\"A IS ON\"\n$END\nFLT=A\n";
+    let stimulus = "2,A,1\n4,A,0\n";
+    let mut screen = Screen::new(Dialect::Pmi, program, stimulus, 9);
+    screen.keys("4");
+    // The newest event is the first row, since no fault is on.
+    screen.key(KeyCode::Down);
+    screen.drawn();
+    screen.keys("y");
+    let text = screen.drawn();
+    assert!(text.contains("FLT is 1 since tick 2 (0.04 s), because A is 1."), "{text}");
+    assert!(text.contains("The control shows the fault \"A IS ON\"."), "{text}");
+    assert_eq!(screen.session.status().tick, 2);
+}

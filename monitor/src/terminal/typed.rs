@@ -72,6 +72,7 @@ impl App {
             Action::AskExport => return self.export(session, text),
             Action::AskKeep => Command::ScopeSave { name },
             Action::AskOpen => Command::ScopeLoad { name },
+            Action::AskWhy => return self.why(session, name, None),
             Action::AskPreviousChange => Command::PreviousChange { name },
             Action::AskSpeed => match text.parse() {
                 Ok(speed) => Command::SetSpeed { speed },

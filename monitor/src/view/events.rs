@@ -49,6 +49,8 @@ pub struct EventLine {
     pub tick: u64,
     /// What it is.
     pub kind: EventKind,
+    /// The variable or flag of a fault or message.
+    pub name: Option<String>,
     /// `on` or `off` of a fault or message.
     pub on: Option<bool>,
     /// The event in words.

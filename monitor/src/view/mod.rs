@@ -9,6 +9,7 @@ mod statements;
 mod tasks;
 mod timing;
 mod variables;
+mod why;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,7 @@ pub use statements::{
 pub use tasks::{Fact, TaskRow, TaskState, TasksView};
 pub use timing::{LineCost, Overrun, TimingView};
 pub use variables::{TerminalLine, TerminalView, VariableRow, VariablesView};
+pub use why::{WhyLine, WhyPiece, WhyView};
 
 /// Which part of the session is to be shown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,6 +47,8 @@ pub enum Screen {
         /// The variable, label or statement.
         name: String,
     },
+    /// Why a variable has its value: the answer to the last [`Why`](crate::Command::Why).
+    Why,
     /// The tasks: modules, PLCs and PLCCs.
     Tasks,
     /// The watch list.
@@ -91,6 +95,8 @@ pub enum Body {
     Directory(DirectoryView),
     /// Occurrences.
     References(ReferencesView),
+    /// Why a variable has its value.
+    Why(WhyView),
     /// Tasks.
     Tasks(TasksView),
     /// The watch list.

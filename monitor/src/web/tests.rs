@@ -273,6 +273,12 @@ fn a_page_is_shown_what_changes() {
         json!({"apply": {"command": "find_names", "names": ["NONE"], "uses": true, "all": true}}),
     );
     assert!(refusal["refusal"]["message"].is_string(), "{refusal}");
+    let asked = client.ask(json!({"apply": {"command": "why", "name": "A"}}));
+    assert!(asked["reply"].is_object(), "{asked}");
+    let why = client.ask(json!({"ask": {"screen": "why"}}));
+    let first = &why["view"]["body"]["lines"][0]["pieces"];
+    assert_eq!((&first[0]["text"], &first[0]["kind"]), (&json!("A"), &json!("name")), "{why}");
+    assert_eq!(why["view"]["body"]["tick"], 3);
     let directory = client.ask(json!({"ask": {"screen": "directory"}}));
     assert_eq!(directory["view"]["body"]["screen"], "directory");
     let refusal = client.ask(json!({"ask": {"screen": "nothing"}}));

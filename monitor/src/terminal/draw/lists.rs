@@ -3,17 +3,20 @@
 use plcc_protocol::{TaskSummary, TimesSummary};
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::super::app::App;
-use super::{first_shown, fitted};
+use super::{first_shown, fitted, word_rows};
 use crate::view::{
     Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimingView, VariablesView,
+    WhyView,
 };
 
 const SELECTED: Style = Style::new().add_modifier(Modifier::REVERSED);
+/// What is forced.
+const FORCED: Style = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
 const STRONG: Style = Style::new().add_modifier(Modifier::BOLD);
 
 /// Rows of a list with titles between them. Only rows can be selected.
@@ -90,6 +93,7 @@ pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect
                 }
             }
         }
+        Body::Why(view) => why(view, &mut list, usize::from(area.width)),
         Body::Terminal(view) => {
             for line in &view.lines {
                 let mark = if line.typed { "> " } else { "" };
@@ -105,6 +109,21 @@ pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect
 fn directory_row(row: &DirectoryRow) -> String {
     let mark = if row.chosen { '*' } else { ' ' };
     format!("{mark}{:>6}  {}", row.number, row.name)
+}
+
+/// The lines of an answer; what is too long for a row goes on in the next one.
+fn why(view: &WhyView, list: &mut List, width: usize) {
+    for line in &view.lines {
+        let mut rows = word_rows(&line.text(), width.saturating_sub(1)).into_iter();
+        let is_forced = line.pieces.iter().any(|piece| piece.kind == "forced");
+        let style = if is_forced { FORCED } else { Style::new() };
+        let first = rows.next().unwrap_or_default();
+        match line.name {
+            Some(_) => list.row(first, style),
+            None => list.rows.push((first, false, style)),
+        }
+        rows.for_each(|row| list.rows.push((format!("      {row}"), false, style)));
+    }
 }
 
 fn variables(view: &VariablesView, list: &mut List) {
