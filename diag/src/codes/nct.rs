@@ -566,4 +566,10 @@ pub static CODES: &[CodeInfo] = &[
         "Lint text-never-used. A text is in :197, :198 or :199, and nothing in the program sets its flag or looks at its softkey.",
         "wrong: :199 DOOR OPEN$ and no U710\nright: U710 where the message is to come",
     ),
+    page(
+        "NCT-W14",
+        "Z that may be lost",
+        "Lint lost-z. A statement stands no further in than the condition on which it depends, after others that do stand further in. To the control indentation means nothing; it often shows that a Z is lost before the statement, and that another one is too many.",
+        "wrong: I001\n         I002 U013\n       Z\n       I003 U014 Z Z\nright: I001\n         I002 U013 Z\n       Z\n       I003 U014 Z",
+    ),
 ];

@@ -296,6 +296,24 @@ pub static CODES: &[CodeInfo] = &[
         "Wrong:\n  IF (P1=1) X10 ENDIF\nRight:\n  IF (P1=1) X10",
     ),
     code(
+        "PMAC-W22",
+        "M-variable that is assigned and defined nowhere",
+        "Lint assigned-undefined. A program assigns an M-variable of which the download, which defines other ones, has no definition. Nothing outside sees the value then: it is a number of 21 bits in the memory of the PMAC.",
+        "Wrong:\n  M1->Y:$FFC2,8,1\n  …\n  M2=1\nRight:\n  M1->Y:$FFC2,8,1\n  M2->Y:$FFC2,9,1\n  …\n  M2=1",
+    ),
+    code(
+        "PMAC-W23",
+        "machine input that is assigned",
+        "Lint input-assigned. A program assigns an M-variable that is defined as machine inputs (MI1 to MI8, or DAT0 to DAT7). The machine gives these lines their values, so that the assignment has no effect outside. Often an offset of the definition is wrong: outputs are the bits 8 to 15 of Y:$FFC2.",
+        "Wrong:\n  M1->Y:$FFC2,0,1\n  …\n  M1=1\nRight:\n  M1->Y:$FFC2,8,1\n  …\n  M1=1",
+    ),
+    code(
+        "PMAC-W24",
+        "PLC that stays disabled",
+        "Lint plc-never-enabled. After the download the PLC is disabled, and no program of it enables the PLC. It runs when somebody sends ENABLE PLC as an on-line command.",
+        "Wrong:\n  DISABLE PLC0..31\n  …\n  ENABLE PLC1          ; and PLC 2?\nRight:\n  ENABLE PLC1,2",
+    ),
+    code(
         "PMAC-N1",
         "buffer skipped",
         "OPEN ROTARY, OPEN SERVO, OPEN FORWARD and OPEN INVERSE hold programs that nothing here runs. They are skipped up to their CLOSE.",

@@ -203,6 +203,19 @@ const CASES: &[Case] = &[
         "M1->Y:$C002,8,1\nM2->Y:$C002,8,1\nOPEN PLC 1 CLEAR\nM1=P1\nM2=P2\nCLOSE\nENABLE PLC1\n",
         "M1->Y:$C002,8,1\nM2->Y:$C002,9,1\nOPEN PLC 1 CLEAR\nM1=P1\nM2=P2\nCLOSE\nENABLE PLC1\n",
     ),
+    nct(
+        "lost-z",
+        5,
+        ":001\nI001\n  I002 U013\nZ\nI003 U014 Z\nI004 U015 Z Z\nJ1\n:000 J0\n",
+        ":001\nI001\n  I002 U013 Z\nZ\nI003 U014 Z\nI004 U015 Z\nJ1\n:000 J0\n",
+    ),
+    // A text without indentation says nothing.
+    nct(
+        "lost-z",
+        6,
+        ":001\nI001\n\tI002 U013\nE\n\tD013\nI003 U014 Z\nZ Z\nJ1\n:000 J0\n",
+        ":001\nI001\nI002 U013\nE\nD013\nZ\nI003 U014 Z\nZ\nJ1\n:000 J0\n",
+    ),
     pmac(
         "value-out-of-range",
         3,
@@ -226,6 +239,40 @@ const CASES: &[Case] = &[
         3,
         "I5=2\nOPEN PLC 2 CLEAR\nM1=1\nCLOSE\n",
         "I5=2 M1->Y:$FFC2,8,1\nOPEN PLC 2 CLEAR\nM1=1\nCLOSE\n",
+    ),
+    pmac(
+        "assigned-undefined",
+        4,
+        "I5=2 M1->Y:$FFC2,8,1\nOPEN PLC 2 CLEAR\nM1=1\nM2=1\nCLOSE\n",
+        "I5=2 M1->Y:$FFC2,8,1 M2->Y:$FFC2,9,1\nOPEN PLC 2 CLEAR\nM1=1\nM2=1\nCLOSE\n",
+    ),
+    // One that is only read is the matter of the other lint, and so are downloads without any definition.
+    pmac(
+        "assigned-undefined",
+        3,
+        "I5=2 M1->*\nOPEN PLC 2 CLEAR\nM3=M1\nCLOSE\n",
+        "I5=2\nOPEN PLC 2 CLEAR\nP1=M3\nCLOSE\n",
+    ),
+    pmac(
+        "input-assigned",
+        3,
+        "I5=2 M1->Y:$FFC2,0,1\nOPEN PLC 2 CLEAR\nM1=1\nCLOSE\n",
+        "I5=2 M1->Y:$FFC2,8,1\nOPEN PLC 2 CLEAR\nM1=1\nCLOSE\n",
+    ),
+    pmac(
+        "plc-never-enabled",
+        5,
+        "I5=2 DISABLE PLC0..31\nOPEN PLC 2 CLEAR\nP1=1\nCLOSE\nOPEN PLC 3 CLEAR\nP2=1\nCLOSE\nENABLE PLC2\n",
+        "I5=2 DISABLE PLC0..31\nOPEN PLC 2 CLEAR\nP1=1\nCLOSE\nOPEN PLC 3 CLEAR\nP2=1\nCLOSE\nENABLE PLC2,3\n",
+    ),
+    // A program enables it; and one that is disabled by itself is meant so.
+    pmac(
+        "plc-never-enabled",
+        5,
+        "I5=2 DISABLE PLC2..4\nOPEN PLC 2 CLEAR\nENABLE PLC 3\nCLOSE\nOPEN PLC 4 CLEAR\nP2=1\nCLOSE\n\
+         OPEN PLC 3 CLEAR\nP2=1\nCLOSE\nENABLE PLC2\n",
+        "I5=2 DISABLE PLC2..3 DISABLE PLC4\nOPEN PLC 2 CLEAR\nENABLE PLC 3\nCLOSE\nOPEN PLC 4 CLEAR\nP2=1\nCLOSE\n\
+         OPEN PLC 3 CLEAR\nP2=1\nCLOSE\nENABLE PLC2\n",
     ),
     pmac(
         "repeats-every-scan",

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use plcc_diag::{Diagnostic, Span};
 
 use super::cross_reference::{never_written, outputs_of_several_modules, reached};
+use super::indentation::left_conditions;
 use crate::nct::ast::{
     Bit, ConditionPart, Op, Operand, Program, Relation, Space, Stmt, Test, Variable, Word,
 };
@@ -30,6 +31,7 @@ pub(crate) fn find(program: &Program) -> Vec<Diagnostic> {
     constant_conditions(program, &mut found);
     unreachable(program, &reached, &mut found);
     falls_through(program, &reached, &mut found);
+    lost_z(program, &mut found);
     strobe_without_fin(&used, &mut found);
     timer_never_started(&used, &mut found);
     messages_without_text(program, &used, &mut found);
@@ -196,6 +198,26 @@ fn unreachable(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>) {
             found.push(Diagnostic::warning("NCT-W8", stmt.span, message).help(help));
         }
         was_reached = is_reached;
+    }
+}
+
+/// Conditions that end elsewhere than their indentation says, since a `Z` is lost and another one is too many.
+fn lost_z(program: &Program, found: &mut Vec<Diagnostic>) {
+    for left in left_conditions(&program.text, &program.stmts) {
+        let span = |at: usize| program.stmts.get(at).map(|stmt| stmt.span);
+        let (Some(condition), Some(statement)) = (span(left.condition), span(left.statement))
+        else {
+            continue;
+        };
+        let line = program.lines.get(left.condition).copied().unwrap_or(0);
+        let message = format!(
+            "this depends on the condition of line {line}, though it stands no further in: a Z may be lost before it"
+        );
+        found.push(
+            Diagnostic::warning("NCT-W14", statement, message)
+                .label(condition, "this condition")
+                .help("write Z where the inner part ends, or indent what depends on the condition"),
+        );
     }
 }
 

@@ -2,6 +2,7 @@
 //! people who know other languages probably meant.
 
 pub(crate) mod cross_reference;
+mod indentation;
 pub(crate) mod lints;
 pub(crate) mod other_languages;
 pub(crate) mod structure;

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use plcc_diag::{Diagnostic, FileId, MessageText, Span};
 
+use super::indentation::left_conditions;
 use crate::nct::{
     ast::{Op, Opens, Stmt},
     read::{
@@ -169,6 +170,10 @@ impl Checker<'_> {
                 _ => {}
             }
         }
+        let left = match open.is_empty() {
+            true => vec![],
+            false => left_conditions(self.text, self.stmts),
+        };
         for top in open {
             match top.otherwise {
                 Some(at) => {
@@ -180,7 +185,13 @@ impl Checker<'_> {
                 None if perhaps_open > 0 => perhaps_open -= 1,
                 None => {
                     let help = "write Z where the part that depends on it ends";
-                    self.error(17, self.span(top.stmt), "nothing ends this condition", help);
+                    let span = self.span(top.stmt);
+                    let fail = *error(17, span, "nothing ends this condition", help);
+                    let place = left.iter().find(|left| left.condition == top.stmt);
+                    self.found.push(match place.map(|left| self.span(left.statement)) {
+                        Some(at) => fail.label(at, "a Z may be lost before this"),
+                        None => fail,
+                    });
                 }
             }
         }

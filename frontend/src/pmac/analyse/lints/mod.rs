@@ -28,8 +28,10 @@ pub(crate) fn find(download: &Download, loaded: &Loaded, has_motion: bool) -> Ve
     variables::value_out_of_range(&mut checked);
     variables::undefined_m_variables(&mut checked);
     variables::shared_timers(&mut checked);
+    variables::inputs_assigned(&mut checked);
     variables::same_bit_twice(&mut checked);
     plcs::never_runs(&mut checked);
+    plcs::never_enabled(&mut checked);
     plcs::repeats_every_scan(&mut checked);
     plcs::texts(&mut checked);
     flow::conditions(&mut checked);

@@ -1,4 +1,4 @@
-//! Lints about whole PLCs and what they send: `plc-never-runs`, `repeats-every-scan`,
+//! Lints about whole PLCs and what they send: `plc-never-runs`, `plc-never-enabled`, `repeats-every-scan`,
 //! `empty-command`, `position-beyond-display`.
 
 use plcc_abi::image::read_f64;
@@ -6,6 +6,7 @@ use plcc_abi::pmac::{Kind, PlcOp, Text};
 use plcc_diag::Diagnostic;
 
 use super::Checked;
+use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Action, Buffer, StmtKind, Target, program_name};
 
 /// The variable that says which PLCs run.
@@ -52,6 +53,54 @@ pub(super) fn never_runs(checked: &mut Checked<'_>) {
         checked.add(at, |span| {
             Diagnostic::warning("PMAC-W15", span, message)
                 .help("I5=1 runs PLC 0, I5=2 the PLCs 1 to 31, I5=3 all of them")
+        });
+    }
+}
+
+/// PLCs that are disabled after the download, where it has enabled others after it had disabled them, and that no program
+/// enables. One that the text itself disables by its own number is meant so.
+pub(super) fn never_enabled(checked: &mut Checked<'_>) {
+    let enables = |op: PlcOp| matches!(op, PlcOp::Enable | PlcOp::Resume);
+    let enabled_later = |compiled: bool, number: u32| {
+        checked.download.statements().any(|stmt| match stmt.kind {
+            StmtKind::Plc(op, set) => {
+                enables(op) && set.compiled == compiled && set.bits >> number & 1 != 0
+            }
+            _ => false,
+        })
+    };
+    // The set of the last on-line command that has disabled the program, and its place.
+    let disabled_by = |compiled: bool, number: u32| {
+        let commands = checked.download.online.iter().rev();
+        let found = commands.filter_map(|online| match online.action {
+            Action::Plc(PlcOp::Disable, set)
+                if set.compiled == compiled && set.bits >> number & 1 != 0 =>
+            {
+                Some(set.bits)
+            }
+            _ => None,
+        });
+        found.into_iter().next()
+    };
+    let Loaded { plcs, plccs, .. } = checked.loaded;
+    let mut places = vec![];
+    for (compiled, number, buffer) in checked.download.programs() {
+        let states = if compiled { plccs } else { plcs };
+        let is_off = (states.enabled | states.paused) >> number & 1 == 0;
+        if buffer.code.is_empty() || !is_off || enabled_later(compiled, number) {
+            continue;
+        }
+        let by_all = disabled_by(compiled, number).is_some_and(|bits| bits.count_ones() > 1);
+        if let (true, Some(at)) = (by_all, buffer.opened) {
+            places.push((program_name(compiled, number), at));
+        }
+    }
+    for (name, at) in places {
+        let message =
+            format!("{name} never runs: this download disables it, and nothing enables it");
+        checked.add(at, |span| {
+            Diagnostic::warning("PMAC-W24", span, message)
+                .help(format!("write ENABLE {name} at the end of the download"))
         });
     }
 }

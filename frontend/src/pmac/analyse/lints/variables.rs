@@ -1,4 +1,5 @@
-//! Lints about variables: `value-out-of-range`, `undefined-m-variable`, `shared-timer`, `same-bit-twice`.
+//! Lints about variables: `value-out-of-range`, `undefined-m-variable`, `assigned-undefined`, `input-assigned`, `shared-timer`,
+//! `same-bit-twice`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -73,6 +74,7 @@ pub(super) fn undefined_m_variables(checked: &mut Checked<'_>) {
     let is_defined =
         |number: u32| defined.iter().any(|(first, last)| (*first..=*last).contains(&number));
     let mut named: BTreeMap<u16, TextRange> = BTreeMap::new();
+    let mut assigned: BTreeMap<u16, TextRange> = BTreeMap::new();
     for stmt in download.statements() {
         let ops = stmt.kind.expressions().flat_map(|expr| download.ops(expr));
         let read = ops.filter_map(|op| match *op {
@@ -83,14 +85,26 @@ pub(super) fn undefined_m_variables(checked: &mut Checked<'_>) {
             StmtKind::Assign(Target::Var(Kind::M, number), _) => Some(number),
             _ => None,
         };
+        if let Some(number) = written {
+            assigned.entry(number).or_insert(stmt.at);
+        }
         for number in read.chain(written) {
             named.entry(number).or_insert(stmt.at);
         }
     }
+    // Where the download defines none, the definitions are in another file.
+    let defines_some = !defined.is_empty();
+    assigned.retain(|number, _| defines_some && !is_defined((*number).into()));
+    named.retain(|number, _| !is_defined((*number).into()) && !assigned.contains_key(number));
+    for (number, at) in assigned {
+        let message = format!("M{number} is assigned, and nothing in this download defines it");
+        checked.add(at, |span| {
+            Diagnostic::warning("PMAC-W22", span, message)
+                .note("without a definition it is a number of 21 bits that nothing else sees")
+                .help(format!("add its definition, as in M{number}->Y:$FFC2,8,1, or its file"))
+        });
+    }
     for (number, at) in named {
-        if is_defined(number.into()) {
-            continue;
-        }
         checked.add(at, |span| {
             Diagnostic::warning(
                 "PMAC-W12",
@@ -101,6 +115,25 @@ pub(super) fn undefined_m_variables(checked: &mut Checked<'_>) {
                 "an M-variable without a definition is a number of 21 bits that nothing else sees",
             )
             .help(format!("add its definition, as in M{number}->Y:$FFC2,8,1, or its file"))
+        });
+    }
+}
+
+/// M-variables that are defined as inputs of the machine and that programs assign.
+pub(super) fn inputs_assigned(checked: &mut Checked<'_>) {
+    let mut assigned: BTreeMap<u16, TextRange> = BTreeMap::new();
+    for stmt in checked.download.statements() {
+        let StmtKind::Assign(Target::Var(Kind::M, number), _) = stmt.kind else { continue };
+        if checked.loaded.layout.is_input(definition(checked, number.into())) {
+            assigned.entry(number).or_insert(stmt.at);
+        }
+    }
+    for (number, at) in assigned {
+        let message = format!("M{number} is a machine input, so this has no effect outside");
+        checked.add(at, |span| {
+            Diagnostic::warning("PMAC-W23", span, message).help(format!(
+                "assign an output, or correct the definition of M{number}: the machine outputs are Y:$FFC2,8 to 15"
+            ))
         });
     }
 }
