@@ -3,6 +3,7 @@
 
 const vscode = require('vscode');
 const { LanguageClient } = require('vscode-languageclient/node');
+const tests = require('./tests');
 
 /** The path of plcc from the setting `plcc.path`, in which `${workspaceFolder}` stands for the folder's path. */
 function executable(folder) {
@@ -41,7 +42,7 @@ function languageClient() {
   const server = { command: executable(folder), args: ['lsp'] };
   return new LanguageClient('plcc', 'plcc', server, {
     documentSelector: [
-      ...['pmi', 'nct', 'pmac'].map((language) => ({ language })),
+      ...['pmi', 'nct', 'pmac', 'plctest'].map((language) => ({ language })),
       { scheme: 'file', pattern: '**/*.machine.toml' },
     ],
     initializationOptions: {
@@ -52,7 +53,7 @@ function languageClient() {
       explainLinks: true,
     },
     synchronize: {
-      fileEvents: vscode.workspace.createFileSystemWatcher('**/*.{pmi,nct,pmc,pmac,plc,h,toml}'),
+      fileEvents: vscode.workspace.createFileSystemWatcher('**/*.{pmi,nct,pmc,pmac,plc,h,toml,plctest}'),
     },
   });
 }
@@ -73,6 +74,7 @@ async function startServer(context) {
 function activate(context) {
   let client = startServer(context);
   const add = (disposable) => context.subscriptions.push(disposable);
+  add(tests.register(vscode, executable));
   add(vscode.debug.registerDebugAdapterDescriptorFactory('plcc', {
     createDebugAdapterDescriptor(session) {
       return new vscode.DebugAdapterExecutable(executable(session.workspaceFolder), ['debug']);

@@ -80,7 +80,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         ],
     ),
     ("plcc-diff", &["plcc-diag", "plcc-frontend"]),
-    ("plcc-lsp", &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend"]),
+    ("plcc-lsp", &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend", "plcc-plctest"]),
     ("plcc-why", &["plcc-abi", "plcc-frontend", "plcc-replay", "plcc-runtime"]),
     ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay", "plcc-why"]),
     (
