@@ -87,6 +87,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Explain(args) => commands::explain::explain(&args),
         args::Command::Io(args) => commands::io::io(&args, report),
         args::Command::Why(args) => commands::why::why(&args, report),
+        args::Command::Prove(args) => commands::prove::prove(&args, report),
         args::Command::Xref(args) => commands::xref::xref(&args, report),
         args::Command::Completions { shell } => commands::completions::completions(shell),
         args::Command::Man { dir } => commands::man::man(dir.as_deref()),

@@ -9,8 +9,8 @@ use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Expression, ExpressionCode, FileLoader, Logic, LowerError, Lowered,
+    NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
@@ -233,6 +233,14 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
     /// the text alone draws them.
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>>;
+
+    /// The same expression as code; `None` where the language makes none of it.
+    ///
+    /// # Errors
+    /// Those of [`expression`](Self::expression).
+    fn expression_code(&self, _text: &str) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+        Ok(None)
+    }
 
     /// Where each variable is read, written and tested.
     fn cross_reference(&self) -> CrossReference;

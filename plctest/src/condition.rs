@@ -16,6 +16,8 @@ pub(crate) const CONDITION: &str = "TEST-5";
 pub struct Condition {
     /// As it was written.
     pub text: String,
+    /// The same with the names of the language in the place of those that people gave.
+    pub canonical: String,
     /// Where it stands.
     pub span: Span,
     expression: Option<Expression>,
@@ -27,20 +29,29 @@ pub struct Condition {
 
 /// A variable, compared with a number.
 #[derive(Clone, Copy, Debug)]
-struct Comparison {
-    key: VariableKey,
-    relation: Relation,
-    number: f64,
+pub struct Comparison {
+    /// The variable.
+    pub key: VariableKey,
+    /// How they are compared.
+    pub relation: Relation,
+    /// The number.
+    pub number: f64,
 }
 
 /// How two numbers are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Relation {
+pub enum Relation {
+    /// They are equal.
     Equal,
+    /// They are not.
     Different,
+    /// The variable is less.
     Less,
+    /// It is greater.
     Greater,
+    /// It is less or equal.
     AtMost,
+    /// It is greater or equal.
     AtLeast,
 }
 
@@ -59,11 +70,14 @@ const RELATIONS: &[(&str, Relation)] = &[
 ];
 
 /// What conditions are checked against.
-#[derive(Clone, Copy)]
-pub(crate) struct Surroundings<'p> {
-    pub(crate) checked: &'p dyn CheckedProgram,
-    pub(crate) names: &'p dyn Names,
-    pub(crate) program: &'p Program,
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'p> {
+    /// The program, checked.
+    pub checked: &'p dyn CheckedProgram,
+    /// The names of its variables.
+    pub names: &'p dyn Names,
+    /// Its tables.
+    pub program: &'p Program,
 }
 
 impl Condition {
@@ -71,7 +85,7 @@ impl Condition {
     ///
     /// # Errors
     /// What is wrong with it, at its place in the script.
-    pub(crate) fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
+    pub fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
         let (text, origin) = canonical(&piece.text, around);
         let comparison = Comparison::parse(&text, around.names);
         // A variable and a number are compared as they are, since a language may read such a text as something else.
@@ -104,15 +118,26 @@ impl Condition {
         if let (true, Some(comparison)) = (shown.is_empty(), &comparison) {
             shown.push((around.names.canonical(comparison.key), comparison.key));
         }
+        let canonical = text;
         let (text, span) = (piece.text.clone(), piece.span);
-        Ok(Self { text, span, expression, comparison, shown })
+        Ok(Self { text, canonical, span, expression, comparison, shown })
+    }
+
+    /// The expression of the program's language that it is; `None` where it only compares a variable with a number.
+    pub fn expression(&self) -> Option<&Expression> {
+        self.expression.as_ref()
+    }
+
+    /// The comparison of a variable with a number that it is, if it is one.
+    pub fn comparison(&self) -> Option<Comparison> {
+        self.comparison
     }
 
     /// Whether it holds after the tick that was run last.
     ///
     /// # Errors
     /// When it has no value then, as with an index outside its array.
-    pub(crate) fn holds(&self, executive: &dyn Executive) -> Result<bool, String> {
+    pub fn holds(&self, executive: &dyn Executive) -> Result<bool, String> {
         let value =
             self.expression.as_ref().map(|expression| expression.evaluate(executive.image()));
         match (value, &self.comparison) {
@@ -127,7 +152,7 @@ impl Condition {
     }
 
     /// The variables that it names, with their values after the tick that was run last.
-    pub(crate) fn values(&self, executive: &dyn Executive) -> Vec<(String, String)> {
+    pub fn values(&self, executive: &dyn Executive) -> Vec<(String, String)> {
         let value =
             |(name, key): &(String, VariableKey)| (name.clone(), executive.read(*key).to_string());
         self.shown.iter().map(value).collect()

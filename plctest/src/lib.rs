@@ -21,8 +21,8 @@ pub mod report;
 mod run;
 pub mod script;
 
-pub use condition::Condition;
+pub use condition::{Comparison, Condition, Relation, Surroundings};
 pub use grammar::{KEYWORDS, form};
 pub use parse::parse;
-pub use plan::{Act, Plan, PlannedStatement, PlannedTest, Step};
+pub use plan::{Act, Invariant, Plan, PlannedStatement, PlannedTest, Step};
 pub use run::{Failure, Outcome, Station, run_test};

@@ -81,6 +81,10 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ),
     ("plcc-diff", &["plcc-diag", "plcc-frontend"]),
     ("plcc-lsp", &["plcc-abi", "plcc-diag", "plcc-files", "plcc-frontend", "plcc-plctest"]),
+    (
+        "plcc-prove",
+        &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-ir", "plcc-plctest", "plcc-runtime"],
+    ),
     ("plcc-why", &["plcc-abi", "plcc-frontend", "plcc-replay", "plcc-runtime"]),
     ("plcc-dap", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-replay", "plcc-why"]),
     (
@@ -116,6 +120,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-monitor",
             "plcc-pages",
             "plcc-plctest",
+            "plcc-prove",
             "plcc-record",
             "plcc-replay",
             "plcc-runtime",

@@ -5,6 +5,7 @@ mod diff;
 mod machine;
 mod names;
 mod plot;
+mod prove;
 mod recorded;
 mod source;
 mod test;
@@ -23,6 +24,7 @@ pub(crate) use diff::DiffArgs;
 pub(crate) use machine::{HalArgs, IoArgs, IoFormat};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
+pub(crate) use prove::ProveArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use source::SourceArgs;
 pub(crate) use test::TestArgs;
@@ -276,6 +278,23 @@ Examples:
 Exit status: 0 the value is explained; 1 the source has errors; 2 wrong usage, or a file that can't be read \
 or is not valid.")]
     Why(Box<WhyArgs>),
+
+    /// Proves that conditions hold in every scan for all inputs, or shows a run in which one does not
+    #[command(after_help = "\
+Inputs, and whatever the control or the operator may write, are anything in each scan. The first scan is \
+that of power-up. A condition is written as in the program; it counts at the end of each scan. What refutes one is a stimulus, \
+which the interpreter has run before it is shown; it is written to STEM-refuted-1.csv and so on, and `plcc run` \
+and `plcc monitor` take it with --stimulus.
+
+Examples:
+  plcc prove lathe.pmi --never 'CW & CCW'
+  plcc prove lathe.pmi --always 'CLAMP ! /SPIN' --timeout 5min
+  plcc prove sample.plc --never '(Y001 A Y002)' --message-format json
+  plcc prove lathe.pmi --script lathe.plctest
+
+Exit status: 0 all are proved; 1 one is refuted, or the source has errors; 2 wrong usage, or a file that can't be read or is \
+not valid; 5 one could not be decided, and none is refuted.")]
+    Prove(Box<ProveArgs>),
 
     /// Lists what is wired to a program: a template of the entries [[io]], or the terminals to tick off
     #[command(after_help = "\

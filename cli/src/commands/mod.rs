@@ -17,6 +17,7 @@ pub(crate) mod lsp;
 pub(crate) mod man;
 pub(crate) mod monitor;
 pub(crate) mod plot;
+pub(crate) mod prove;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod test;

@@ -84,6 +84,18 @@ pub trait Evaluate: fmt::Debug + Send + Sync {
     fn evaluate(&self, image: &[u8]) -> Result<Value, EvaluationError>;
 }
 
+/// An expression as code: a module with one task, which computes the value and leaves it in the process image. It may use the
+/// image behind that of the program, and change the program's status flags and registers, so that it is to be given a copy.
+#[derive(Clone, Debug)]
+pub struct ExpressionCode {
+    /// The code. It traps where the expression has no value.
+    pub module: plcc_ir::Module,
+    /// The offset in the image where the value lies afterwards. A condition holds if it is not 0.
+    pub result: u32,
+    /// The type of the value there.
+    pub ty: plcc_ir::Type,
+}
+
 /// A checked expression. A clone shares its contents.
 #[derive(Clone, Debug)]
 pub struct Expression {

@@ -29,7 +29,7 @@ pub(crate) use comment_behind::{comment_behind, split_comment};
 pub(crate) use contacts::LogicBuilder;
 pub use contacts::{Contact, Gate, Logic, Seen};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
-pub use expression::{Evaluate, EvaluationError, Expression, Value};
+pub use expression::{Evaluate, EvaluationError, Expression, ExpressionCode, Value};
 pub use include::{Included, find_include};
 pub use include_budget::{IncludeBudget, Inclusion, MAX_INCLUDED};
 pub use lints::LintLevels;

@@ -39,13 +39,17 @@
 
 use std::sync::Arc;
 
+use plcc_abi::Region;
+use plcc_abi::nct::context;
 use plcc_diag::{Diagnostic, FileId};
+use plcc_ir::Type;
 
-use crate::common::{Evaluate, EvaluationError, Expression, Value};
+use crate::common::{Evaluate, EvaluationError, Expression, ExpressionCode, Value};
 use crate::nct::{
     Program,
     ast::{self, Op, Operand, Stmt, Texts, Variable, Word},
-    layout::Layout,
+    layout::{Layout, SCRATCH},
+    lower::lower,
     oracle::{Computed, compute},
     read::{
         cursor::Cursor,
@@ -55,6 +59,9 @@ use crate::nct::{
     },
     tables::{each_variable, tested_variable},
 };
+
+/// The module as which an expression is lowered.
+const EXPRESSION_MODULE: u16 = 1;
 
 /// The file in which the places of an expression's errors lie.
 const FILE: FileId = FileId(0);
@@ -66,13 +73,7 @@ impl Program {
     /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
     /// the text alone draws them.
     pub fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
-        let (parsed, is_bit) = match single_variable(text) {
-            Some((variable, stmt)) => {
-                let is_bit = matches!(variable, Variable::Bit(_));
-                (Parsed { stmts: vec![stmt], ..Parsed::default() }, is_bit)
-            }
-            None => (self.statements(text)?, false),
-        };
+        let (parsed, is_bit) = self.parsed(text)?;
         let mut variables: Vec<String> = vec![];
         let mut add = |variable: Variable| {
             let name = variable.to_string();
@@ -100,6 +101,81 @@ impl Program {
         };
         let evaluator = Evaluator { statements, layout: Arc::new(layout), is_bit };
         Ok(Expression::new(text, variables, image_size as usize, evaluator))
+    }
+
+    /// The statements of an expression, and whether it is the name of a bit.
+    fn parsed(&self, text: &str) -> Result<(Parsed, bool), Vec<Diagnostic>> {
+        Ok(match single_variable(text) {
+            Some((variable, stmt)) => {
+                let is_bit = matches!(variable, Variable::Bit(_));
+                (Parsed { stmts: vec![stmt], ..Parsed::default() }, is_bit)
+            }
+            None => (self.statements(text)?, false),
+        })
+    }
+
+    /// The expression `text` as code, which leaves its value in register OP; `None` where something about it can't be lowered,
+    /// and where it reads at an address that is in a word, since it may have no value then.
+    ///
+    /// # Errors
+    /// What is wrong with it, as [`expression`](Self::expression) says it.
+    pub(super) fn expression_code(
+        &self,
+        text: &str,
+    ) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+        let expression = self.expression(text)?;
+        if expression.variables().iter().any(|name| name.starts_with("FI")) {
+            return Ok(None);
+        }
+        let (parsed, _) = self.parsed(text)?;
+        Ok(self.lower_expression(parsed))
+    }
+
+    fn lower_expression(&self, parsed: Parsed) -> Option<ExpressionCode> {
+        let Parsed { mut stmts, condition_parts, slots, .. } = parsed;
+        let span = stmts.first()?.span;
+        let statement = |op| Stmt { op, span };
+        stmts.insert(0, statement(Op::Label(EXPRESSION_MODULE)));
+        // What comes of a condition is put into OP.
+        let is_condition = stmts.iter().any(|stmt| matches!(stmt.op, Op::If { .. }));
+        if is_condition {
+            stmts.retain(|stmt| !matches!(stmt.op, Op::EndIf));
+            let otherwise = stmts.len() as u32 + 1;
+            for stmt in &mut stmts {
+                if let Op::If { otherwise: to, .. } = &mut stmt.op {
+                    *to = otherwise;
+                }
+            }
+            let load = |value| statement(Op::Load(Operand::Const(value)));
+            let otherwise = [Op::Else { end: otherwise + 2 }].map(statement);
+            stmts.push(load(1));
+            stmts.extend(otherwise);
+            stmts.extend([load(0), statement(Op::EndIf)]);
+        }
+        stmts.push(statement(Op::End(EXPRESSION_MODULE as u8)));
+        let mut labels = vec![None; usize::from(EXPRESSION_MODULE) + 1];
+        *labels.last_mut()? = Some(0);
+        let statements = ast::Program {
+            name: String::new(),
+            text: String::new(),
+            lines: vec![1; stmts.len()],
+            stmts,
+            condition_parts,
+            labels,
+            texts: Texts::default(),
+            slots,
+        };
+        // The values of OP that brackets keep are placed after the image.
+        let mut layout = Layout::clone(&self.layout);
+        let scratch = layout.size.next_multiple_of(8);
+        let size = (u32::from(slots) * 2 + 8).next_multiple_of(8);
+        let at = layout.regions.iter().position(|region| region.name == SCRATCH)?;
+        let region = layout.regions.remove(at);
+        layout.regions.push(Region { offset: scratch, size, ..region });
+        (layout.scratch, layout.size) = (scratch, scratch + size);
+        let result = layout.context + context::OP;
+        let module = lower(&statements, &layout).ok()?.module;
+        Some(ExpressionCode { module, result, ty: Type::I16 })
     }
 
     /// Parses statements that load and compute, and at most one condition after them.

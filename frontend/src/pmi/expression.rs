@@ -31,14 +31,15 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use plcc_abi::pmi::{Type, arithmetic};
-use plcc_diag::{Diagnostic, FileId};
+use plcc_diag::{Diagnostic, FileId, Span};
 
-use crate::common::{Evaluate, EvaluationError, Expression, Value};
+use crate::common::{Evaluate, EvaluationError, Expression, ExpressionCode, Value};
 use crate::pmi::{
     Program,
     analyse::{expression::ExpressionCheck, names::Names},
     ast::{Binary, Op, SymbolId},
     layout::Location,
+    lower::lower_expression,
     read::{
         cursor::Cursor,
         diagnostic,
@@ -54,12 +55,8 @@ use crate::pmi::{
 pub(super) struct NameTable(Arc<OnceLock<Mutex<Names>>>);
 
 impl Program {
-    /// The expression `text` over the program's variables.
-    ///
-    /// # Errors
-    /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
-    /// the text alone draws them.
-    pub fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
+    /// The operations of an expression in postfix order, and whether it is a LOGICAL.
+    fn operations(&self, text: &str) -> Result<(Vec<Op>, bool), Vec<Diagnostic>> {
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         let mut tokens = vec![];
         lex(text, 0, end, self.limits, &mut tokens);
@@ -77,12 +74,33 @@ impl Program {
             problem.help = problem.help.or(help);
             vec![*problem]
         })?;
-        let mut evaluator =
-            Evaluator { is_logical: checked.ty == Some(Type::Logical), codes: vec![] };
+        Ok((ops, checked.ty == Some(Type::Logical)))
+    }
+
+    /// The expression `text` as code; `None` where something about it can't be lowered.
+    ///
+    /// # Errors
+    /// What is wrong with it, as [`expression`](Self::expression) says it.
+    pub(super) fn expression_code(
+        &self,
+        text: &str,
+    ) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+        let (ops, _) = self.operations(text)?;
+        Ok(lower_expression(&self.checked, &self.layout, &ops).ok())
+    }
+
+    /// The expression `text` over the program's variables.
+    ///
+    /// # Errors
+    /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
+    /// the text alone draws them.
+    pub fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
+        let (ops, is_logical) = self.operations(text)?;
+        let mut evaluator = Evaluator { is_logical, codes: vec![] };
         let mut variables: Vec<String> = vec![];
         for op in ops {
             let code = self.code(op, &mut variables).ok_or_else(|| {
-                let span = cursor.statement_span();
+                let span = Span::new(FileId(0), 0, text.len());
                 vec![Diagnostic::error("PMI-45", span, "the program's variables have no place")]
             })?;
             evaluator.codes.push(code);

@@ -9,8 +9,8 @@ use super::reference::{KEYWORDS, MANUAL};
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Expression, ExpressionCode, FileLoader, Logic, LowerError, Lowered,
+    NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -153,6 +153,10 @@ impl CheckedProgram for Program {
 
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
         self.expression(text)
+    }
+
+    fn expression_code(&self, text: &str) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+        self.expression_code(text)
     }
 
     fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {

@@ -5,14 +5,14 @@
 
 mod assignment;
 
-use plcc_abi::{SourceLine, TrapCode, TrapSite, pmi::Type as PmiType};
+use plcc_abi::{Region, SourceLine, TrapCode, TrapSite, pmi::Type as PmiType};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, InstBuilder, IntCond, Module, Place, RegionId,
     Statement, Type, UnaryOp, Value,
 };
 
-use crate::common::{BrokenInvariant, LowerError, OrMissing};
+use crate::common::{BrokenInvariant, ExpressionCode, LowerError, OrMissing};
 use crate::pmi::{
     ast::{Action, Binary, Checked, Op, Ops, Step, Symbol, SymbolId},
     layout::{LONG_EXPRESSION, Layout, SCRATCH, is_long, region_name},
@@ -30,22 +30,41 @@ pub(crate) fn lower(
     sources: &SourceMap,
 ) -> std::result::Result<Module, LowerError> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
-    let region = |ty| {
-        let name = region_name(ty);
-        builder.region(name).or_missing(|| format!("region `{name}`"))
-    };
-    let regions = [region(PmiType::Logical)?, region(PmiType::Integer)?, region(PmiType::Long)?];
-    let scratch = builder.region(SCRATCH);
-    let statement = SourceLine { file: 0, line: 1 };
-    let stack = vec![];
-    let last_site = None;
-    let mut lowerer =
-        Lowerer { checked, layout, builder, regions, scratch, stack, statement, last_site };
+    let mut lowerer = Lowerer::new(checked, layout, builder)?;
     lowerer.program(sources)?;
     match lowerer.builder.statement_over_budget() {
         Some(statement) => Err(LowerError::TooLong(statement)),
         None => Ok(lowerer.builder.finish()),
     }
+}
+
+/// Lowers an expression to a module that leaves its value, a LONG, behind the process image.
+///
+/// # Errors
+/// If the program or its layout is inconsistent.
+pub(crate) fn lower_expression(
+    checked: &Checked,
+    layout: &Layout,
+    ops: &[Op],
+) -> Result<ExpressionCode> {
+    let result = layout.size.next_multiple_of(8);
+    let mut regions = layout.regions.clone();
+    regions.push(Region { name: "result".to_owned(), offset: result, size: 8, bits: false });
+    let builder = ChunkBuilder::new(result + 8, regions);
+    let mut lowerer = Lowerer::new(checked, layout, builder)?;
+    let region = lowerer.builder.region("result").or_missing(|| "region `result`")?;
+    let start = lowerer.builder.place();
+    lowerer.builder.bind(start);
+    lowerer.builder.task("expression", start);
+    for &op in ops {
+        let operand = lowerer.op(op)?;
+        lowerer.stack.push(operand);
+    }
+    let value = lowerer.pop()?;
+    let value = lowerer.as_type(value, Type::I32);
+    lowerer.builder.func().store(Address::fixed(region, 0), value);
+    lowerer.builder.ret();
+    Ok(ExpressionCode { module: lowerer.builder.finish(), result, ty: Type::I32 })
 }
 
 /// A value on the evaluation stack.
@@ -82,6 +101,22 @@ fn ir_type(ty: PmiType) -> Type {
 /// The narrowest type that holds a constant.
 fn const_type(value: i32) -> Type {
     if i16::try_from(value).is_ok() { Type::I16 } else { Type::I32 }
+}
+
+impl<'a> Lowerer<'a> {
+    fn new(checked: &'a Checked, layout: &'a Layout, builder: ChunkBuilder) -> Result<Self> {
+        let region = |ty| {
+            let name = region_name(ty);
+            builder.region(name).or_missing(|| format!("region `{name}`"))
+        };
+        let regions =
+            [region(PmiType::Logical)?, region(PmiType::Integer)?, region(PmiType::Long)?];
+        let scratch = builder.region(SCRATCH);
+        let statement = SourceLine { file: 0, line: 1 };
+        let stack = vec![];
+        let last_site = None;
+        Ok(Self { checked, layout, builder, regions, scratch, stack, statement, last_site })
+    }
 }
 
 impl Lowerer<'_> {

@@ -1,0 +1,47 @@
+//! The options of `plcc prove`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use plcc_abi::time::duration;
+use plcc_control::ControlArgs;
+
+use super::SourceArgs;
+
+#[derive(Args)]
+pub(crate) struct ProveArgs {
+    /// The source; for PMAC the files of a download, in their order
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// A condition that must not hold at the end of any scan (repeatable)
+    #[arg(long, value_name = "COND")]
+    pub(crate) never: Vec<String>,
+
+    /// A condition that must hold at the end of every scan (repeatable)
+    #[arg(long, value_name = "COND")]
+    pub(crate) always: Vec<String>,
+
+    /// A test script, whose lines `never` and `always` are asked; its tests are not run (repeatable)
+    #[arg(long, value_name = "SCRIPT")]
+    pub(crate) script: Vec<PathBuf>,
+
+    /// How long may be searched for the answer to each question, as in 500ms, 10s or 2min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
+    pub(crate) timeout: Duration,
+
+    /// Begins with what survives power-off as after a first start, instead of anything
+    #[arg(long)]
+    pub(crate) retained_as_declared: bool,
+
+    /// The folder for the stimuli that refute conditions [default: the current folder]
+    #[arg(short = 'o', long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}

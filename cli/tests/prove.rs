@@ -1,0 +1,102 @@
+//! `plcc prove`: what is proved, what refutes, what can't be decided, and its exit status.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use serde_json::Value as Json;
+use support::Folder;
+
+/// Two valves that exclude each other, and a lamp behind a timer of 500 scans.
+const VALVES: &str = "$INPUT\nA=0/0\nB=0/1\n$OUTPUT\nX=1/0\nY=1/1\nLAMP=1/2\n$TIMER\nE/TC/DC=500\n\
+                      $INTEGER\nN, S[3]\n$END\n\
+                      X = A & /B\nY = B & /A\nTC = A\nLAMP = DC & B\n\
+                      IF (A)\nN = (N + 1) % 4\nENDIF\n";
+
+fn folder() -> Folder {
+    let folder = Folder::with(&[]);
+    folder.write("valves.pmi", VALVES);
+    folder
+}
+
+fn answers(folder: &Folder, command: &str, status: i32) -> Vec<Json> {
+    let done = folder.plcc(&format!("prove {command} --message-format json")).exits(status);
+    done.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn what_holds_for_all_inputs_is_proved() {
+    let folder = folder();
+    let all = answers(&folder, "valves.pmi --never X&Y --always N<4 --never TC#COUNT>500", 0);
+    assert_eq!(all.len(), 3);
+    assert!(all.iter().all(|answer| answer["result"] == "proved"), "{all:?}");
+    assert_eq!(all[0]["condition"], "never X&Y");
+}
+
+#[test]
+fn a_refutation_is_a_stimulus_that_the_interpreter_has_run() {
+    let folder = folder();
+    let all = answers(&folder, "valves.pmi --never LAMP --never X&Y --never N=3", 1);
+    assert_eq!(all[0]["result"], "refuted");
+    assert_eq!(all[0]["scans"], 501);
+    assert_eq!(all[0]["stimulus"], "valves-refuted-1.csv");
+    assert_eq!(all[1]["result"], "proved");
+    assert_eq!((&all[2]["result"], &all[2]["scans"]), (&"refuted".into(), &3.into()));
+    let run =
+        "run valves.pmi --engine interp --ticks 501 --watch LAMP --stimulus valves-refuted-1.csv";
+    let done = folder.plcc(run).exits(0);
+    assert_eq!(done.stdout.lines().last(), Some("500,LAMP,1"));
+}
+
+#[test]
+fn people_read_the_same_answers() {
+    let folder = folder();
+    let done = folder.plcc("prove valves.pmi --never X&Y --never LAMP -o found").exits(1);
+    let expected = "proved     never X&Y\nrefuted    never LAMP\n           in scan 500 with \
+                    found/valves-refuted-1.csv\n";
+    assert_eq!(done.stdout, expected);
+    assert_eq!(folder.read("found/valves-refuted-1.csv"), "tick,name,value\n0,A,1\n500,B,1\n");
+}
+
+#[test]
+fn the_lines_of_a_script_are_asked_and_aliases_are_names() {
+    let folder = folder();
+    folder.write("valves.machine.toml", "[names]\n\"X\" = { alias = \"OPEN\" }\n");
+    folder.write(
+        "v.plctest",
+        "program \"valves.pmi\"\nnever OPEN & Y\nalways /LAMP ! B\ntest \"t\"\n  expect LAMP\nend\n",
+    );
+    let all = answers(&folder, "valves.pmi --script v.plctest", 0);
+    assert_eq!(all.len(), 2);
+    assert_eq!(all[1]["condition"], "always /LAMP ! B");
+}
+
+#[test]
+fn what_survives_power_off_is_anything_unless_it_is_as_declared() {
+    let folder = Folder::with(&[]);
+    folder.write("kept.nct", ":000 J0\n:001 F5000 U012 E D012 Z I000 UF5000 Z I001 DF5000 Z J1\n");
+    let first = answers(&folder, "kept.nct --never (Y012AI510)", 1);
+    assert_eq!((&first[0]["result"], &first[0]["scans"]), (&"refuted".into(), &1.into()));
+    answers(&folder, "kept.nct --never (Y012AI510) --retained-as-declared", 0);
+}
+
+#[test]
+fn what_is_not_followed_is_undecided_with_its_line() {
+    let folder = Folder::with(&[]);
+    folder.write("area.nct", ":000 J0\n:001\nADD100\nF9007 U012 E D012 Z\nJ1\n");
+    let all = answers(&folder, "area.nct --never Y012 --retained-as-declared", 5);
+    assert_eq!(all[0]["result"], "undecided");
+    let reason = all[0]["reason"].as_str().unwrap();
+    assert!(reason.starts_with("area.nct:3 "), "{reason}");
+}
+
+#[test]
+fn wrong_usage_is_exit_2() {
+    let folder = folder();
+    let done = folder.plcc("prove valves.pmi").exits(2);
+    assert!(done.stderr.contains("--never"), "{}", done.stderr);
+    folder.plcc("prove valves.pmi --never NOWHERE").exits(2);
+    folder.plcc("prove valves.pmi --never X+Y").exits(2);
+    folder.write("wrong.pmi", "$END\nX = = Y\n");
+    folder.plcc("prove wrong.pmi --never X").exits(1);
+}

@@ -1,0 +1,8 @@
+//! Logic: an and-inverter graph, numbers as lists of its literals, and a process image of them.
+
+mod bits;
+mod graph;
+mod memory;
+
+pub use graph::{FALSE, Graph, Lit, Node, TRUE};
+pub use memory::Memory;

@@ -1,0 +1,207 @@
+//! Questions about a program, and how they are answered.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use plcc_frontend::CheckedProgram;
+use plcc_plctest::Condition;
+use plcc_runtime::{Executive, Names};
+
+use crate::condition::literal;
+use crate::control::Source;
+use crate::logic::{FALSE, Lit};
+use crate::scan::Reason;
+use crate::solve::{Deadline, Found, Trace, invariant, search};
+use crate::stimulus::{self, Station};
+use crate::system::{System, Time};
+
+/// How many ticks are looked at at most.
+const MOST_TICKS: usize = 100_000;
+
+/// How many ticks are looked at before invariants are looked for.
+const FIRST_TICKS: usize = 24;
+
+/// What is asked: that conditions hold, or do not, at the end of each tick.
+#[derive(Clone, Debug)]
+pub struct Question {
+    /// The question as it was asked.
+    pub text: String,
+    /// The conditions.
+    pub conditions: Vec<Condition>,
+    /// What each of them has to be.
+    pub holds: bool,
+}
+
+impl Question {
+    /// Whether the tick that was run last is one that must not be.
+    fn is_broken(&self, executive: &dyn Executive) -> bool {
+        self.conditions.iter().any(|condition| condition.holds(executive) == Ok(!self.holds))
+    }
+}
+
+/// The answer.
+#[derive(Clone, Debug)]
+pub enum Answer {
+    /// It is so in every tick. So many ticks were looked at.
+    Proved {
+        /// The ticks.
+        scans: u64,
+    },
+    /// It is not so.
+    Refuted {
+        /// After how many ticks.
+        scans: u64,
+        /// A stimulus with which the interpreter has come to such a tick.
+        stimulus: String,
+    },
+    /// It is not known whether it is.
+    Undecided {
+        /// In so many ticks it is.
+        scans: u64,
+        /// Why more is not known.
+        reason: Reason,
+    },
+}
+
+/// The program that is asked about.
+#[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "a station has none")]
+pub struct Subject<'p> {
+    /// The program, checked.
+    pub checked: &'p dyn CheckedProgram,
+    /// The same, as it is made into logic.
+    pub source: Source<'p>,
+    /// The names of its variables.
+    pub names: &'p dyn Names,
+    /// Where runs are tried.
+    pub station: &'p dyn Station,
+}
+
+impl Subject<'_> {
+    /// Answers a question within a time.
+    ///
+    /// # Errors
+    /// When programs of the language can't be taken.
+    pub fn answer(&self, question: &Question, time: Duration) -> Result<Answer, String> {
+        let begin = Instant::now();
+        let until = |part: f64| Deadline(Some(begin + time.mul_f64(part)));
+        let named: BTreeSet<String> = question
+            .conditions
+            .iter()
+            .flat_map(|condition| condition.variables().map(str::to_owned))
+            .collect();
+        let exact_only = question.conditions.iter().any(|it| it.canonical.contains('#'));
+        let mut known = 0;
+        if !exact_only {
+            let mut system = self.source.system(Time::Abstract, &named)?;
+            if !system.elapses.is_empty() {
+                let (bad, _) = self.bad(&mut system, question);
+                match search(&system, bad, 2 * FIRST_TICKS, true, until(0.25)) {
+                    Found::Never(scans) => return Ok(Answer::Proved { scans: scans as u64 }),
+                    Found::Run(trace) => {
+                        if let Some(ticks) = stimulus::schedule(&system, &trace)
+                            && let Some(answer) = self.tried(&system, &trace, &ticks, question)
+                        {
+                            return Ok(answer);
+                        }
+                    }
+                    Found::Open(_) => {
+                        if let Found::Never(scans) = invariant(&system, bad, until(0.4)) {
+                            return Ok(Answer::Proved { scans: scans as u64 });
+                        }
+                    }
+                }
+            }
+        }
+        let mut system = self.source.system(Time::Exact, &named)?;
+        let (bad, escape) = self.bad(&mut system, question);
+        let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
+            Found::Open(ticks) if ticks == FIRST_TICKS => {
+                known = ticks;
+                match invariant(&system, bad, until(0.7)) {
+                    Found::Open(_) => search(&system, bad, MOST_TICKS, true, until(1.0)),
+                    found => found,
+                }
+            }
+            found => found,
+        };
+        match found {
+            Found::Never(scans) => Ok(Answer::Proved { scans: scans as u64 }),
+            Found::Open(ticks) => {
+                let scans = ticks.max(known) as u64;
+                let text = "the time was up".to_owned();
+                Ok(Answer::Undecided { scans, reason: Reason { text, place: None } })
+            }
+            Found::Run(trace) => Ok(self.after_run(&system, &trace, escape, question, until(1.0))),
+        }
+    }
+
+    /// The literal that a tick is one that must not be, or one in which the logic does not follow the program; and the
+    /// second alone.
+    fn bad(&self, system: &mut System, question: &Question) -> (Lit, Lit) {
+        let memory = system.memory.clone();
+        let mut bad = FALSE;
+        for condition in &question.conditions {
+            let holds = literal(&mut system.builder, &memory, condition, self.checked, self.names);
+            let wrong = holds.complement_if(question.holds);
+            bad = system.graph().or(bad, wrong);
+        }
+        let running = system.running;
+        let bad = system.graph().and(bad, running);
+        let escape = system.escape();
+        (system.graph().or(bad, escape), escape)
+    }
+
+    /// The answer where the interpreter comes to a tick that must not be, with the inputs of a run.
+    fn tried(
+        &self,
+        system: &System,
+        trace: &Trace,
+        ticks: &[u64],
+        question: &Question,
+    ) -> Option<Answer> {
+        let rows = stimulus::rows(system, trace, ticks);
+        let last = *ticks.last()?;
+        let wrong = |executive: &dyn Executive| question.is_broken(executive);
+        let found = stimulus::run(self.station, &stimulus::csv(&rows), last, &wrong)?;
+        let (rows, last) = stimulus::without_needless(self.station, rows, found, &wrong);
+        Some(Answer::Refuted { scans: last + 1, stimulus: stimulus::csv(&rows) })
+    }
+
+    /// The answer after a run of the logic that follows time exactly.
+    fn after_run(
+        &self,
+        system: &System,
+        trace: &Trace,
+        escape: Lit,
+        question: &Question,
+        deadline: Deadline,
+    ) -> Answer {
+        let ticks: Vec<u64> = (0..trace.ticks.len() as u64).collect();
+        if let Some(answer) = self.tried(system, trace, &ticks, question) {
+            return answer;
+        }
+        let _ = (escape, deadline);
+        let scans = ticks.len().saturating_sub(1) as u64;
+        Answer::Undecided { scans, reason: reason(system, trace) }
+    }
+}
+
+/// Why a run of the logic is not one of the program.
+fn reason(system: &System, trace: &Trace) -> Reason {
+    let builder = &system.builder;
+    let last = trace.ticks.len().saturating_sub(1);
+    let escaped = builder.escapes.iter().find(|(lit, _)| {
+        (0..=last).any(|tick| stimulus::evaluate(system, trace, tick, *lit) == Some(true))
+    });
+    let unknown = || {
+        let nodes = trace.ticks.iter().flat_map(|tick| tick.keys());
+        nodes.filter_map(|node| builder.unknown.get(node)).min()
+    };
+    let number = escaped.map(|(_, reason)| reason).or_else(unknown);
+    number.and_then(|&number| builder.reasons.get(number as usize)).cloned().unwrap_or_else(|| {
+        let text =
+            "the run that was found does not come about in the interpreter; please report this";
+        Reason { text: text.into(), place: None }
+    })
+}

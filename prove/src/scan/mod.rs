@@ -1,0 +1,346 @@
+//! One scan of a task as logic: the IR, executed with literals in the place of bits.
+//!
+//! The blocks on all ways through the task are executed once each, after all that lead to them. What a block finds, memory and
+//! values, is chosen from what its predecessors left by the conditions on which control comes from them. A way that goes
+//! round is unrolled until its condition is known to be false, up to a limit. What can't be taken is a free input of the graph,
+//! with the line that brought it in, so that everything that the program can do stays possible.
+
+mod instruction;
+mod paths;
+
+use std::collections::BTreeMap;
+
+use plcc_frontend::common::ReturnStack;
+use plcc_ir::{FuncData, Module, StatementId, Terminator, Value};
+use rustc_hash::FxHashMap;
+
+use crate::logic::{FALSE, Graph, Lit, Memory, TRUE};
+
+pub use paths::Paths;
+
+/// How often a way that goes round is unrolled.
+const ROUNDS: u32 = 2_000;
+
+/// How many blocks are executed at most.
+const MOST_BLOCKS: usize = 400_000;
+
+/// How large the graph of a scan may become.
+const MOST_NODES: usize = 40_000_000;
+
+/// Why something was not taken as it is: a sentence, and the line of the source that it is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    /// The sentence.
+    pub text: String,
+    /// File and line.
+    pub place: Option<(String, u32)>,
+}
+
+/// A graph that is being built, with what of it is not known.
+#[derive(Debug, Default)]
+pub struct Builder {
+    /// The graph.
+    pub graph: Graph,
+    /// Inputs that stand for results that are not computed, by their nodes: numbers of reasons.
+    pub unknown: FxHashMap<u32, u32>,
+    /// The reasons.
+    pub reasons: Vec<Reason>,
+    /// Conditions on which the program does what the logic does not follow, with the numbers of their reasons.
+    pub escapes: Vec<(Lit, u32)>,
+    /// Results of operations that are not computed, so that equal operands give equal results.
+    known: FxHashMap<(String, Vec<Lit>), Vec<Lit>>,
+}
+
+impl Builder {
+    /// The number of a reason.
+    pub fn reason(&mut self, reason: Reason) -> u32 {
+        let known = self.reasons.iter().position(|known| *known == reason);
+        known.unwrap_or_else(|| {
+            self.reasons.push(reason);
+            self.reasons.len() - 1
+        }) as u32
+    }
+
+    /// Bits of which nothing is known.
+    pub fn unknown(&mut self, width: usize, reason: Reason) -> Vec<Lit> {
+        let reason = self.reason(reason);
+        let bits = self.graph.inputs(width);
+        self.unknown.extend(bits.iter().map(|bit| (bit.node(), reason)));
+        bits
+    }
+
+    /// The result of an operation that is not computed, of which equal operands are known to give equal results.
+    pub fn function(
+        &mut self,
+        name: String,
+        operands: Vec<Lit>,
+        width: usize,
+        reason: Reason,
+    ) -> Vec<Lit> {
+        let key = (name, operands);
+        if let Some(known) = self.known.get(&key) {
+            return known.clone();
+        }
+        let bits = self.unknown(width, reason);
+        self.known.insert(key, bits.clone());
+        bits
+    }
+}
+
+/// How a scan ends.
+#[derive(Clone, Debug)]
+pub struct Ends {
+    /// The condition on which it ends in the ordinary way, and the image then.
+    pub end: Option<(Lit, Memory)>,
+    /// The condition on which the program is stopped, and the image then.
+    pub trap: Option<(Lit, Memory)>,
+}
+
+/// What comes to a block.
+#[derive(Clone)]
+struct Arrival {
+    cond: Lit,
+    memory: Memory,
+    values: BTreeMap<u32, Vec<Lit>>,
+    /// How many safepoints were passed at most.
+    passed: u32,
+}
+
+/// Adds an arrival to those before. Only one of the two can come about.
+fn join(graph: &mut Graph, slot: &mut Option<Arrival>, new: Arrival) {
+    let Some(old) = slot else {
+        *slot = Some(new);
+        return;
+    };
+    old.memory.choose(graph, old.cond, &new.memory);
+    for (value, bits) in new.values {
+        let both = match old.values.get(&value) {
+            Some(before) => graph.choose_bits(old.cond, before, &bits),
+            None => bits,
+        };
+        old.values.insert(value, both);
+    }
+    old.passed = old.passed.max(new.passed);
+    old.cond = graph.or(old.cond, new.cond);
+}
+
+fn join_end(graph: &mut Graph, slot: &mut Option<(Lit, Memory)>, cond: Lit, memory: Memory) {
+    match slot {
+        None => *slot = Some((cond, memory)),
+        Some((before, kept)) => {
+            kept.choose(graph, *before, &memory);
+            *before = graph.or(*before, cond);
+        }
+    }
+}
+
+/// The code of a program, with what is known of its ways.
+#[derive(Debug)]
+pub struct Code<'m> {
+    pub(crate) module: &'m Module,
+    paths: Paths,
+    /// For each function which of its values are used in other blocks than their own.
+    crossing: Vec<Vec<bool>>,
+}
+
+impl<'m> Code<'m> {
+    /// The code of a module whose subroutines keep their return labels in `returns`.
+    pub fn new(module: &'m Module, returns: Option<ReturnStack>) -> Self {
+        let crossing = module.funcs.iter().map(crossing).collect();
+        Self { module, paths: Paths::new(module, returns), crossing }
+    }
+
+    fn place(&self, loc: StatementId) -> Option<(String, u32)> {
+        let line = self.module.line(loc)?;
+        let file = self.module.files.get(line.file as usize)?;
+        Some((file.name.clone(), line.line))
+    }
+
+    fn reason(&self, text: &str, loc: StatementId) -> Reason {
+        Reason { text: text.to_owned(), place: self.place(loc) }
+    }
+
+    /// The scan of a task that begins at its entry, on the condition `cond`. It may pass `fuel` safepoints.
+    pub fn scan(
+        &self,
+        builder: &mut Builder,
+        task: usize,
+        cond: Lit,
+        memory: &Memory,
+        fuel: u32,
+    ) -> Ends {
+        let mut ends = Ends { end: None, trap: None };
+        let graph = self.paths.of_task(self.module, task);
+        let Some(start) = graph.start else {
+            ends.end = Some((cond, memory.clone()));
+            return ends;
+        };
+        let mut now: Vec<Option<Arrival>> = vec![None; graph.nodes.len()];
+        let mut next = now.clone();
+        let first = Arrival { cond, memory: memory.clone(), values: BTreeMap::new(), passed: 0 };
+        if let Some(slot) = now.get_mut(start) {
+            *slot = Some(first);
+        }
+        let mut executed = 0;
+        for round in 0.. {
+            for &index in &graph.order {
+                let Some(arrival) = now.get_mut(index).and_then(Option::take) else { continue };
+                if arrival.cond == FALSE {
+                    continue;
+                }
+                let Some(node) = graph.nodes.get(index) else { continue };
+                executed += 1;
+                let loc = paths::statement(self.module, node);
+                let is_much =
+                    executed > MOST_BLOCKS || builder.graph.len() > MOST_NODES || round > ROUNDS;
+                if is_much || arrival.passed >= fuel {
+                    let text = if is_much {
+                        "goes round more often than is unrolled here"
+                    } else {
+                        "may take longer than the control gives it in a scan"
+                    };
+                    let reason = builder.reason(self.reason(text, loc));
+                    builder.escapes.push((arrival.cond, reason));
+                    join_end(&mut builder.graph, &mut ends.end, arrival.cond, arrival.memory);
+                    continue;
+                }
+                let Some(func) = self.module.funcs.get(node.func.index()) else { continue };
+                let mut state = instruction::State {
+                    code: self,
+                    func,
+                    crossing: self.crossing.get(node.func.index()).map_or(&[], Vec::as_slice),
+                    arrival,
+                    local: FxHashMap::default(),
+                    control: node.control.clone(),
+                };
+                for &inst in &func.block(node.block).insts {
+                    state.instruction(builder, inst);
+                }
+                self.leave(builder, state, node, &mut ends, &mut |to, is_back, arrival, graph| {
+                    let slots = if is_back { &mut next } else { &mut now };
+                    if let Some(slot) = slots.get_mut(to) {
+                        join(graph, slot, arrival);
+                    }
+                });
+            }
+            if next.iter().all(Option::is_none) {
+                break;
+            }
+            std::mem::swap(&mut now, &mut next);
+        }
+        ends
+    }
+
+    /// What happens at the end of a block.
+    fn leave(
+        &self,
+        builder: &mut Builder,
+        state: instruction::State<'_, '_>,
+        node: &paths::PathNode,
+        ends: &mut Ends,
+        go: &mut dyn FnMut(usize, bool, Arrival, &mut Graph),
+    ) {
+        let func = state.func;
+        let terminator = func.block(node.block).terminator.as_ref();
+        let cond = state.arrival.cond;
+        match terminator {
+            Some(Terminator::Return) | None => {
+                join_end(&mut builder.graph, &mut ends.end, cond, state.arrival.memory);
+            }
+            Some(Terminator::Trap(_) | Terminator::TrapAt { .. }) => {
+                join_end(&mut builder.graph, &mut ends.trap, cond, state.arrival.memory);
+            }
+            Some(Terminator::Suspend(_)) => {
+                let loc = paths::statement(self.module, node);
+                let text = "waits here until a later scan";
+                let reason = builder.reason(self.reason(text, loc));
+                builder.escapes.push((cond, reason));
+                join_end(&mut builder.graph, &mut ends.end, cond, state.arrival.memory);
+            }
+            Some(
+                terminator @ (Terminator::Jump(_)
+                | Terminator::Brif { .. }
+                | Terminator::Switch { .. }
+                | Terminator::Goto(_)
+                | Terminator::GotoIndirect(_)),
+            ) => {
+                if node.is_lost {
+                    let loc = paths::statement(self.module, node);
+                    let text = "goes on at a place that is not known beforehand";
+                    let reason = builder.reason(self.reason(text, loc));
+                    builder.escapes.push((cond, reason));
+                    join_end(&mut builder.graph, &mut ends.end, cond, state.arrival.memory);
+                    return;
+                }
+                for edge in &node.edges {
+                    let taken = match terminator {
+                        Terminator::Brif { cond, .. } => {
+                            let bit = state.bits(*cond).first().copied().unwrap_or(FALSE);
+                            match edge.which {
+                                0 => bit,
+                                _ => !bit,
+                            }
+                        }
+                        Terminator::Switch { arg, targets, .. } => {
+                            let number = state.bits(*arg);
+                            let count = targets.len() as i64;
+                            if edge.which < targets.len() {
+                                let this = builder.graph.number(number.len(), edge.which as i64);
+                                builder.graph.equal(&number, &this)
+                            } else {
+                                let all = builder.graph.number(number.len(), count);
+                                !builder.graph.less_unsigned(&number, &all)
+                            }
+                        }
+                        _ => TRUE,
+                    };
+                    let taken = if node.is_decided { TRUE } else { taken };
+                    let cond = builder.graph.and(cond, taken);
+                    if cond == FALSE {
+                        continue;
+                    }
+                    let mut values = state.arrival.values.clone();
+                    if edge.leaves_function {
+                        values.clear();
+                    }
+                    for (&param, &arg) in edge.params.iter().zip(&edge.args) {
+                        values.insert(param.0, state.bits(arg));
+                    }
+                    let arrival = Arrival {
+                        cond,
+                        memory: state.arrival.memory.clone(),
+                        values,
+                        passed: state.arrival.passed,
+                    };
+                    go(edge.to, edge.is_back, arrival, &mut builder.graph);
+                }
+            }
+        }
+    }
+}
+
+/// Which values of a function are used in other blocks than the one that defines them, block parameters among them.
+fn crossing(func: &FuncData) -> Vec<bool> {
+    let mut home: Vec<Option<u32>> = vec![None; func.value_count()];
+    for (block, data) in func.blocks() {
+        for &inst in &data.insts {
+            if let Some(slot) = func.result(inst).and_then(|value| home.get_mut(value.0 as usize)) {
+                *slot = Some(block.0);
+            }
+        }
+    }
+    let mut crossing = vec![false; func.value_count()];
+    for (block, data) in func.blocks() {
+        let mut note = |value: Value| {
+            let own = home.get(value.0 as usize).copied().flatten() == Some(block.0);
+            if let Some(slot) = crossing.get_mut(value.0 as usize).filter(|_| !own) {
+                *slot = true;
+            }
+        };
+        data.insts.iter().for_each(|&inst| func.inst(inst).for_each_arg(&mut note));
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(note);
+        }
+    }
+    crossing
+}

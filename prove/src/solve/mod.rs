@@ -1,0 +1,11 @@
+//! Decides conditions about a system of states.
+
+mod induction;
+mod reachability;
+mod sat;
+mod unroll;
+
+pub use induction::{Found, search};
+pub use reachability::invariant;
+pub use sat::{Answer, Deadline, Sat};
+pub use unroll::{Start, Trace, Unrolling};

@@ -1,0 +1,231 @@
+//! Runs that logic has found, as stimuli for the interpreter.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use plcc_abi::Engine;
+use plcc_runtime::Executive;
+use plcc_runtime::stimulus::{Player, Stimulus};
+
+use crate::solve::Trace;
+use crate::system::{System, Variable};
+
+/// How many ticks a run is stretched to at most, so that its timers run down.
+const MOST_TICKS: u64 = 4_000_000;
+
+/// How many rows there may be for the rows that nothing needs to be looked for, and how many ticks.
+const FEW: (usize, u64) = (200, 3_000);
+
+/// A row: tick, name, value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) tick: u64,
+    name: String,
+    value: i64,
+}
+
+/// The rows that give a program the inputs of a run. `ticks` says in which tick each tick of the run comes about, and how many
+/// ticks before it its inputs are given already.
+pub(crate) fn rows(system: &System, trace: &Trace, ticks: &[u64]) -> Vec<Row> {
+    let mut rows = vec![];
+    let mut known: BTreeMap<&str, i64> = BTreeMap::new();
+    let put = |rows: &mut Vec<Row>, variable: &'_ Variable, at: usize, tick: u64| {
+        if variable.bits.iter().all(|&bit| trace.value(at, bit).is_none()) {
+            return None;
+        }
+        let value = variable.number(|bit| trace.value(at, bit).unwrap_or(false));
+        Some((rows.len(), value, tick))
+    };
+    for variable in &system.retained {
+        if let Some((_, value, tick)) = put(&mut rows, variable, 0, 0).filter(|it| it.1 != 0) {
+            rows.push(Row { tick, name: variable.name.clone(), value });
+        }
+    }
+    for (at, &tick) in ticks.iter().enumerate().take(trace.ticks.len()) {
+        for variable in &system.inputs {
+            let Some((_, value, tick)) = put(&mut rows, variable, at, tick) else { continue };
+            let before = if variable.is_pulse {
+                0
+            } else {
+                known.get(variable.name.as_str()).copied().unwrap_or(0)
+            };
+            if before != value {
+                rows.push(Row { tick, name: variable.name.clone(), value });
+                known.insert(&variable.name, value);
+            }
+        }
+    }
+    rows
+}
+
+/// The rows as a file.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut text = "tick,name,value\n".to_owned();
+    for Row { tick, name, value } in rows {
+        // Writing to a text does not fail.
+        let _ = writeln!(text, "{tick},{name},{value}");
+    }
+    text
+}
+
+/// When each tick of a run comes about if its timers take their time: so many ticks after the first that each timer runs as
+/// long as it takes, and that none runs down which the run leaves running. `None` if that cannot be.
+pub(crate) fn schedule(system: &System, trace: &Trace) -> Option<Vec<u64>> {
+    let count = trace.ticks.len();
+    // Tick `b` comes at least so many ticks after tick `a`.
+    let mut least: Vec<(usize, usize, i64)> = (1..count).map(|at| (at - 1, at, 1)).collect();
+    for elapse in &system.elapses {
+        let mut since = None;
+        for at in 0..count {
+            let running = evaluate(system, trace, at, elapse.running);
+            if running != Some(true) {
+                since = None;
+            }
+            let expires =
+                running == Some(true) && evaluate(system, trace, at, elapse.expires) == Some(true);
+            if let Some(start) = since {
+                let ticks = elapse.ticks as i64;
+                if expires {
+                    least.push((start, at, ticks));
+                    least.push((at, start, -ticks));
+                } else if at > start {
+                    least.push((at, start, 1 - ticks));
+                }
+            }
+            if expires {
+                since = None;
+            }
+            let runs_on = evaluate(system, trace, at, elapse.runs_on);
+            if (running != Some(true) || expires) && runs_on == Some(true) {
+                since = Some(at);
+            }
+        }
+    }
+    let mut ticks = vec![0_i64; count];
+    for round in 0..=count {
+        let mut changed = false;
+        for &(from, to, distance) in &least {
+            let earliest = ticks.get(from)? + distance;
+            let slot = ticks.get_mut(to)?;
+            if *slot < earliest {
+                *slot = earliest;
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+        if round == count {
+            return None;
+        }
+    }
+    let first = *ticks.first()?;
+    let last = *ticks.last()?;
+    let fits = first == 0 && u64::try_from(last).is_ok_and(|last| last <= MOST_TICKS);
+    fits.then(|| ticks.iter().map(|&tick| tick as u64).collect())
+}
+
+/// The value of a literal in a tick of a run, as far as what is known of the inputs decides it.
+pub(crate) fn evaluate(
+    system: &System,
+    trace: &Trace,
+    tick: usize,
+    lit: crate::logic::Lit,
+) -> Option<bool> {
+    use crate::logic::Node;
+    use rustc_hash::FxHashMap;
+    let graph = &system.builder.graph;
+    let mut known: FxHashMap<u32, Option<bool>> = FxHashMap::default();
+    let mut open = vec![lit.node()];
+    while let Some(&node) = open.last() {
+        if known.contains_key(&node) {
+            open.pop();
+            continue;
+        }
+        let value = match graph.node(node) {
+            Node::False => Some(false),
+            Node::Input => trace.value(tick, crate::logic::Lit::of_node(node)),
+            Node::And(a, b) => {
+                let get = |lit: crate::logic::Lit| {
+                    known.get(&lit.node()).map(|it| it.map(|it| it != lit.is_complement()))
+                };
+                match (get(a), get(b)) {
+                    (Some(a), Some(b)) => match (a, b) {
+                        (Some(false), _) | (_, Some(false)) => Some(false),
+                        (Some(true), Some(true)) => Some(true),
+                        _ => None,
+                    },
+                    (x, y) => {
+                        if x.is_none() {
+                            open.push(a.node());
+                        }
+                        if y.is_none() {
+                            open.push(b.node());
+                        }
+                        continue;
+                    }
+                }
+            }
+        };
+        known.insert(node, value);
+        open.pop();
+    }
+    let value = known.get(&lit.node()).copied().flatten()?;
+    Some(value != lit.is_complement())
+}
+
+/// Makes controls in which runs are tried.
+pub trait Station {
+    /// A control at its first power-up.
+    fn executive(&self) -> Box<dyn Executive>;
+
+    /// An interpreter of its program.
+    fn engine(&self) -> Box<dyn Engine>;
+}
+
+/// Runs a stimulus, and gives the first tick at whose end something is wrong, up to tick `last`.
+pub(crate) fn run(
+    station: &dyn Station,
+    text: &str,
+    last: u64,
+    wrong: &dyn Fn(&dyn Executive) -> bool,
+) -> Option<u64> {
+    let mut executive = station.executive();
+    let mut engine = station.engine();
+    let stimulus = Stimulus::parse(text.as_bytes(), &*executive.names(), executive.tick_ns());
+    let mut player = Player::new(stimulus.ok()?, false);
+    let mut events = vec![];
+    for tick in 0..=last {
+        player.apply(tick, executive.as_mut());
+        let stopped = executive.tick(engine.as_mut(), &mut events).is_err();
+        events.clear();
+        if wrong(executive.as_ref()) {
+            return Some(tick);
+        }
+        if stopped {
+            return None;
+        }
+    }
+    None
+}
+
+/// Leaves out the rows without which the same comes about, where there are few.
+pub(crate) fn without_needless(
+    station: &dyn Station,
+    mut rows: Vec<Row>,
+    mut last: u64,
+    wrong: &dyn Fn(&dyn Executive) -> bool,
+) -> (Vec<Row>, u64) {
+    if rows.len() > FEW.0 || last > FEW.1 {
+        return (rows, last);
+    }
+    for index in (0..rows.len()).rev() {
+        let mut fewer = rows.clone();
+        fewer.remove(index);
+        if let Some(tick) = run(station, &csv(&fewer), last, wrong) {
+            (rows, last) = (fewer, tick);
+        }
+    }
+    rows.retain(|row| row.tick <= last);
+    (rows, last)
+}
