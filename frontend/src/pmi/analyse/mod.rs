@@ -51,7 +51,7 @@ pub(crate) fn check(
     let Text { statements, tokens, parts, has_end, last } = &mut text;
     let (has_end, last) = (*has_end, *last);
     let mut checked = Checked::default();
-    let mut names = Names::new(&Executive::new(&options.machine));
+    let mut names = Names::new(&Executive::of(&options.machine));
 
     let mut first_of_logic = None;
     let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);

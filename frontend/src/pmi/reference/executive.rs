@@ -1,7 +1,7 @@
 //! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4): the table `executive.tsv` beside this
 //! file, what a machine file adds to it, and what `plcc explain` says of a variable.
 
-use std::{collections::HashMap, sync::OnceLock};
+use std::{borrow::Cow, collections::HashMap, sync::OnceLock};
 
 use plcc_abi::pmi::Type;
 
@@ -142,20 +142,27 @@ pub(crate) struct Executive {
 
 impl Executive {
     /// The manual's variables with the machine file's additions and changes.
-    pub(crate) fn new(machine: &Machine) -> Self {
+    pub(crate) fn of(machine: &Machine) -> Cow<'static, Self> {
         static MANUAL: OnceLock<Executive> = OnceLock::new();
-        let mut this = MANUAL.get_or_init(Self::manual).clone();
+        let manual = MANUAL.get_or_init(Self::manual);
+        match machine.variables.is_empty() {
+            true => Cow::Borrowed(manual),
+            false => Cow::Owned(manual.clone().changed(machine)),
+        }
+    }
+
+    fn changed(mut self, machine: &Machine) -> Self {
         for change in &machine.variables {
-            let slot = this.index.get(&change.name).copied().unwrap_or_else(|| {
+            let slot = self.index.get(&change.name).copied().unwrap_or_else(|| {
                 let plain = Variable {
                     name: change.name.clone(),
                     ty: Type::Logical,
                     class: VariableClass::ReadWrite,
                     elements: None,
                 };
-                this.push(plain)
+                self.push(plain)
             });
-            let Some(variable) = this.variables.get_mut(slot) else { continue };
+            let Some(variable) = self.variables.get_mut(slot) else { continue };
             if let Some(ty) = change.ty {
                 variable.ty = abi_type(ty);
             }
@@ -166,7 +173,7 @@ impl Executive {
                 variable.elements = (size > 0).then_some(size);
             }
         }
-        this
+        self
     }
 
     fn manual() -> Self {
@@ -318,7 +325,7 @@ mod tests {
 
     #[test]
     fn families_are_expanded() {
-        let executive = Executive::new(&Machine::default());
+        let executive = Executive::of(&Machine::default());
         for name in ["@CP100", "@CP109", "@CP115", "@MLD11", "@Z1SEL", "@Z8SEL", "@4A102"] {
             assert!(executive.find(name).is_some(), "{name}");
         }
@@ -330,7 +337,7 @@ mod tests {
     /// Ruling: sizes that the manual gives, and 32 where it leaves them open.
     #[test]
     fn sizes_are_as_ruled() {
-        let executive = Executive::new(&Machine::default());
+        let executive = Executive::of(&Machine::default());
         for (name, elements) in [
             ("@AUREQ", Some(6)),
             ("@AXRRQ", Some(6)),
@@ -353,7 +360,7 @@ mod tests {
             "[variables]\n\"@HOMST\" = {type=\"integer\",class=\"rw\"}\n\"@OWN\" = {size=3}\n",
         )
         .unwrap();
-        let executive = Executive::new(&machine);
+        let executive = Executive::of(&machine);
         let homst = executive.find("@HOMST").unwrap();
         assert_eq!((homst.ty, homst.class), (Type::Integer, VariableClass::ReadWrite));
         assert_eq!(homst.elements, Some(32));

@@ -41,13 +41,14 @@ pub(super) fn numbers_in_logicals(checked: &Checked, found: &mut Vec<Diagnostic>
             None => finding,
         });
     };
+    let mut stack: Vec<Value> = vec![];
     for step in &checked.steps {
         let ops = match &step.action {
             Action::Assign { value, .. } => value,
             Action::If { condition, .. } => condition,
             Action::Jump { .. } => continue,
         };
-        let mut stack: Vec<Value> = vec![];
+        stack.clear();
         for op in checked.ops(ops) {
             let value = match *op {
                 Op::Const(0 | 1) => Value::Truth,
