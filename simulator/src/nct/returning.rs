@@ -26,20 +26,21 @@ impl Nct {
                 state.returns = Return::Message;
             }
             state.blocks_held = false;
-        }
-        if !step.is_automatic() || !state.interrupted {
-            state.returns = Return::No;
+        } else if state.interrupted
+            && step.is_automatic()
+            && step.runs()
+            && state.block.is_none()
+            && !state.blocks_held
+            && state.returns == Return::No
+        {
+            (state.blocks_held, state.returns) = (true, Return::Asked);
         }
     }
 
     /// Lets the block go on that was put aside, when the operator has asked for it and answered. Returns whether it does.
     pub(super) fn go_back(&self, state: &mut State, step: &mut Step<'_, '_>) -> bool {
         match state.returns {
-            Return::No => {
-                (state.blocks_held, state.returns) = (true, Return::Asked);
-                false
-            }
-            Return::Asked | Return::Message => false,
+            Return::No | Return::Asked | Return::Message => false,
             Return::Answered => {
                 state.returns = Return::No;
                 state.interrupted = false;

@@ -69,9 +69,10 @@ impl Nct {
         spindle.commanded = asked.value as u16;
         let orients = asked.is_enabled && asked.orients;
         let follows = asked.is_enabled && asked.follows && !orients;
-        if !orients && !follows {
+        if spindle.orients != orients || spindle.follows != follows {
             (spindle.turns_since, spindle.reached_in) = (None, None);
         }
+        (spindle.orients, spindle.follows) = (orients, follows);
         let target = if !asked.is_enabled {
             0
         } else if orients {
@@ -104,7 +105,7 @@ impl Nct {
         let reached = spindle.command == i128::from(target) * scale;
         // In the step in which it is oriented, the target is another one than before.
         let compared = if begins && stands { spindle.target } else { target };
-        spindle.has_command = reached && target == spindle.target;
+        spindle.has_command = reached && target == spindle.target && !(begins && stands);
         spindle.target = target;
         let mut delayed = [spindle.command];
         spindle.history.delay(&mut delayed);

@@ -64,6 +64,9 @@ pub(super) struct SpindleState {
     pub(super) stands: bool,
     /// I663 of spindle 1, I664 of spindle 2.
     pub(super) is_synchronous: bool,
+    /// What it was asked for in the step before: to be oriented, or to follow the other one.
+    pub(super) orients: bool,
+    pub(super) follows: bool,
     /// The first tick in which orientation had a speed, or synchronism the speed of the other spindle.
     pub(super) turns_since: Option<u64>,
     /// The tick in which orientation or synchronism was reached.

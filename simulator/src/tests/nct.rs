@@ -295,3 +295,37 @@ fn a_spindle_is_oriented_after_its_time_and_follows_the_other_one() {
     desk.set("Y665", 0);
     assert_eq!(desk.see(["I661", "I664"]), [0, 0]);
 }
+
+#[test]
+fn start_in_automatic_mode_is_held_at_once_while_a_block_is_put_aside() {
+    let mut desk = ready("", Some("G1 X5 F3000\nM30\n"));
+    desk.set("Y470", 1);
+    desk.step();
+    desk.set("Y540", 0);
+    assert_eq!(desk.see(["I511", "I547"]), [1, 0]);
+    // Neither the machine nor the buffer has to be ready for this answer to START.
+    assert_eq!(desk.see(["I547", "I540"]), [1, 0]);
+    desk.set("Y470", 0);
+    assert_eq!(desk.see(["I547", "RH020"]), [0, 3549]);
+    desk.set("Y406", 0);
+    assert_eq!(desk.see(["RH020"]), [3549], "the question stays in every mode");
+    desk.key("N", 1);
+    assert_eq!(desk.see(["RH020"]), [0]);
+}
+
+#[test]
+fn a_spindle_that_was_oriented_reaches_synchronism_anew() {
+    let mut desk = ready("", None);
+    for (name, value) in [("RH061", -100), ("Y652", 1), ("Y651", 1), ("Y655", 1)] {
+        desk.set(name, value);
+    }
+    for _ in 0..30 {
+        desk.step();
+    }
+    assert_eq!(desk.see(["I651", "I652", "I663"]), [1, 1, 0]);
+    desk.set("Y651", 0);
+    for _ in 0..25 {
+        assert_eq!(desk.see(["I651", "I663"]), [0, 0]);
+    }
+    assert_eq!(desk.see(["I651", "I663"]), [1, 0]);
+}
