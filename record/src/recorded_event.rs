@@ -61,6 +61,9 @@ pub(super) enum RecordedEvent<'a> {
         awaited: Cow<'a, str>,
     },
     Motion(MotionReport),
+    SimulatorSerial {
+        data: Cow<'a, str>,
+    },
     Stop {
         code: Cow<'a, str>,
         file: Option<Cow<'a, str>>,
@@ -122,6 +125,7 @@ impl<'a> From<&'a EventBody> for RecordedEvent<'a> {
                 SimulatorEvent::Waits { awaited } => {
                     Self::SimulatorWaits { awaited: borrowed(awaited) }
                 }
+                SimulatorEvent::Serial { data } => Self::SimulatorSerial { data: borrowed(data) },
             },
             EventBody::Motion(report) => Self::Motion(report.clone()),
             EventBody::Stop { code, file, line } => Self::Stop {
@@ -175,6 +179,9 @@ impl From<RecordedEvent<'_>> for EventBody {
             }
             RecordedEvent::SimulatorWaits { awaited } => {
                 Self::Simulator(SimulatorEvent::Waits { awaited: (*awaited).into() })
+            }
+            RecordedEvent::SimulatorSerial { data } => {
+                Self::Simulator(SimulatorEvent::Serial { data: (*data).into() })
             }
             RecordedEvent::Motion(report) => Self::Motion(report),
             RecordedEvent::Stop { code, file, line } => {

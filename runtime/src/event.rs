@@ -151,6 +151,11 @@ pub enum SimulatorEvent {
         #[serde(rename = "for")]
         awaited: Arc<str>,
     },
+    /// The serial line has sent a record (NCT).
+    Serial {
+        /// Its bytes, two hexadecimal digits each.
+        data: Arc<str>,
+    },
 }
 
 impl fmt::Display for SimulatorEvent {
@@ -163,6 +168,7 @@ impl fmt::Display for SimulatorEvent {
             Self::Refused { requested, why } => write!(f, "{requested} is refused: {why}"),
             Self::Limit { axis, direction } => write!(f, "{axis} is at its limit {direction}"),
             Self::Waits { awaited } => write!(f, "the block waits for {awaited}"),
+            Self::Serial { data } => write!(f, "the serial line sends {data}"),
         }
     }
 }

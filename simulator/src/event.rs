@@ -17,6 +17,8 @@ pub enum Told {
     Limit(u8, bool),
     /// A block has waited for this for 500 ticks.
     Waits(Awaited),
+    /// The next record of [`take_sent`](crate::Simulator::take_sent) has left the serial line.
+    Serial,
 }
 
 /// What was requested.

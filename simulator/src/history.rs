@@ -26,6 +26,15 @@ impl History {
         self.values.len() == own.values.len() && self.width == own.width
     }
 
+    /// Replaces all earlier values in a place.
+    pub(crate) fn fill(&mut self, place: usize, value: i128) {
+        for values in self.values.chunks_mut(self.width.max(1)) {
+            if let Some(slot) = values.get_mut(place) {
+                *slot = value;
+            }
+        }
+    }
+
     /// Puts the values of this tick in, and replaces them by those of as many ticks ago.
     pub(crate) fn delay(&mut self, now: &mut [i128]) {
         if self.values.is_empty() {

@@ -50,6 +50,12 @@ impl Positions {
         }
     }
 
+    /// Puts an axis to a position that counts as its actual one, too, at once.
+    pub(crate) fn put(&mut self, axis: usize, position: i128) {
+        self.set_command(axis, position);
+        self.history.fill(axis, position);
+    }
+
     pub(crate) fn actual(&self, axis: usize) -> i128 {
         self.actual.get(axis).copied().unwrap_or(0)
     }

@@ -29,6 +29,8 @@ pub struct Rules {
     pub(crate) letters: Vec<Option<char>>,
     /// Where the axes stand at power-up, in nanometres.
     pub(crate) starts: Vec<i128>,
+    /// Where their reference points are.
+    pub(crate) homes: Vec<i128>,
     /// The letters of A, B and C that are functions.
     pub(crate) misc: String,
     /// How many auxiliary axes there are.
@@ -52,13 +54,14 @@ impl Rules {
             [] => vec![Some('X'), Some('Y'), Some('Z')],
             axes => axes.iter().map(|axis| axis.name.as_ref().map(|name| name.value)).collect(),
         };
-        let start = |at: usize, name: Option<char>| {
-            let start = table.axes.get(at).and_then(|axis| axis.start);
-            nanometres(start.unwrap_or(Decimal::whole(0)), unit_of_axis(units, name))
+        let lengths = |of: fn(&AxisEntry) -> Option<Decimal>| {
+            let number = |at: usize| table.axes.get(at).and_then(of).unwrap_or(Decimal::whole(0));
+            let named = letters.iter().enumerate();
+            named.map(|(at, name)| nanometres(number(at), unit_of_axis(units, *name))).collect()
         };
-        let starts = letters.iter().enumerate().map(|(at, name)| start(at, *name)).collect();
         Self {
-            starts,
+            starts: lengths(|axis| axis.start),
+            homes: lengths(|axis| axis.home),
             dialect,
             is_inch: units == Units::Inch,
             unit: unit(units),
@@ -92,6 +95,10 @@ pub(crate) struct Axis {
     pub(crate) rapid: i128,
     /// High, medium and low speed by hand.
     pub(crate) jog: [i128; 3],
+    /// The speed and the direction of the search for the reference point, and whether a switch shows it (NCT).
+    pub(crate) reference_speed: i128,
+    pub(crate) reference_positive: bool,
+    pub(crate) reference_by_switch: bool,
 }
 
 /// A spindle, with its defaults.
@@ -120,6 +127,7 @@ pub struct Setup {
     pub(crate) stop_ns: u64,
     pub(crate) home_ns: u64,
     pub(crate) machine_on_ns: u64,
+    pub(crate) chop_ns: u64,
     pub(crate) feed_max: i128,
     pub(crate) in_position: i64,
     /// Whether parameter 1204 of an NCT control is above 0, and its value.
@@ -179,6 +187,7 @@ impl Setup {
             lag_ns: table.lag.unwrap_or(40 * MS),
             stop_ns: table.stop.unwrap_or(100 * MS),
             home_ns: table.home.unwrap_or(1000 * MS),
+            chop_ns: table.chop.unwrap_or(200 * MS),
             machine_on_ns: table.machine_on.unwrap_or(2000 * MS),
             feed_max: nanometres(feed_max, rules.unit),
             in_position: table.in_position.unwrap_or(10),
@@ -206,6 +215,9 @@ impl Setup {
                 None if is_pmi => [300, 60, 15].map(|speed| speed * unit),
                 None => [3000 * unit; 3],
             },
+            reference_speed: length(entry.reference_speed, 1500),
+            reference_positive: entry.reference_positive.unwrap_or(true),
+            reference_by_switch: entry.reference_by_switch.unwrap_or(false),
             rapid: length(entry.rapid, if is_pmi { 300 } else { 9000 }).max(1),
         }
     }

@@ -246,6 +246,14 @@ impl Simulator {
         self.state.told.drain(..)
     }
 
+    /// What the serial line has sent since this was called last, a record for each time that it was told (NCT).
+    pub fn take_sent(&mut self) -> Vec<Vec<u8>> {
+        match &mut self.state.control {
+            ControlState::Nct(state) => state.take_sent(),
+            _ => vec![],
+        }
+    }
+
     /// The name of a code that the program declares, with its `@`.
     pub fn code_name(&self, code: u16) -> String {
         let code = self.setup.rules.codes.get(usize::from(code));

@@ -1,5 +1,7 @@
 //! Tests with variables that are nothing but a table of names: the program's side is played by the test.
 
+mod auxiliary;
+mod diagrams;
 mod nct;
 mod pmi;
 mod random;

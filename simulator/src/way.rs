@@ -80,11 +80,6 @@ impl Way {
         self.arc = Some(arc);
     }
 
-    /// The circle that it goes along, if it does.
-    pub(crate) fn circle(&self) -> Option<Circle> {
-        self.arc.map(|arc| arc.circle)
-    }
-
     /// How it is interpolated: 0 a line, 1 an arc, 2 an arc with a third axis.
     pub(crate) fn interpolation(&self) -> i64 {
         let Some(arc) = self.arc else { return 0 };

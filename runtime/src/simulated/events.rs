@@ -47,13 +47,22 @@ impl EventTexts {
         }
     }
 
-    /// The event of what was told.
-    pub(super) fn event(&self, told: Told) -> SimulatorEvent {
+    /// The event of what was told. `sent` has what the serial line has sent, in its order.
+    pub(super) fn event(
+        &self,
+        told: Told,
+        sent: &mut impl Iterator<Item = Vec<u8>>,
+    ) -> SimulatorEvent {
         let shared = |text: Option<&Arc<str>>| text.unwrap_or(&self.cycle_start).clone();
         match told {
             Told::Block(line) => SimulatorEvent::Block { line: Some(line), entry: None },
             Told::Entry(entry) => SimulatorEvent::Block { line: None, entry: Some(entry) },
             Told::End => SimulatorEvent::End,
+            Told::Serial => {
+                let bytes = sent.next().unwrap_or_default();
+                let data: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+                SimulatorEvent::Serial { data: data.into() }
+            }
             Told::Refused(requested, refusal) => SimulatorEvent::Refused {
                 requested: match requested {
                     Requested::CycleStart => self.cycle_start.clone(),

@@ -84,8 +84,9 @@ impl SimulatedExecutive {
     /// Tells what the simulator has told, as events of this tick.
     fn tell(&mut self, events: &mut Vec<Event>) {
         let tick = self.tick;
+        let mut sent = self.simulator.take_sent().into_iter();
         for told in self.simulator.take_told() {
-            let body = EventBody::Simulator(self.texts.event(told));
+            let body = EventBody::Simulator(self.texts.event(told, &mut sent));
             events.push(Event { tick, body });
         }
     }

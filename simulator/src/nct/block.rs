@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::parts::Parts;
 use super::state::{State, Waits};
 use super::{Nct, Step};
 use crate::event::{Awaited, Told};
@@ -26,12 +27,9 @@ pub(super) struct Executed {
     pub(super) source: Source,
     /// The tick in which it started.
     pub(super) began: u64,
-    /// Whether it has any part: a way, or G4.
-    pub(super) has_parts: bool,
+    pub(super) parts: Parts,
     /// Whether all parts are done.
     pub(super) parts_done: bool,
-    /// Ticks of G4 that are left.
-    pub(super) dwell: Option<u64>,
     /// The first tick of the stop that lasts.
     pub(super) stop_since: Option<u64>,
     /// Whether a step saw FIN taken away.
@@ -120,12 +118,11 @@ impl Nct {
     }
 
     fn begin(&self, state: &mut State, step: &mut Step<'_, '_>, source: Source) {
-        let executed = Executed {
+        let mut executed = Executed {
             source,
             began: step.now.tick,
-            has_parts: false,
+            parts: Parts::default(),
             parts_done: true,
-            dwell: None,
             stop_since: None,
             fin_was_off: false,
             dropped: None,
@@ -141,38 +138,15 @@ impl Nct {
         state.modal.take(block);
         state.waits = Waits::default();
         strobe(state, step, block);
-        state.block = Some(executed);
-        self.begin_part(state, step, block);
-    }
-
-    /// Begins the way of a block, or G4.
-    fn begin_part(&self, state: &mut State, step: &Step<'_, '_>, block: &Block) {
-        let Some(executed) = &mut state.block else { return };
-        let dwell = block.dwell.map(|time| time.div_ceil(step.now.tick_ns.max(1)));
-        if dwell.is_none() && !block.moves() {
-            return;
-        }
         let commands = state.positions.commands();
-        state.end.copy_from_slice(commands);
-        state.modal.target(block, &mut state.end);
-        let speed = state.modal.speed(&self.setup);
-        state.way.begin_for(commands, &state.end, speed, &self.setup);
-        let letters = &self.setup.rules.letters;
-        if let Some(circle) = state.modal.circle(block, letters, commands, &state.end) {
-            state.way.bend(circle);
+        let tick_ns = step.now.tick_ns;
+        executed.parts = Parts::of(block, &state.modal, &self.setup, commands, tick_ns);
+        executed.parts_done = executed.parts.is_empty();
+        let has_parts = !executed.parts_done;
+        state.block = Some(executed);
+        if has_parts {
+            state.begin_part(&self.setup);
         }
-        (executed.has_parts, executed.parts_done, executed.dwell) = (true, false, dwell);
-        self.show_part(state);
-    }
-
-    /// The flags with which a part begins.
-    pub(super) fn show_part(&self, state: &mut State) {
-        (state.stopped, state.interpolation_done) = (false, false);
-        let oriented = state.spindles.iter().any(|spindle| spindle.is_oriented);
-        let dwells = state.block.as_ref().is_some_and(|block| block.dwell.is_some());
-        state.is_feed = !dwells && !state.way.rapid && !oriented;
-        (state.ignores_stop, state.is_thread, state.home_block) = (false, false, false);
-        state.request_axes();
     }
 
     /// Finishes the block, if FIN is there and all its parts are done. Returns whether the next one may begin in this
@@ -188,7 +162,7 @@ impl Nct {
             }
             return false;
         }
-        let (is_entered, has_parts) = (executed.is_entered(), executed.has_parts);
+        let (is_entered, has_parts) = (executed.is_entered(), !executed.parts.is_empty());
         let (was_off, ends) =
             (executed.fin_was_off, executed.block(&self.setup).is_some_and(Block::ends_program));
         state.block = None;
@@ -246,5 +220,10 @@ pub(super) fn strobe(state: &mut State, step: &mut Step<'_, '_>, block: &Block) 
             *slot = value as u16;
         }
         step.strobes.set(byte, bit, true);
+    }
+    // G81.1, and G80 after it.
+    if let Some(chops) = block.chopping.filter(|chops| *chops || state.chopping) {
+        state.chopping = chops;
+        step.strobes.set(53, 2, true);
     }
 }

@@ -9,6 +9,8 @@ use super::Step;
 const BYTES: usize = 100;
 /// How many registers RH there are.
 const REGISTERS: usize = 200;
+/// How many bytes of memory F there are.
+const MEMORY: usize = 1000;
 
 /// Flags, a byte each.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +66,8 @@ impl Registers {
     }
 }
 
-/// The bytes of output flags that the NC reads: modes, states, keys' selections, axes, spindles; and the messages.
-const READ: [std::ops::RangeInclusive<usize>; 2] = [40..=67, 70..=89];
+/// The bytes of output flags that the NC reads: modes, states, keys' selections, axes, spindles; messages and the PLC's axes.
+const READ: [std::ops::RangeInclusive<usize>; 2] = [40..=67, 70..=97];
 /// The output flags of messages.
 pub(super) const MESSAGES: std::ops::RangeInclusive<usize> = 70..=89;
 
@@ -116,6 +118,13 @@ pub(super) struct Variables {
     messages: Vec<Variable>,
     /// RH028, RH029, RH039.
     overrides: [Variable; 3],
+    /// For each axis of the PLC RH150 to RH153 and on.
+    plc_axes: Vec<[Variable; 4]>,
+    /// RH051 and RH052, RH054 and RH055.
+    pub(super) sent_record: [Variable; 2],
+    pub(super) received_record: [Variable; 2],
+    /// F000 to F998, words of bytes.
+    memory: Vec<Variable>,
 }
 
 impl Variables {
@@ -123,6 +132,11 @@ impl Variables {
         let mut read = |name: &str| Variable::find(access, name, Use::Read);
         let reset_key = read("I477");
         let spindle_codes = [(read("RH060"), read("RH061")), (read("RH065"), read("RH066"))];
+        let plc_axis =
+            |axis: usize| [0, 1, 2, 3].map(|at| read(&format!("RH{}", 150 + 5 * axis + at)));
+        let plc_axes = (0..super::state::AXES).map(plc_axis).collect();
+        let sent_record = ["RH051", "RH052"].map(&mut read);
+        let received_record = ["RH054", "RH055"].map(&mut read);
         let (feed_code, spindle_override_code) = (read("RH078"), read("RH079"));
         let rapid_code = read("RH089");
         let bytes = READ
@@ -139,7 +153,8 @@ impl Variables {
         let registers = registers.collect();
         let messages = MESSAGES.flat_map(|byte| (0..8).map(move |bit| format!("I{byte:02}{bit}")));
         let messages = messages.map(|name| write(&name)).collect();
-        let overrides = ["RH028", "RH029", "RH039"].map(write);
+        let overrides = ["RH028", "RH029", "RH039"].map(&mut write);
+        let memory = (0..MEMORY - 1).map(|byte| write(&format!("F{byte:03}"))).collect();
         Self {
             bytes,
             reset_key,
@@ -151,7 +166,39 @@ impl Variables {
             registers,
             messages,
             overrides,
+            plc_axes,
+            sent_record,
+            received_record,
+            memory,
         }
+    }
+
+    /// The registers of an axis of the PLC: its position and its speed, the low words first.
+    pub(super) fn plc_axis(&self, axis: usize, access: &dyn Access) -> [i64; 4] {
+        let registers = self.plc_axes.get(axis).copied().unwrap_or_default();
+        registers.map(|register| register.read(access))
+    }
+
+    /// The word in which a byte of the memory lies, and whether it is the high byte.
+    fn word(&self, byte: usize) -> Option<(Variable, bool)> {
+        let low = self.memory.get(byte).map(|word| (*word, false));
+        let before = || self.memory.get(byte.checked_sub(1)?).map(|word| (*word, true));
+        low.or_else(before)
+    }
+
+    /// A byte of the memory, F000 to F999.
+    pub(super) fn memory(&self, byte: usize, access: &dyn Access) -> u8 {
+        let Some((word, high)) = self.word(byte) else { return 0 };
+        let value = word.read(access);
+        (if high { value >> 8 } else { value }) as u8
+    }
+
+    /// Sets a byte of the memory.
+    pub(super) fn set_memory(&self, byte: usize, value: u8, access: &mut dyn Access) {
+        let Some((word, high)) = self.word(byte) else { return };
+        let (old, value) = (word.read(access), i64::from(value));
+        let new = if high { old & 0xFF | value << 8 } else { old & 0xFF00 | value };
+        word.write(access, new);
     }
 
     /// What is written.

@@ -2,12 +2,18 @@
 
 mod block;
 mod buffer;
+mod chopping;
 mod flags;
+mod hand;
 mod messages;
 mod movement;
 mod panel;
+mod parts;
+mod plc_axis;
+mod reference;
 mod reset;
 mod returning;
+mod serial;
 mod speed;
 mod spindle;
 mod state;
@@ -29,6 +35,7 @@ pub(crate) struct Nct {
     setup: Arc<Setup>,
     variables: Variables,
     stop_ticks: u64,
+    chop_ticks: u64,
 }
 
 /// What a step sees and what it gives.
@@ -67,7 +74,8 @@ impl Nct {
     pub(crate) fn new(setup: Arc<Setup>, tick_ns: u64, access: &mut dyn Access) -> Self {
         let variables = Variables::find(access);
         let stop_ticks = ticks(setup.stop_ns, tick_ns);
-        Self { setup, variables, stop_ticks }
+        let chop_ticks = ticks(setup.chop_ns, tick_ns);
+        Self { setup, variables, stop_ticks, chop_ticks }
     }
 
     /// The state at power-up.
@@ -96,7 +104,8 @@ impl Nct {
         if executed.is_entered() { -line } else { line }
     }
 
-    /// Does a step: machine on; what drops a block; I547 and answers; block; buffer; spindles; messages.
+    /// Does a step: machine on; what drops a block; I547 and answers; block; buffer; movements by hand; axes of the PLC;
+    /// spindles; messages; serial data; chopping.
     pub(crate) fn step(&self, state: &mut State, now: &mut Context<'_>) {
         if now.tick == 0 {
             self.variables.first_overrides(now.access, self.setup.rapid_override.is_some());
@@ -107,9 +116,13 @@ impl Nct {
         self.release(state, &step);
         self.block(state, &mut step);
         self.buffer(state, &step);
+        self.by_hand(state, &step);
+        self.plc_axes(state, &step);
         self.spindles(state, &step);
         state.positions.delay();
         self.messages(state, &step);
+        self.serial(state, &mut step);
+        self.chopping(state, &step);
         state.before = state::Before::of(&step);
         self.write(state, &mut step);
     }
@@ -149,7 +162,11 @@ impl Nct {
             (55, 3, state.is_feed),
             (55, 4, state.is_thread),
             (51, 1, state.interrupted),
-            (67, 7, true),
+            (60, 6, state.serial.sent),
+            (60, 7, state.serial.received),
+            (67, 5, state.chopping),
+            (67, 6, state.is_chopping),
+            (67, 7, state.stands_at_r),
         ] {
             flags.set(byte, bit, on);
         }
@@ -163,13 +180,18 @@ impl Nct {
         for (spindle, bit) in state.spindles.iter().zip([3, 4]) {
             flags.set(66, bit, spindle.is_synchronous);
         }
-        for axis in 0..state::AXES {
+        let [by_hand, by_hand_rapidly] = state.moved_by_hand();
+        let moves = state.moves | by_hand;
+        let moves_rapidly = state.moves_rapidly | by_hand_rapidly;
+        for (axis, of_plc) in state.plc_axes.iter().enumerate() {
             let (_, lag) = self.increments(state, axis);
             flags.set(56, axis, lag.abs() <= self.setup.in_position);
-            flags.set(61, axis, state.moves >> axis & 1 != 0);
-            flags.set(62, axis, state.moves_rapidly >> axis & 1 != 0);
+            let [plc_moves, plc_moves_rapidly] = of_plc.moves();
+            flags.set(61, axis, moves >> axis & 1 != 0 || plc_moves);
+            flags.set(62, axis, moves_rapidly >> axis & 1 != 0 || plc_moves_rapidly);
             let homed = state.homed >> axis & 1 != 0;
-            for (bit, on) in [(0, true), (1, true), (3, homed), (7, state.machine_on)] {
+            let [stands, empty] = [of_plc.stands(), of_plc.is_empty()];
+            for (bit, on) in [(0, stands), (1, empty), (3, homed), (7, state.machine_on)] {
                 flags.set(90 + axis, bit, on);
             }
         }

@@ -1,5 +1,6 @@
 //! The way of a block: stops, permissions, speeds (cnc-side 3.10).
 
+use super::parts::Kind;
 use super::state::{AXES, State};
 use super::{Nct, Step};
 use crate::event::Awaited;
@@ -7,7 +8,7 @@ use crate::event::Awaited;
 impl State {
     /// I61n for each axis with way, I62n with it in rapid traverse.
     pub(super) fn request_axes(&mut self) {
-        let is_way = self.block.as_ref().is_some_and(|block| block.dwell.is_none());
+        let is_way = self.block.as_ref().is_some_and(|block| block.parts.is_way());
         let with_way = |axis: &usize| is_way && self.way.moves(*axis);
         self.moves = (0..AXES).filter(with_way).fold(0, |set, axis| set | 1 << axis);
         self.moves_rapidly = if self.way.rapid { self.moves } else { 0 };
@@ -23,7 +24,7 @@ impl State {
 impl Nct {
     /// Whether an axis of the part is on a limit switch toward which it moves.
     fn is_at_limit(&self, state: &State, step: &Step<'_, '_>) -> bool {
-        let is_way = state.block.as_ref().is_some_and(|block| block.dwell.is_none());
+        let is_way = state.block.as_ref().is_some_and(|block| block.parts.is_way());
         is_way
             && (0..AXES).any(|axis| match state.way.direction(axis) {
                 1 => step.y(56, axis),
@@ -66,12 +67,15 @@ impl Nct {
         }
         self.waits_for(state, step, awaited);
         let Some(executed) = &mut state.block else { return };
-        let is_done = match executed.dwell {
-            Some(left) => left == 0,
-            None => state.way.is_done(),
-        };
-        if is_done {
+        let parts = &mut executed.parts;
+        let is_done = if parts.is_way() { state.way.is_done() } else { parts.has_dwelt() };
+        if is_done && parts.next() {
+            state.begin_part(&self.setup);
+        } else if is_done {
             executed.parts_done = true;
+            if parts.kind == Kind::Home {
+                state.homed |= parts.named();
+            }
             (state.stopped, state.interpolation_done) = (true, true);
             (state.ignores_stop, state.is_feed, state.is_thread) = (false, false, false);
             state.home_block = false;
@@ -89,11 +93,13 @@ impl Nct {
     }
 
     fn advance(&self, state: &mut State, step: &Step<'_, '_>) {
-        if let Some(left) = state.block.as_mut().and_then(|block| block.dwell.as_mut()) {
-            *left = left.saturating_sub(1);
+        let Some(executed) = &mut state.block else { return };
+        if !executed.parts.is_way() {
+            executed.parts.dwell();
             return;
         }
-        let (speed, percent) = self.speed(state, step);
+        let kind = executed.parts.kind;
+        let (speed, percent) = self.speed(state, step, kind);
         state.way.advance(speed, percent, step.now.tick_ns);
         // Test, machine lock and axis lock: the program goes on, and the axis stays.
         let all_locked = step.y(44, 0) || step.y(44, 1);

@@ -1,20 +1,16 @@
 //! The return from an interruption: the block that was put aside goes on (NCT 2.2.1, I511; cnc-side 3.15).
 
 use super::block::Executed;
-use super::state::{Aside, Return, State};
+use super::state::{Return, State};
 use super::{Nct, Step};
 use crate::event::Told;
 
 impl State {
-    /// Keeps a dropped block of the part program, with the end of its way.
+    /// Keeps a dropped block of the part program.
     pub(super) fn put_aside(&mut self, dropped: Option<Executed>) {
         self.returns = Return::No;
-        self.aside = dropped.map(|executed| Aside {
-            executed: Executed { dropped: None, stop_since: None, ..executed },
-            feed: (!self.way.rapid).then_some(self.way.speed),
-            circle: self.way.circle(),
-        });
-        self.aside_end.copy_from_slice(&self.end);
+        self.aside =
+            dropped.map(|executed| Executed { dropped: None, stop_since: None, ..executed });
     }
 }
 
@@ -51,41 +47,24 @@ impl Nct {
         }
     }
 
-    fn begin_again(
-        &self,
-        state: &mut State,
-        step: &mut Step<'_, '_>,
-        Aside { executed, feed, circle }: Aside,
-    ) {
+    fn begin_again(&self, state: &mut State, step: &mut Step<'_, '_>, mut executed: Executed) {
         // Y443: with strobes and all parts; else the rest of its parts.
         let from_start = step.y(44, 3);
         let Some(block) = executed.block(&self.setup) else { return };
         step.now.tell(Told::Block(block.line));
-        let rest_of_dwell = executed.dwell;
-        let dwell = block.dwell.map(|time| time.div_ceil(step.now.tick_ns.max(1)));
-        let parts_done = executed.parts_done && !(from_start && executed.has_parts);
         state.waits = Default::default();
         if from_start {
             super::block::strobe(state, step, block);
+            executed.parts.restart();
+            executed.parts_done = executed.parts.is_empty();
         }
-        let has_parts = executed.has_parts;
-        state.block = Some(Executed {
-            began: step.now.tick,
-            fin_was_off: false,
-            parts_done,
-            dwell: if from_start { dwell } else { rest_of_dwell },
-            ..executed
-        });
-        if parts_done || !has_parts {
+        (executed.began, executed.fin_was_off) = (step.now.tick, false);
+        let parts_done = executed.parts_done;
+        state.block = Some(executed);
+        if parts_done {
             (state.stopped, state.interpolation_done) = (true, true);
-            return;
+        } else {
+            state.begin_part(&self.setup);
         }
-        state.end.copy_from_slice(&state.aside_end);
-        let State { way, positions, end, .. } = state;
-        way.begin_for(positions.commands(), end, feed, &self.setup);
-        if let Some(circle) = circle {
-            way.bend(circle);
-        }
-        self.show_part(state);
     }
 }

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::Step;
 use super::block::Executed;
-use crate::arc::Circle;
+use super::hand::Hand;
+use super::plc_axis::PlcAxis;
+use super::serial::Serial;
 use crate::event::Awaited;
 use crate::history::History;
 use crate::length::ticks;
 use crate::modal::Modal;
-use crate::part_program::Feed;
 use crate::positions::Positions;
 use crate::setup::Setup;
 use crate::way::Way;
@@ -33,11 +34,25 @@ pub(crate) enum Fault {
 pub(super) struct Before {
     pub(super) reset_key: bool,
     pub(super) reset_request: bool,
+    /// Y430 to Y437 and Y410 to Y417.
+    pub(super) buttons: u8,
+    pub(super) selected: u8,
+    /// Y900 to Y977, a byte for each axis.
+    pub(super) axes: [u8; AXES],
+    /// Y675.
+    pub(super) chops: bool,
 }
 
 impl Before {
     pub(super) fn of(step: &Step<'_, '_>) -> Self {
-        Self { reset_key: step.reset_key, reset_request: step.y(47, 7) && step.y(53, 7) }
+        Self {
+            reset_key: step.reset_key,
+            reset_request: step.y(47, 7) && step.y(53, 7),
+            buttons: step.y.byte(43),
+            selected: step.y.byte(41),
+            axes: std::array::from_fn(|axis| step.y.byte(90 + axis)),
+            chops: step.y(67, 5),
+        }
     }
 }
 
@@ -85,16 +100,6 @@ pub(super) enum Return {
     Message,
     /// The operator has answered it.
     Answered,
-}
-
-/// A block that is put aside, with what its way needs to go on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Aside {
-    pub(super) executed: Executed,
-    /// Its feed; `None` in rapid traverse.
-    pub(super) feed: Option<Feed>,
-    /// The circle of its arc.
-    pub(super) circle: Option<Circle>,
 }
 
 /// For what the block waits, and for how long.
@@ -168,11 +173,8 @@ pub(crate) struct State {
     pub(super) block: Option<Executed>,
     pub(super) waits: Waits,
     pub(super) way: Way,
-    /// The end of the way, and room for it.
-    pub(super) end: Vec<i128>,
-    /// The block that an interruption has put aside, and where its way ends.
-    pub(super) aside: Option<Aside>,
-    pub(super) aside_end: Vec<i128>,
+    /// The block that an interruption has put aside.
+    pub(super) aside: Option<Executed>,
     pub(super) returns: Return,
     /// The index of the entered block that waits.
     pub(super) entered: Option<u32>,
@@ -182,6 +184,20 @@ pub(crate) struct State {
     pub(super) ended: Option<u64>,
     pub(super) modal: Modal,
     pub(super) positions: Positions,
+    /// The movements by hand.
+    pub(super) hands: [Option<Hand>; AXES],
+    pub(super) plc_axes: [PlcAxis; AXES],
+    /// I675.
+    pub(super) chopping: bool,
+    /// I676.
+    pub(super) is_chopping: bool,
+    /// I677.
+    pub(super) stands_at_r: bool,
+    /// The tick in which chopping began or ended, until that is reached.
+    pub(super) chops_since: Option<u64>,
+    pub(super) serial: Serial,
+    /// Records that were sent and not told yet.
+    pub(super) sent: Vec<Vec<u8>>,
     pub(super) spindles: [SpindleState; 2],
     /// RH020.
     pub(super) message: Option<u16>,
@@ -219,15 +235,21 @@ impl State {
             block: None,
             waits: Waits::default(),
             way: Way::new(setup.axes.len()),
-            end: vec![0; setup.axes.len()],
             aside: None,
-            aside_end: vec![0; setup.axes.len()],
             returns: Return::No,
             entered: None,
             next: 0,
             ended: None,
             modal: Modal::default(),
             positions: Positions::new(setup, tick_ns),
+            hands: [None; AXES],
+            plc_axes: [PlcAxis::default(); AXES],
+            chopping: false,
+            is_chopping: false,
+            stands_at_r: true,
+            chops_since: None,
+            serial: Serial::default(),
+            sent: vec![],
             spindles: setup.spindles.each_ref().map(spindle),
             message: None,
             active: None,
@@ -243,15 +265,18 @@ impl State {
         let [own_a, own_b] = histories(own);
         a.fits(&own_a)
             && b.fits(&own_b)
-            && self.way.fits(own.end.len())
-            && self.end.len() == own.end.len()
-            && self.aside_end.len() == own.aside_end.len()
+            && self.way.fits(own.positions.commands().len())
             && self.positions.fits(&own.positions)
     }
 
     /// The actual positions of the axes.
     pub(crate) fn actual(&self) -> &[i128] {
         self.positions.all_actual()
+    }
+
+    /// What the serial line has sent.
+    pub(crate) fn take_sent(&mut self) -> Vec<Vec<u8>> {
+        std::mem::take(&mut self.sent)
     }
 
     /// Whether the machine is on.

@@ -1,8 +1,9 @@
 //! What is modal while a part program is read, and the check of its arcs (SIM-9).
 
-use super::block::{Block, Motion};
+use super::block::{Block, Cycle, Motion};
 use super::read::{Mistake, Reader, wrong};
 use crate::arc::{Circle, Given, Plane};
+use crate::setup::Rules;
 
 /// By how many nanometres the two radii of an arc may differ.
 const MAX_DIFFERENCE: f64 = 10_000.0;
@@ -25,6 +26,18 @@ impl Reader<'_> {
         modal: &Modal,
         motion: Option<Motion>,
     ) -> Result<(), Box<Mistake>> {
+        if let Some(cycle) = self.block.cycle {
+            // R of a tapping cycle is the point from where it feeds.
+            let has_centre = self.block.centre.iter().any(Option::is_some);
+            let has_more = has_centre || cycle == Cycle::Home && self.block.radius.is_some();
+            return match self.first_arc.filter(|_| has_more) {
+                Some(at) => {
+                    let help = "I, J, K and R belong to G2 and G3, and R to G74 and G84";
+                    wrong("SIM-2", at, "this word has no meaning in this block", help)
+                }
+                None => Ok(()),
+            };
+        }
         let place = self.first_axis.or(self.first_arc);
         let Some(at) = place.filter(|_| self.block.aux.is_none() && self.dwell.is_none()) else {
             return Ok(());
@@ -61,7 +74,7 @@ impl Reader<'_> {
         }
         let mut after = modal.clone();
         after.relative = self.block.absolute.map_or(modal.relative, |absolute| !absolute);
-        after.go_to(&self.block);
+        after.go_to(&self.block, self.rules);
         let at_axes = |modal: &Modal| {
             let of = |axis: usize| modal.positions.get(axis).copied().unwrap_or(0);
             [of(axes.0), of(axes.1)]
@@ -80,11 +93,20 @@ impl Reader<'_> {
 
 impl Modal {
     /// Moves the axes to where a block ends.
-    pub(super) fn go_to(&mut self, block: &Block) {
+    pub(super) fn go_to(&mut self, block: &Block, rules: &Rules) {
+        let goes = |position: i128, word: i128| {
+            if self.relative { position.saturating_add(word) } else { word }
+        };
         for &(axis, word) in &block.axes {
-            if let Some(position) = self.positions.get_mut(axis) {
-                *position = if self.relative { position.saturating_add(word) } else { word };
-            }
+            let is_z = rules.letters.get(axis) == Some(&Some('Z'));
+            let Some(position) = self.positions.get_mut(axis) else { continue };
+            *position = match block.cycle {
+                Some(Cycle::Home) => rules.homes.get(axis).copied().unwrap_or(0),
+                Some(Cycle::Tap) if is_z => {
+                    block.radius.map_or(*position, |radius| goes(*position, radius))
+                }
+                _ => goes(*position, word),
+            };
         }
     }
 }

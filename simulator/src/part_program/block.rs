@@ -15,6 +15,17 @@ pub(crate) enum Motion {
     Clockwise,
     /// G3.
     Counterclockwise,
+    /// G33: F is the way of a revolution (NCT).
+    Thread,
+}
+
+/// What a block does with its axes instead of going straight to their words (NCT).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cycle {
+    /// G28: to its words, and to the reference point.
+    Home,
+    /// G74, G84: tapping.
+    Tap,
 }
 
 impl Motion {
@@ -54,6 +65,10 @@ pub(crate) struct Block {
     pub(crate) skip: u8,
     /// G0 to G3.
     pub(crate) motion: Option<Motion>,
+    /// G28, G74, G84.
+    pub(crate) cycle: Option<Cycle>,
+    /// G81.1 (true), G80.
+    pub(crate) chopping: Option<bool>,
     /// G17 to G19.
     pub(crate) plane: Option<Plane>,
     /// I, J and K.

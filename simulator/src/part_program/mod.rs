@@ -5,10 +5,11 @@
 
 mod arcs;
 mod block;
+mod complete;
 mod grammar;
 mod read;
 mod words;
 
-pub(crate) use block::{AuxMove, Block, Feed, Motion};
+pub(crate) use block::{AuxMove, Block, Cycle, Feed, Motion};
 pub use read::{MAX_PART_PROGRAM, read_part_program};
 pub(crate) use read::{PartProgram, read_entry};

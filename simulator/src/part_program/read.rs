@@ -5,7 +5,7 @@ use plcc_abi::machine::simulator::Decimal;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::arcs::Modal;
-use super::block::{AuxMove, Block, Motion};
+use super::block::{Block, Cycle, Motion};
 use super::grammar::{Item, items};
 use super::words::{Code, Letter};
 use crate::length::nanometres;
@@ -125,20 +125,22 @@ fn lines(text: &str) -> impl Iterator<Item = (&str, usize)> {
 pub(super) struct Reader<'r> {
     pub(super) rules: &'r Rules,
     pub(super) block: Block,
-    seen: Vec<char>,
+    pub(super) seen: Vec<char>,
     groups: Vec<i128>,
     warnings: Vec<Mistake>,
     /// Where the first axis word is.
     pub(super) first_axis: Option<(usize, usize)>,
     /// Where the first of I, J, K and R is.
     pub(super) first_arc: Option<(usize, usize)>,
+    /// Letters that a G code needs in its block, and where that is.
+    pub(super) needs: Vec<(char, (usize, usize))>,
     /// Where G4 is, and P with its time.
     pub(super) dwell: Option<(usize, usize)>,
-    parameter: Option<((usize, usize), Decimal)>,
+    pub(super) parameter: Option<((usize, usize), Decimal)>,
     /// Where G61 to G66 is, with the axis.
-    aux: Option<((usize, usize), u8)>,
+    pub(super) aux: Option<((usize, usize), u8)>,
     /// X where the table has no such axis.
-    aux_position: Option<((usize, usize), i128)>,
+    pub(super) aux_position: Option<((usize, usize), i128)>,
 }
 
 pub(super) fn wrong<T>(
@@ -165,6 +167,7 @@ fn read_line(rules: &Rules, line: &str, modal: &mut Modal) -> Result<Line, Mista
         warnings: vec![],
         first_axis: None,
         first_arc: None,
+        needs: vec![],
         dwell: None,
         parameter: None,
         aux: None,
@@ -207,7 +210,7 @@ fn read_line(rules: &Rules, line: &str, modal: &mut Modal) -> Result<Line, Mista
     modal.relative = block.absolute.map_or(modal.relative, |absolute| !absolute);
     modal.feed |= block.feed.is_some();
     if block.dwell.is_none() {
-        modal.go_to(block);
+        modal.go_to(block, rules);
     }
     if block.ends_program() {
         *modal = Modal { positions: std::mem::take(&mut modal.positions), ..Modal::default() };
@@ -244,6 +247,7 @@ impl Reader<'_> {
         let Some(kind) = self.rules.letter(letter) else {
             let what = format!("this control has no word {letter}");
             let help = "write a word that the control has, or give the axis in [[simulator.axis]]";
+            self.seen.push(letter);
             return wrong("SIM-2", at, what, help);
         };
         let repeats = matches!(kind, Letter::Code | Letter::Function);
@@ -304,9 +308,8 @@ impl Reader<'_> {
                 }
             }
             Letter::Radius => {
-                let fits = number.times(MILLION).is_some_and(|n| n.abs() <= MAX_AXIS);
-                if !fits || number.is_zero() {
-                    return out_of_range("R is not 0, and at most 99999.999999");
+                if number.times(MILLION).is_none_or(|n| n.abs() > MAX_AXIS) {
+                    return out_of_range("R goes to 99999.999999 at most");
                 }
                 self.first_arc.get_or_insert(at_word);
                 self.block.radius = Some(nanometres(number, self.rules.unit));
@@ -349,11 +352,13 @@ impl Reader<'_> {
     }
 
     fn code(&mut self, number: Decimal, at: (usize, usize)) -> Result<(), Box<Mistake>> {
-        let Some(number) = number.integer() else {
-            let help = "G codes are whole numbers";
+        let with_fraction = self.rules.code_with_fraction(number);
+        let Some(number) = number.integer().or(with_fraction.map(|_| 81)) else {
+            let help = "G codes are whole numbers, but for G81.1 of an NCT control";
             return wrong("SIM-4", at, "the number of G is out of range", help);
         };
-        let Some((code, declared)) = self.rules.code(number) else {
+        let code = with_fraction.map(|code| (code, None)).or_else(|| self.rules.code(number));
+        let Some((code, declared)) = code else {
             let what = format!("G{number} is not simulated");
             let help = "see the list of what is taken in the book, \"A machine on the desk\"; codes of a PMI program are declared after $GCODE";
             return wrong("SIM-5", at, what, help);
@@ -364,6 +369,11 @@ impl Reader<'_> {
             return wrong("SIM-6", at, what, "put it into a block of its own");
         }
         self.groups.push(group);
+        let takes_axes = matches!(code, Code::Home | Code::Tap | Code::Dwell);
+        if takes_axes && (self.block.cycle.is_some() || self.dwell.is_some()) {
+            let what = format!("G{number} and the G code before it want the axes of this block");
+            return wrong("SIM-6", at, what, "put it into a block of its own");
+        }
         match code {
             Code::Rapid => self.block.motion = Some(Motion::Rapid),
             Code::Line => self.block.motion = Some(Motion::Line),
@@ -372,6 +382,16 @@ impl Reader<'_> {
             Code::Plane(plane) => self.block.plane = Some(plane),
             Code::Absolute(absolute) => self.block.absolute = Some(absolute),
             Code::Dwell => self.dwell = Some(at),
+            Code::Thread => {
+                self.block.motion = Some(Motion::Thread);
+                self.needs.push(('F', at));
+            }
+            Code::Home => self.block.cycle = Some(Cycle::Home),
+            Code::Tap => {
+                self.block.cycle = Some(Cycle::Tap);
+                self.needs.push(('Z', at));
+            }
+            Code::Chopping(on) => self.block.chopping = Some(on),
             Code::Aux(axis) => self.aux = Some((at, axis)),
             Code::Nothing(_) | Code::Declared => {}
         }
@@ -410,65 +430,6 @@ impl Reader<'_> {
         }
         self.block.m.push(m);
         self.declared(declared);
-        Ok(())
-    }
-
-    /// What only the whole line tells. `broken` says that the line has a mistake already, so that what is missing
-    /// may stand behind it.
-    fn complete(&mut self, modal: &Modal, broken: bool) -> Result<(), Box<Mistake>> {
-        if let Some(at) = self.dwell
-            && let Some(axis) = self.first_axis
-        {
-            let what = "G4 has no axes";
-            return wrong("SIM-6", at.max(axis), what, "put the axes into a block of their own");
-        }
-        if let Some((at, axis)) = self.aux {
-            if usize::from(axis) >= self.rules.aux {
-                let what = format!("there is no auxiliary axis {axis}");
-                let help = "give it in the machine file: [[simulator.aux]], an entry for each axis from 0 on";
-                return wrong("SIM-13", at, what, help);
-            }
-            let of_axis = self
-                .block
-                .axes
-                .iter()
-                .find(|(axis, _)| self.rules.letters.get(*axis) == Some(&Some('X')));
-            let position = of_axis.map(|(_, x)| *x).or(self.aux_position.take().map(|(_, x)| x));
-            let feed = self.block.feed.take();
-            self.block.aux = Some(AuxMove { axis, position, feed });
-            self.block.axes.clear();
-        }
-        if broken {
-            return Ok(());
-        }
-        if let Some((at, _)) = self.aux_position {
-            let help = "write a word that the control has, or give the axis in [[simulator.axis]]";
-            return wrong("SIM-2", at, "this control has no axis X", help);
-        }
-        match (self.dwell, self.parameter) {
-            (None, Some((at, _))) => {
-                let help = "P is the time of G4, as in G4 P1.5";
-                return wrong("SIM-2", at, "P has no meaning without G4", help);
-            }
-            (Some(at), None) => {
-                return wrong("SIM-13", at, "G4 has no time", "give it in seconds, as in G4 P1.5");
-            }
-            (Some(_), Some((_, seconds))) => {
-                let time = seconds.times(1_000_000_000).and_then(|time| u64::try_from(time).ok());
-                self.block.dwell = Some(time.unwrap_or(u64::MAX));
-            }
-            (None, None) => {}
-        }
-        let motion = self.block.motion.or(modal.motion);
-        self.check_arc(modal, motion)?;
-        if motion.is_some_and(|motion| motion != Motion::Rapid)
-            && !modal.feed
-            && self.block.feed.is_none()
-            && let (Some(at), None) = (self.first_axis.or(self.first_arc), self.block.aux)
-        {
-            let help = "give the feed in this block or before it, as in F200";
-            return wrong("SIM-8", at, "this is a feed, and no F was given so far", help);
-        }
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! Which words a control takes.
 
 use plcc_abi::Dialect;
+use plcc_abi::machine::simulator::Decimal;
 use plcc_abi::pmi::DeclaredCode;
 
 use crate::arc::Plane;
@@ -46,6 +47,14 @@ pub(super) enum Code {
     Arc(bool),
     /// G17 to G19.
     Plane(Plane),
+    /// G33 (NCT).
+    Thread,
+    /// G28 (NCT).
+    Home,
+    /// G74 and G84 (NCT).
+    Tap,
+    /// G81.1 (true) or G80 (NCT).
+    Chopping(bool),
     /// G4.
     Dwell,
     /// G90 (true) or G91.
@@ -62,9 +71,10 @@ impl Code {
     /// Two codes of a group can't be in one block.
     pub(super) fn group(self, number: i128) -> i128 {
         match self {
-            Self::Rapid | Self::Line | Self::Arc(_) => -1,
+            Self::Rapid | Self::Line | Self::Arc(_) | Self::Thread => -1,
             Self::Plane(_) => -5,
-            Self::Dwell => -2,
+            Self::Dwell | Self::Home => -2,
+            Self::Tap | Self::Chopping(_) => -6,
             Self::Absolute(_) => -3,
             Self::Nothing(group) => -10 - i128::from(group),
             Self::Aux(_) => -4,
@@ -102,7 +112,12 @@ impl Rules {
     /// What a G code does that is not the program's own: the code by its number.
     fn built_in(&self, number: i128) -> Option<Code> {
         let inch = self.is_inch;
+        let is_nct = self.dialect == Dialect::Nct;
         Some(match number {
+            28 if is_nct => Code::Home,
+            33 if is_nct => Code::Thread,
+            74 | 84 if is_nct => Code::Tap,
+            80 if is_nct => Code::Chopping(false),
             0 => Code::Rapid,
             1 => Code::Line,
             2 => Code::Arc(true),
@@ -123,6 +138,14 @@ impl Rules {
             97 => Code::Nothing(7),
             _ => return None,
         })
+    }
+
+    /// What a G code with a fraction is; there is G81.1 alone.
+    pub(super) fn code_with_fraction(&self, number: Decimal) -> Option<Code> {
+        let is_it = self.dialect == Dialect::Nct
+            && number.integer().is_none()
+            && number.times(1_000_000) == Some(81_100_000);
+        is_it.then_some(Code::Chopping(true))
     }
 
     /// What a G code is, and its number in the program's list if that declares it; `None` for one that is not taken.

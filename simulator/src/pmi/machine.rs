@@ -1,5 +1,6 @@
 //! Machine on, E-stop and control reset (PMI 3.4; cnc-side 2.3 to 2.5).
 
+use super::auxiliary::Auxiliary;
 use super::state::{Machine, State};
 use super::{Pmi, Seen};
 use crate::context::Context;
@@ -45,6 +46,7 @@ impl Pmi {
         }
         state.hold = false;
         state.jogs = Default::default();
+        state.auxiliary.iter_mut().for_each(Auxiliary::drop_movement);
         state.started = false;
         state.block.stand_at_first();
     }

@@ -1,5 +1,6 @@
 //! The simulated control beside a PMI program (cnc-side 2).
 
+mod auxiliary;
 mod jog;
 mod machine;
 mod modes;
@@ -109,6 +110,7 @@ impl Pmi {
         self.hold_and_start(state, &seen, now);
         self.block(state, &seen, now);
         self.jog(state, &seen, now);
+        self.auxiliary(state, now);
         self.touch(state, now);
         self.spindle(state, now);
         state.before = state::Before::of(&seen);
@@ -149,13 +151,6 @@ impl Pmi {
             variables.actual.write(access, counts(state.positions.actual(at)));
         }
         own.moves.write(access, flag(moves));
-        for variables in &own.aux {
-            variables.complete.write(access, 1);
-            variables.acknowledge.write(access, 0);
-            variables.homed.write(access, 0);
-            variables.velocity_error.write(access, 0);
-            variables.command.write(access, 0);
-            variables.actual.write(access, 0);
-        }
+        self.show_auxiliary(state, now);
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Seen;
+use super::auxiliary::Auxiliary;
 use super::jog::{AXES, Jog};
 use super::program::BlockState;
 use super::touch::TouchState;
@@ -68,6 +69,7 @@ pub(crate) struct State {
     pub(super) jogs: [Option<Jog>; AXES],
     /// @AXRRQ as the step before saw it.
     pub(super) requests_before: [i64; AXES],
+    pub(super) auxiliary: Vec<Auxiliary>,
     /// The speed of the spindle times the nanoseconds of its ramp.
     pub(super) spindle: i128,
     pub(super) touch: TouchState,
@@ -84,6 +86,7 @@ impl State {
             active: vec![false; axes],
             homed: vec![homed; axes],
             offsets: vec![0; axes],
+            auxiliary: vec![Auxiliary::new(setup, tick_ns); setup.table.aux.len()],
             ..Self::default()
         }
     }
@@ -95,6 +98,8 @@ impl State {
             && self.active.len() == own.active.len()
             && self.homed.len() == own.homed.len()
             && self.offsets.len() == own.offsets.len()
+            && self.auxiliary.len() == own.auxiliary.len()
+            && self.auxiliary.iter().zip(&own.auxiliary).all(|(a, b)| a.fits(b))
             && self.touch.fits(&own.touch)
     }
 

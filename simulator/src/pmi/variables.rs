@@ -26,6 +26,12 @@ pub(super) struct AuxVariables {
     pub(super) actual: Variable,
     pub(super) position: Variable,
     pub(super) velocity: Variable,
+    /// Read: the mode, the request, where to and how fast, and whether to stop where it is.
+    pub(super) mode: Variable,
+    pub(super) request: Variable,
+    pub(super) given_position: Variable,
+    pub(super) given_velocity: Variable,
+    pub(super) cancel: Variable,
 }
 
 /// A list of all: what is read, and what is written.
@@ -69,7 +75,7 @@ macro_rules! variables {
                 }
                 for axis in &self.aux {
                     let AuxVariables {
-                        acknowledge, complete, homed, velocity_error, command, actual, position, velocity,
+                        acknowledge, complete, homed, velocity_error, command, actual, position, velocity, ..
                     } = *axis;
                     written.extend([acknowledge, complete, homed, velocity_error]);
                     written.extend([command, actual, position, velocity]);
@@ -101,6 +107,7 @@ variables! {
         block_delete: "@BKDLT",
         optional_stop: "@OPSTP",
         jog_increment: "@JGINC",
+        aux_feed_hold: "@AUXFH",
     }
     writes {
         estop: "@ESTOP",
@@ -144,8 +151,17 @@ fn axes(setup: &Setup, access: &mut dyn Access) -> Vec<AxisVariables> {
 
 fn aux(setup: &Setup, access: &mut dyn Access) -> Vec<AuxVariables> {
     let mut axis = |at: usize| {
+        let mut read = |name| Variable::find(access, &format!("{name}[{at}]"), Use::Read);
+        let (mode, request) = (read("@AUMOD"), read("@AUREQ"));
+        let (given_position, given_velocity) = (read("@AUPOS"), read("@AUVEL"));
+        let cancel = read("@AUCNC");
         let mut find = |name| Variable::find(access, &format!("{name}[{at}]"), Use::Write);
         AuxVariables {
+            mode,
+            request,
+            given_position,
+            given_velocity,
+            cancel,
             acknowledge: find("@AUACK"),
             complete: find("@AUCMP"),
             homed: find("@AUHOM"),

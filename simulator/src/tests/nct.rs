@@ -1,4 +1,4 @@
-//! The control beside an NCT program: the timing diagrams of NCT 6.7.
+//! The control beside an NCT program.
 
 use plcc_abi::Dialect;
 
@@ -8,7 +8,7 @@ use crate::event::{Awaited, Told};
 const SEEN: [&str; 7] = ["I546", "I550", "I551", "I553", "I547", "I610", "SIM"];
 
 /// A control that is on, with 100 % everywhere, FIN and the feed's permission.
-fn ready(machine: &str, part: Option<&str>) -> Desk {
+pub(super) fn ready(machine: &str, part: Option<&str>) -> Desk {
     let mut desk = Desk::new(Dialect::Nct, machine, &[], part);
     for name in ["Y540", "Y547", "Y650"] {
         desk.set(name, 1);
