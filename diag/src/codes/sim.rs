@@ -25,19 +25,19 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "SIM-4",
         title: "a number out of range",
-        meaning: "A number has at most nine digits before its point and six behind it. G, M, N, S, T and functions are whole. F is above 0. Only axes may be negative, and go to 99999.999999 at most. S, T and functions go to 65535 on an NCT control and to 2147483647 on a PMI control, M to 299 on a PMI control and 999 on others.",
+        meaning: "A number has at most nine digits before its point and six behind it. G (but G81.1), M, N, S, T and functions are whole. F is above 0. Only axes, I, J, K and R may be negative, and go to 99999.999999 at most. S, T and functions go to 65535 on an NCT control and to 2147483647 on a PMI control, M to 299 on a PMI control and 999 on others.",
         fix: "Wrong: M3 S1200.5\nRight: M3 S1200",
     },
     CodeInfo {
         code: "SIM-5",
         title: "a code that is not simulated",
-        meaning: "The simulated control takes no codes whose effect it would have to guess: canned cycles, offsets, subprograms (M96 to M99) and others. On a PMI control codes that the program declares after $MCODE and $GCODE are taken.",
+        meaning: "The simulated control takes no codes whose effect it would have to guess: canned cycles but for tapping, offsets, subprograms (M96 to M99) and others. On a PMI control codes that the program declares after $MCODE and $GCODE are taken.",
         fix: "Write the blocks of a subprogram where it is called, and the movements of a cycle one by one.",
     },
     CodeInfo {
         code: "SIM-6",
         title: "two G codes of a group",
-        meaning: "G0 and G1 exclude each other, and so do G90 and G91 and the codes of other groups. A block with G4 has no axes.",
+        meaning: "G0 and G1 exclude each other, and so do G90 and G91 and the codes of other groups. A block with G4 has no axes, and G28, G74 and G84 share their axes with no other code.",
         fix: "Wrong: G0 G1 X10 F100\nRight: G1 X10 F100",
     },
     CodeInfo {
@@ -79,7 +79,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "SIM-13",
         title: "what a G code needs is missing",
-        meaning: "G4 needs its time in P, in seconds. G61 to G66 of a PMI control need an entry [[simulator.aux]] for their axis.",
+        meaning: "G4 needs its time in P, in seconds. G33 needs F and G74 and G84 need Z in their block. G61 to G66 of a PMI control need an entry [[simulator.aux]] for their axis.",
         fix: "Wrong: G4\nRight: G4 P1.5",
     },
 ];
