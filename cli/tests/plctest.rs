@@ -537,3 +537,60 @@ fn the_tests_of_the_examples_pass_in_every_engine() {
         }
     }
 }
+
+/// A clamp with a switch of its own, and a guard that no test opens.
+const CLAMP: &str = "$TIMER\nE/CLOSE/LATE = 50\n$INPUT\nSTART=1/0\nSHUT=1/1\nBACK=1/2\nLAMPOK=1/3\n\
+    $OUTPUT\nVALVE=2/0\nMOTOR=2/1\nLAMP=2/2\n$FAULT\nSLOW = \"THE CLAMP DOES NOT CLOSE\"\n$END\n\
+    VALVE = START\nMOTOR = START & SHUT\nCLOSE = VALVE & /SHUT\nSLOW = LATE\nLAMP = F\n";
+const CLAMP_TABLE: &str = "[[simulator.device]]\nname = \"CLAMP\"\nkind = \"cylinder\"\nextend = \"VALVE\"\n\
+    extended = \"SHUT\"\nretracted = \"BACK\"\n[[simulator.device]]\nname = \"LAMP\"\nkind = \"relay\"\n\
+    output = \"LAMP\"\ninput = \"LAMPOK\"\n";
+const CLAMP_TESTS: &str = "program \"clamp.pmi\"\nsimulate\nnever MOTOR & BACK\ntest \"it starts\"\n\
+    set START = 1\nwait until MOTOR within 2 s\nexpect /SLOW\nrun 1 s\nset START = 0\nrun 1 s\nend\n";
+
+#[test]
+fn broken_feedbacks_are_told_or_not() {
+    let files =
+        [("clamp.pmi", CLAMP), ("clamp.machine.toml", CLAMP_TABLE), ("clamp.plctest", CLAMP_TESTS)];
+    let folder = Folder::with(&files);
+    let mut all = vec![];
+    for engine in ["jit", "interp", "aot"] {
+        let run = format!("test clamp.plctest --broken --engine {engine}");
+        let done = folder.plcc(&run).exits(1);
+        for part in [
+            "told   CLAMP: extended SHUT stuck at 0: \"THE CLAMP DOES NOT CLOSE\", in \"it starts\"\n",
+            "UNTOLD CLAMP: extended SHUT stuck at 1: no message, fault or stop, and against clamp.plctest:3: never MOTOR & BACK\n",
+            "UNTOLD CLAMP: retracted BACK stuck at 0: no message, fault or stop\n",
+            "UNTOLD CLAMP: retracted BACK stuck at 1: no message, fault or stop, and against",
+            "UNSEEN LAMP: input LAMPOK stuck at 0: no test sees another value\n",
+            "UNTOLD LAMP: input LAMPOK stuck at 1: no message, fault or stop\n",
+            "6 faults: 1 told, 4 untold, 1 unseen\n",
+        ] {
+            assert!(done.stdout.contains(part), "{part} is not in\n{}", done.stdout);
+        }
+        all.push(done.stdout);
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:#?}");
+    let done = folder.plcc("test clamp.plctest --broken --message-format json").exits(1);
+    let lines = done.json();
+    assert_eq!(lines[0]["result"], "told");
+    assert_eq!(lines[0]["text"], "THE CLAMP DOES NOT CLOSE");
+    assert_eq!(
+        (&lines[1]["result"], &lines[1]["against"]),
+        (&"untold".into(), &"never MOTOR & BACK".into())
+    );
+    assert_eq!((&lines[4]["result"], &lines[4]["stuck"]), (&"unseen".into(), &0.into()));
+    assert_eq!(lines[6]["untold"], 4);
+    // A program that looks whether the switch opens tells of both.
+    let told = CLAMP.replace("CLOSE = VALVE & /SHUT", "CLOSE = (VALVE & /SHUT) ! (/VALVE & SHUT)");
+    let told = told.replace("= 50", "= 30");
+    folder.write("clamp.pmi", &told);
+    folder.write("clamp.machine.toml", &CLAMP_TABLE.split("retracted").next().unwrap().to_owned());
+    folder.plcc("test clamp.plctest --broken").exits(0).says(&[]);
+    // Tests have to pass before anything is broken.
+    folder.write("clamp.plctest", &CLAMP_TESTS.replace("within 2 s", "within 1 tick"));
+    let failed = folder.plcc("test clamp.plctest --broken --records r").exits(1);
+    assert!(failed.stdout.contains("FAILED it starts"), "{}", failed.stdout);
+    folder.write("clamp.plctest", &CLAMP_TESTS.replace("simulate\n", "").replace("wait", "# wait"));
+    folder.plcc("test clamp.plctest --broken").exits(2).says(&["simulate", "[[simulator.device]]"]);
+}

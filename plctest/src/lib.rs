@@ -20,9 +20,11 @@ mod plan;
 pub mod report;
 mod run;
 pub mod script;
+mod told;
 
 pub use condition::{Comparison, Condition, Relation, Surroundings};
 pub use grammar::{KEYWORDS, form};
 pub use parse::parse;
 pub use plan::{Act, Invariant, Plan, PlannedStatement, PlannedTest, Step};
-pub use run::{Failure, Outcome, Station, run_test};
+pub use run::{Failure, Outcome, Station, run_test, run_through};
+pub use told::Told;

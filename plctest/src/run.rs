@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::Engine;
-use plcc_runtime::{Event, EventBody, Executive, Setting, Stop, VariableKey};
+use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
 
 use crate::condition::Condition;
 use crate::plan::{Act, Expectation, Plan, PlannedTest, Step};
 use crate::script::Length;
+use crate::told::{Told, text_of};
 
 /// How many texts of events a failure shows.
 const SHOWN_EVENTS: usize = 5;
@@ -97,6 +98,38 @@ pub fn run_test(
     Outcome { ticks: run.ticks, time_ns: run.time_ns, failure }
 }
 
+/// Runs a test to its end: what fails is passed over, and nothing but a stop of the program ends it. `names` are variables whose
+/// values are wanted.
+///
+/// # Errors
+/// When there is no control, or no variable of a name.
+pub fn run_through(
+    plan: &Plan,
+    test: &PlannedTest,
+    station: &dyn Station,
+    engine: &mut dyn Engine,
+    names: &[String],
+) -> Result<Told, String> {
+    let mut run = Run::new(plan, test, station, engine)?;
+    let table = run.executive.names();
+    for name in names {
+        let key = table.find(name, Purpose::Watch).map_err(|error| error.to_string())?;
+        run.watched.push(key);
+    }
+    run.told = Some(Told::of(names.len()));
+    for (at, statement) in test.statements.iter().enumerate() {
+        run.at = at;
+        // What it says of the test is not asked here.
+        let _ = run.step(&statement.step);
+        if run.stop.is_some() {
+            break;
+        }
+    }
+    let stop = run.stop.as_ref().map(|stop| stop.code.clone());
+    station.over(run.executive.as_mut(), run.stop.as_ref());
+    Ok(Told { stop, ..run.told.unwrap_or_default() })
+}
+
 /// What fails a statement, before it is known where it stands.
 struct Wrong {
     message: String,
@@ -141,6 +174,9 @@ struct Run<'r> {
     time_ns: u64,
     /// The statement that is executed.
     at: usize,
+    /// What the program tells, where the test is run to its end whatever fails, and the variables whose values are wanted.
+    told: Option<Told>,
+    watched: Vec<VariableKey>,
 }
 
 impl<'r> Run<'r> {
@@ -168,6 +204,8 @@ impl<'r> Run<'r> {
             ticks: 0,
             time_ns: 0,
             at: 0,
+            told: None,
+            watched: vec![],
         })
     }
 
@@ -264,10 +302,23 @@ impl<'r> Run<'r> {
         self.ticks += 1;
         self.time_ns = self.time_ns.saturating_add(tick_ns);
         self.see_events();
+        self.see_values();
         self.stop = result.err();
         match &self.stop {
             Some(stop) if !self.stop_is_expected_later() => Err(stopped(stop)),
             _ => self.invariants(),
+        }
+        .or_else(|wrong| self.pass_over(wrong))
+    }
+
+    /// Passes over what is wrong in a tick, where the test is run to its end.
+    fn pass_over(&mut self, wrong: Wrong) -> Result<(), Wrong> {
+        match &mut self.told {
+            Some(told) if self.stop.is_none() => {
+                told.broken = told.broken.or(wrong.invariant);
+                Ok(())
+            }
+            _ => Err(wrong),
         }
     }
 
@@ -275,6 +326,9 @@ impl<'r> Run<'r> {
     fn see_events(&mut self) {
         for event in std::mem::take(&mut self.events) {
             let Some(text) = text_of(&event.body) else { continue };
+            if let Some(told) = &mut self.told {
+                told.hear(&event.body, &text);
+            }
             for (seen, message) in self.seen.iter_mut().zip(&self.test.messages) {
                 *seen |= text.contains(message.as_str());
             }
@@ -284,6 +338,14 @@ impl<'r> Run<'r> {
                 }
                 self.texts.push(text);
             }
+        }
+    }
+
+    /// Notes the values of the variables that are wanted.
+    fn see_values(&mut self) {
+        let Some(told) = &mut self.told else { return };
+        for (number, key) in self.watched.iter().enumerate() {
+            told.see(number, self.executive.read(*key));
         }
     }
 
@@ -355,6 +417,9 @@ impl<'r> Run<'r> {
         let ticks = length.ticks(self.executive.tick_ns());
         for passed in 0..ticks {
             self.tick()?;
+            if self.told.is_some() {
+                continue;
+            }
             if let Some(mut wrong) = self.first_wrong(conditions) {
                 wrong.message = format!("{} in tick {} of {ticks}", wrong.message, passed + 1);
                 return Err(wrong);
@@ -423,14 +488,4 @@ fn stopped(stop: &Stop) -> Wrong {
         .as_ref()
         .map_or_else(String::new, |place| format!(" ({}:{})", place.file, place.line));
     Wrong::new(format!("the program was stopped with {}: {}{place}", stop.code, stop.message))
-}
-
-/// The text of an event.
-fn text_of(body: &EventBody) -> Option<String> {
-    Some(match body {
-        EventBody::Fault { text, .. } | EventBody::Message { text, .. } => text.to_string(),
-        EventBody::Send { text, .. } | EventBody::Command { text, .. } => text.to_string(),
-        EventBody::Display { text, .. } => text.to_string(),
-        _ => return None,
-    })
 }

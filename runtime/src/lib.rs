@@ -78,7 +78,7 @@ pub use names::{Class, Names, Press, Properties};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
 pub use retained::Restored;
-pub use simulated::SimulatedExecutive;
+pub use simulated::{Feedback, SimulatedExecutive};
 pub use small_thread::small_thread;
 pub use stop::{Place, Stop};
 pub use value::Value;

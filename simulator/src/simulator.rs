@@ -166,6 +166,15 @@ impl Simulator {
         self.devices.iter().map(|device| device.name.as_str())
     }
 
+    /// The inputs that devices write: the number of the device, the key of the table that names the input, and the input.
+    pub fn feedbacks(&self) -> Vec<(usize, &'static str, Handle)> {
+        let of = |(number, device): (usize, &Device)| {
+            let own = device.feedbacks().into_iter();
+            own.map(move |(key, handle)| (number, key, handle))
+        };
+        self.devices.iter().enumerate().flat_map(of).collect()
+    }
+
     /// The line of the block that is executed (`SIM.LINE`).
     pub fn line(&self) -> i64 {
         match (&self.control, &self.state.control) {

@@ -169,8 +169,9 @@ Examples:
   plcc test lathe.plctest
   plcc test machine/ --filter turret --junit result.xml
   plcc test lathe.plctest --message-format json | jq 'select(.result == \"failed\")'
+  plcc test lathe.plctest --broken
 
-Exit status: 0 all tests passed; 1 one failed; 2 a script or a program is not valid.")]
+Exit status: 0 all tests passed (with --broken: and the program tells of every fault); 1 one failed; 2 a script or a program is not valid.")]
     Test(Box<TestArgs>),
 
     /// Draws a trace: numbers over time, a bar for each bit, the path of an axis system

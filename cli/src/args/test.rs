@@ -43,6 +43,11 @@ pub(crate) struct TestArgs {
     #[arg(long, value_name = "RECORD", conflicts_with_all = ["paths", "filter", "engine", "junit", "coverage", "records"])]
     pub(crate) from: Option<PathBuf>,
 
+    /// Runs the tests again with each feedback of the simulated small machines stuck at 0 and at 1, and lists the faults of which no
+    /// message, fault or stop of the program tells
+    #[arg(long, conflicts_with_all = ["from", "search", "junit", "coverage"])]
+    pub(crate) broken: bool,
+
     /// Looks, for this many seconds, for stimuli that cover what the tests do not cover yet, and writes them as a script with
     /// what came out, for a person to judge
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["from", "junit", "coverage", "records"])]

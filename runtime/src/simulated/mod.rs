@@ -12,7 +12,7 @@ mod slots;
 use std::sync::Arc;
 
 use plcc_abi::{DialectVariable, SimulatorVariable};
-use plcc_simulator::{Setup, Simulator, Strictness};
+use plcc_simulator::{Handle, Setup, Simulator, Strictness};
 use serde::{Deserialize, Serialize};
 
 use crate::event::{Event, EventBody};
@@ -24,6 +24,17 @@ use crate::variable::{Setting, VariableKey};
 use events::EventTexts;
 use names::SimulatedNames;
 use slots::{Bound, Remembered, Slots};
+
+/// An input that a small machine writes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Feedback {
+    /// The name of the small machine.
+    pub device: String,
+    /// The key of the table that names the input, such as `extended`.
+    pub role: &'static str,
+    /// The input.
+    pub name: String,
+}
 
 /// An executive whose machine is simulated.
 pub struct SimulatedExecutive {
@@ -72,6 +83,25 @@ impl SimulatedExecutive {
         let names: &dyn Names = &*self.names;
         let bits = bits::Bits::of(variable, names);
         self.simulator.writes().iter().any(|handle| self.slots.shares(*handle, variable, bits))
+    }
+
+    /// The inputs that small machines write.
+    pub fn feedbacks(&self) -> Vec<Feedback> {
+        let devices: Vec<&str> = self.simulator.devices().collect();
+        let feedback = |(device, role, handle): (usize, &'static str, Handle)| Feedback {
+            device: devices.get(device).map_or_else(String::new, |name| (*name).to_owned()),
+            role,
+            name: self.slots.name(handle),
+        };
+        self.simulator.feedbacks().into_iter().map(feedback).collect()
+    }
+
+    /// Breaks the feedback with a number of [`feedbacks`](Self::feedbacks): from now on it has this value, whatever the small
+    /// machine does. A row of a stimulus still counts for its tick.
+    pub fn stick(&mut self, feedback: usize, value: i64) {
+        if let Some((.., handle)) = self.simulator.feedbacks().get(feedback) {
+            self.slots.stick(*handle, value);
+        }
     }
 
     /// Does the step of a tick.

@@ -37,6 +37,8 @@ struct Slot {
     last: Option<i64>,
     /// Whether a row has set it in this tick.
     by_row: bool,
+    /// The value that is written in the place of every other, of a feedback that is broken.
+    stuck: Option<i64>,
 }
 
 /// All of them.
@@ -90,6 +92,18 @@ impl Slots {
             }
             (slot.by_row, self.any_row) = (true, true);
             slot.last = overlap.and_then(|(own, other)| other.part_of(number, own));
+        }
+    }
+
+    /// The name of a variable that was found.
+    pub(super) fn name(&self, handle: Handle) -> String {
+        self.get(handle).map_or_else(String::new, |slot| self.names.canonical(slot.variable))
+    }
+
+    /// What is written to a variable from now on, whatever the simulator writes.
+    pub(super) fn stick(&mut self, Handle(number): Handle, value: i64) {
+        if let Some(slot) = self.slots.get_mut(number as usize) {
+            slot.stuck = Some(value);
         }
     }
 
@@ -171,6 +185,7 @@ impl Slots {
             is_output_line: properties.direction == Direction::Output,
             last: None,
             by_row: false,
+            stuck: None,
         }
     }
 }
@@ -247,6 +262,7 @@ impl Access for Bound<'_> {
         else {
             return;
         };
+        let value = slot.stuck.unwrap_or(value);
         let is_there = match slot.source {
             Source::Image(place) => place.read(self.executive.image()).map(integer) == Some(value),
             Source::LastSet => slot.last == Some(value),

@@ -126,19 +126,25 @@ impl Device {
         DeviceState { at, ..DeviceState::default() }
     }
 
-    /// What it writes.
-    pub(crate) fn writes(&self) -> Vec<Handle> {
-        let lines: Vec<Option<&Line>> = match &self.kind {
-            Kind::Relay(relay) => vec![Some(&relay.input)],
-            Kind::Cylinder(cylinder) => {
-                vec![cylinder.extended.as_ref(), cylinder.retracted.as_ref()]
-            }
-            Kind::Turret(turret) => return turret.writes(),
-            Kind::Pump(pump) => vec![Some(&pump.input)],
-            Kind::Switch(switch) => vec![Some(&switch.input)],
+    /// What it writes, each with the key of the table that names it.
+    pub(crate) fn feedbacks(&self) -> Vec<(&'static str, Handle)> {
+        let lines: Vec<(&'static str, Option<&Line>)> = match &self.kind {
+            Kind::Relay(relay) => vec![("input", Some(&relay.input))],
+            Kind::Cylinder(cylinder) => vec![
+                ("extended", cylinder.extended.as_ref()),
+                ("retracted", cylinder.retracted.as_ref()),
+            ],
+            Kind::Turret(turret) => turret.inputs(),
+            Kind::Pump(pump) => vec![("input", Some(&pump.input))],
+            Kind::Switch(switch) => vec![("input", Some(&switch.input))],
             Kind::Off => vec![],
         };
-        lines.into_iter().flatten().map(Line::handle).collect()
+        lines.into_iter().filter_map(|(key, line)| Some((key, line?.handle()))).collect()
+    }
+
+    /// What it writes.
+    pub(crate) fn writes(&self) -> Vec<Handle> {
+        self.feedbacks().into_iter().map(|(_, handle)| handle).collect()
     }
 
     /// Does a step.

@@ -3,7 +3,7 @@
 use plcc_abi::machine::simulator::{DeviceKind, Located, TurretCode};
 
 use super::{DeviceState, Line, Surroundings};
-use crate::access::{Access, Handle};
+use crate::access::Access;
 use crate::length::ticks;
 
 #[derive(Clone, Debug)]
@@ -73,13 +73,15 @@ impl Turret {
         self.first
     }
 
-    pub(super) fn writes(&self) -> Vec<Handle> {
+    /// What it writes, each with the key of the table that names it.
+    pub(super) fn inputs(&self) -> Vec<(&'static str, Option<&Line>)> {
         let code = match &self.code {
             Code::None => &[],
             Code::Number(line) => std::slice::from_ref(line),
             Code::Bits(lines) => lines.as_slice(),
         };
-        code.iter().chain(&self.strobe).map(Line::handle).collect()
+        let code = code.iter().map(|line| ("code", Some(line)));
+        code.chain([("strobe", self.strobe.as_ref())]).collect()
     }
 
     pub(super) fn step(

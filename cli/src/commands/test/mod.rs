@@ -1,7 +1,9 @@
 //! `plcc test`: runs test scripts.
 
+mod broken;
 mod coverage;
 mod from_record;
+mod parallel;
 mod program;
 mod records;
 pub(crate) mod scripts;
@@ -9,10 +11,6 @@ mod search;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::num::NonZero;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use std::time::Instant;
 
 use plcc_abi::Engine;
@@ -26,6 +24,7 @@ use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::output;
 use crate::report::{Destination, Report};
 use coverage::CoverageFile;
+use parallel::parallel;
 use program::TestProgram;
 use scripts::{Scripts, TestScript};
 
@@ -72,6 +71,9 @@ pub(crate) fn test(args: &TestArgs, report: &Report) -> Result<u8, Failure> {
     };
     let (mut all, counts): (Vec<Ran>, Vec<_>) =
         run_all(&jobs, &scripts.programs, &maps)?.into_iter().unzip();
+    if args.broken && Counts::of(&all).failed == 0 {
+        return broken::broken(&jobs, &scripts.programs, args, report);
+    }
     records::record_failures(&mut all, &jobs, &scripts.programs, args, report)?;
     let mut shown = !args.junit.as_deref().is_some_and(output::is_stdout);
     if let Some(path) = &args.junit {
@@ -114,49 +116,15 @@ fn jobs<'s>(scripts: &'s [TestScript], filter: Option<&str>) -> Vec<Job<'s>> {
 
 /// Runs tests, as many at a time as there are processors.
 /// With `maps` of the programs, counts coverage.
-fn run_all(
+fn run_all<'m>(
     jobs: &[Job<'_>],
     programs: &[TestProgram],
-    maps: &[Map],
+    maps: &'m [Map],
 ) -> Result<Vec<(Ran, Option<CoverageCounts>)>, Failure> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get).min(jobs.len());
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<Option<_>>> = Mutex::new(jobs.iter().map(|_| None).collect());
-    let failure: Mutex<Option<Failure>> = Mutex::new(None);
-    thread::scope(|scope| {
-        let work = || {
-            let mut engines = HashMap::new();
-            loop {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(job) = jobs.get(number) else { return };
-                match run(job, programs, maps, &mut engines) {
-                    Ok(ran) => {
-                        let mut done = done.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                        if let Some(place) = done.get_mut(number) {
-                            *place = Some(ran);
-                        }
-                    }
-                    Err(error) => {
-                        let mut failure =
-                            failure.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                        failure.get_or_insert(error);
-                        return;
-                    }
-                }
-            }
-        };
-        for _ in 1..threads {
-            scope.spawn(work);
-        }
-        work();
-    });
-    match failure.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
-        Some(failure) => Err(failure),
-        None => {
-            let done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-            Ok(done.into_iter().flatten().collect())
-        }
-    }
+    let missing = || Failure::internal("a test is not there");
+    parallel(jobs.len(), |number, engines: &mut HashMap<usize, TestEngine<'m>>| {
+        run(jobs.get(number).ok_or_else(missing)?, programs, maps, engines)
+    })
 }
 
 /// The engine of a program, in one thread.
