@@ -581,6 +581,11 @@ fn broken_feedbacks_are_told_or_not() {
     );
     assert_eq!((&lines[4]["result"], &lines[4]["stuck"]), (&"unseen".into(), &0.into()));
     assert_eq!(lines[6]["untold"], 4);
+    // A test that breaks something itself does not count.
+    let jams = "test \"a jam\"\nset START = 1, KEY.JAM CLAMP = 1\nrun 2 s\nexpect SLOW\nend\n";
+    folder.write("jams.plctest", &format!("program \"clamp.pmi\"\nsimulate\n{jams}"));
+    let done = folder.plcc("test jams.plctest --broken").exits(1);
+    assert!(done.stdout.ends_with("6 faults: 0 told, 0 untold, 6 unseen\n"), "{}", done.stdout);
     // A program that looks whether the switch opens tells of both.
     let told = CLAMP.replace("CLOSE = VALVE & /SHUT", "CLOSE = (VALVE & /SHUT) ! (/VALVE & SHUT)");
     let told = told.replace("= 50", "= 30");

@@ -1,0 +1,6 @@
+(two tools)
+N10 T25
+N20 M6
+N30 T7
+N40 M6
+N50 M30
