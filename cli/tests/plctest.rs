@@ -583,19 +583,19 @@ fn broken_feedbacks_are_told_or_not() {
     assert_eq!(lines[6]["untold"], 4);
     // A test that breaks something itself does not count.
     let jams = "test \"a jam\"\nset START = 1, KEY.JAM CLAMP = 1\nrun 2 s\nexpect SLOW\nend\n";
-    folder.write("jams.plctest", &format!("program \"clamp.pmi\"\nsimulate\n{jams}"));
+    folder.write("jams.plctest", format!("program \"clamp.pmi\"\nsimulate\n{jams}"));
     let done = folder.plcc("test jams.plctest --broken").exits(1);
     assert!(done.stdout.ends_with("6 faults: 0 told, 0 untold, 6 unseen\n"), "{}", done.stdout);
     // A program that looks whether the switch opens tells of both.
     let told = CLAMP.replace("CLOSE = VALVE & /SHUT", "CLOSE = (VALVE & /SHUT) ! (/VALVE & SHUT)");
     let told = told.replace("= 50", "= 30");
     folder.write("clamp.pmi", &told);
-    folder.write("clamp.machine.toml", &CLAMP_TABLE.split("retracted").next().unwrap().to_owned());
+    folder.write("clamp.machine.toml", CLAMP_TABLE.split("retracted").next().unwrap());
     folder.plcc("test clamp.plctest --broken").exits(0).says(&[]);
     // Tests have to pass before anything is broken.
-    folder.write("clamp.plctest", &CLAMP_TESTS.replace("within 2 s", "within 1 tick"));
+    folder.write("clamp.plctest", CLAMP_TESTS.replace("within 2 s", "within 1 tick"));
     let failed = folder.plcc("test clamp.plctest --broken --records r").exits(1);
     assert!(failed.stdout.contains("FAILED it starts"), "{}", failed.stdout);
-    folder.write("clamp.plctest", &CLAMP_TESTS.replace("simulate\n", "").replace("wait", "# wait"));
+    folder.write("clamp.plctest", CLAMP_TESTS.replace("simulate\n", "").replace("wait", "# wait"));
     folder.plcc("test clamp.plctest --broken").exits(2).says(&["simulate", "[[simulator.device]]"]);
 }
