@@ -113,6 +113,11 @@ pub trait Names: Debug + Send + Sync {
     /// [value](Properties::value) in the process image.
     fn shown_in_image(&self) -> Vec<VariableKey>;
 
+    /// Whether the simulator of the run writes any of a variable's bits, so that no other process gives it.
+    fn is_simulated(&self, _key: VariableKey) -> bool {
+        false
+    }
+
     /// The physical lines of an input or output, the lowest first, each a variable of one bit with a name of its own; of a line
     /// itself that line. Empty for what has none.
     fn lines(&self, _key: VariableKey) -> Vec<VariableKey> {

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use allocation_counter::measure;
 use clap::Parser;
-use plcc_abi::Dialect;
+use plcc_abi::machine::Machine;
+use plcc_abi::{Dialect, Engine};
 use plcc_control::ControlArgs;
 use plcc_control::executive;
 use plcc_frontend::common::Options;
@@ -18,7 +19,7 @@ use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_image::{InputWriter, Number};
 use plcc_runtime::compare;
-use plcc_runtime::{Executive, Purpose};
+use plcc_runtime::{Executive, Purpose, Value};
 use plcc_tests::compile::{EngineKind, compile};
 /// What the thread that runs the ticks does for the image file and the socket: it writes the image,
 /// reads, sets and forces variables, and takes the state of a program over into another one.
@@ -127,6 +128,78 @@ fn ticks_with_faults_and_messages_allocate_nothing() {
             assert!(told >= 200, "{file} {way:?}: {told} events");
         }
     }
+}
+
+/// A machine of the examples with its simulator, and an engine for it.
+fn on_the_desk(dialect: Dialect, name: &str) -> (Box<dyn Executive + Send>, Box<dyn Engine>) {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("examples/desk");
+    let compiled = compile(&examples.join(name), dialect, &Options::default()).unwrap();
+    let (program, engine) = compiled.engine(EngineKind::JitSpeed).unwrap();
+    let machine_path = examples.join(name).with_extension("machine.toml");
+    let machine = Machine::parse(&std::fs::read_to_string(&machine_path).unwrap()).unwrap();
+    let run = RunArgs { simulate: true, machine_path: Some(machine_path), ..RunArgs::default() };
+    let executive = session::simulated_executive(&program, &run, Some(&machine)).unwrap();
+    (executive, Box::new(engine))
+}
+
+/// The control, small machines, keys and a part program.
+#[test]
+fn ticks_with_a_simulated_machine_allocate_nothing() {
+    for (dialect, name, keys) in [
+        (Dialect::Pmi, "turret.pmi", ["KEY.MACHINE ON", "KEY.AUTO", "KEY.CYCLE START"]),
+        (Dialect::Nct, "changer.nct", ["KEY.B1", "KEY.AUTO", "KEY.START"]),
+        (Dialect::Pmac, "router.pmc", ["KEY.GUARD", "KEY.START", "KEY.JAM HOOD"]),
+    ] {
+        let (mut executive, mut engine) = on_the_desk(dialect, name);
+        let names = executive.names();
+        let find = |name: &str| names.find(name, Purpose::Stimulus).unwrap();
+        let keys = keys.map(find);
+        let value = |text| names.parse(keys[0], text).unwrap();
+        let (on, off) = (value("1"), value("0"));
+        if dialect == Dialect::Nct {
+            executive.write(find("KEY.EMERGENCY LINE"), on);
+        }
+        let mut events = Vec::with_capacity(64);
+        for tick in 0..600 {
+            let pressed = keys.get(tick / 20).filter(|_| tick % 20 >= 10);
+            let taken = measure(|| {
+                if let Some(key) = pressed {
+                    executive.write(*key, if tick % 20 < 19 { on } else { off });
+                }
+                executive.tick(engine.as_mut(), &mut events).unwrap();
+                events.clear();
+            });
+            let nothing = taken.count_total == 0 && taken.count_current == 0;
+            assert!(tick == 0 || nothing, "{name} tick {tick}: {taken:?}");
+        }
+        if dialect != Dialect::Pmac {
+            let line = names.find("SIM.LINE", Purpose::Watch).unwrap();
+            let end = if dialect == Dialect::Pmi { "@PGMSE" } else { "RH000" };
+            let end = executive.read(names.find(end, Purpose::Watch).unwrap());
+            let ended = (executive.read(line), end);
+            let expected = if dialect == Dialect::Pmi { 2 } else { 30 };
+            assert_eq!(
+                ended,
+                (Value::Int(0), Value::Int(expected)),
+                "{name}: the part program ran"
+            );
+        }
+    }
+}
+
+/// A simulated and a real machine never share an input.
+#[test]
+fn what_is_simulated_no_other_process_can_give() {
+    let (executive, _) = on_the_desk(Dialect::Pmi, "turret.pmi");
+    let table = SymbolTable::new(&*executive.names());
+    let can_be_given = |name: &str| {
+        let symbol = table.symbols.iter().find(|symbol| symbol.is_called(name)).unwrap();
+        symbol.slot.is_some()
+    };
+    for simulated in ["CONTR", "CHUCK", "TPOS", "TSTB"] {
+        assert!(!can_be_given(simulated), "{simulated}");
+    }
+    assert!(can_be_given("PEDAL"));
 }
 
 #[test]

@@ -27,7 +27,10 @@ impl SymbolTable {
             let Properties { elements, direction, value, line, unit, .. } = names.properties(key);
             let Some(value) = value else { continue };
             let name = names.canonical(key);
-            let given = direction != Direction::Output && elements.unwrap_or(1) == 1;
+            // A simulated and a real machine never share an input.
+            let given = direction != Direction::Output
+                && elements.unwrap_or(1) == 1
+                && !names.is_simulated(key);
             let given = given.then(|| names.find(&name, Purpose::Stimulus).ok()).flatten();
             let slot = given.map(|key| {
                 table.slots.push((key, name.as_str().into()));

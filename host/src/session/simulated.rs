@@ -60,7 +60,7 @@ pub(super) fn executive(
     let names = executive.names();
     for (name, _) in &args.input_rules {
         if let Ok(key) = names.find(name, Purpose::Watch)
-            && executive.writes(key)
+            && names.is_simulated(key)
         {
             let what = "is given by an entry [[io]], and the simulator writes it, too; remove one of the two";
             return Err(SessionError(format!("{name} {what}")));

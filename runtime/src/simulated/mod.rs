@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::event::{Event, EventBody};
 use crate::executive::Executive;
-use crate::names::Names;
 use crate::value::Value;
 use crate::variable::{Setting, VariableKey};
 
@@ -73,16 +72,10 @@ impl SimulatedExecutive {
         let (simulator, notes) = made?;
         let keys = simulator.keys().iter().map(|key| key.name.clone()).collect();
         let devices = simulator.devices().map(str::to_owned).collect();
-        let names = Arc::new(SimulatedNames::new(names, keys, devices, &simulator));
+        let written = simulator.writes().iter().filter_map(|handle| slots.found(*handle)).collect();
+        let names = Arc::new(SimulatedNames::new(names, keys, devices, &simulator, written));
         let texts = EventTexts::new(&simulator);
         Ok((Self { inner, simulator, slots, names, texts, tick: 0 }, notes))
-    }
-
-    /// Whether the simulator writes a bit of a variable.
-    pub fn writes(&self, variable: VariableKey) -> bool {
-        let names: &dyn Names = &*self.names;
-        let bits = bits::Bits::of(variable, names);
-        self.simulator.writes().iter().any(|handle| self.slots.shares(*handle, variable, bits))
     }
 
     /// The inputs that small machines write.

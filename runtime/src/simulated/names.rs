@@ -5,6 +5,7 @@ use std::sync::Arc;
 use plcc_abi::{DialectVariable, SimulatorVariable, closest};
 use plcc_simulator::Simulator;
 
+use super::bits::Bits;
 use crate::given_names::GivenNames;
 use crate::names::{Class, Names, Press, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
@@ -22,6 +23,8 @@ pub(super) struct SimulatedNames {
     keys: Vec<String>,
     devices: Vec<String>,
     press_ticks: u64,
+    /// What the simulator writes, with its bits where they are known.
+    written: Vec<(VariableKey, Option<Bits>)>,
 }
 
 /// The part of a name behind a prefix, in letters of any case.
@@ -46,12 +49,13 @@ impl SimulatedNames {
         keys: Vec<String>,
         devices: Vec<String>,
         simulator: &Simulator,
+        written: Vec<(VariableKey, Option<Bits>)>,
     ) -> Self {
         let press_ticks = match simulator.dialect() {
             plcc_abi::Dialect::Pmac => PRESS_NS.div_ceil(simulator.tick_ns().max(1)),
             _ => PRESS_TICKS,
         };
-        Self { program, keys, devices, press_ticks }
+        Self { program, keys, devices, press_ticks, written }
     }
 
     fn find_in(name: &str, rest: &str, known: &[String], prefix: &str) -> Result<u32, NameError> {
@@ -154,6 +158,13 @@ impl Names for SimulatedNames {
 
     fn share_forced_bits(&self, a: VariableKey, b: VariableKey) -> bool {
         self.program.share_forced_bits(a, b)
+    }
+
+    fn is_simulated(&self, key: VariableKey) -> bool {
+        let bits = Bits::of(key, &*self.program);
+        self.written.iter().any(|(written, own)| {
+            *written == key || own.zip(bits).is_some_and(|(own, bits)| own.overlap(bits))
+        })
     }
 
     fn has_keys(&self) -> bool {

@@ -73,12 +73,9 @@ impl Slots {
         self.slots.get(number as usize)
     }
 
-    /// Whether a variable that was found is this one or shares these bits.
-    pub(super) fn shares(&self, handle: Handle, variable: VariableKey, bits: Option<Bits>) -> bool {
-        self.get(handle).is_some_and(|slot| {
-            let same = slot.bits.zip(bits).is_some_and(|(own, other)| own.overlap(other));
-            slot.variable == variable || same
-        })
+    /// A variable that was found, with its bits where they are known.
+    pub(super) fn found(&self, handle: Handle) -> Option<(VariableKey, Option<Bits>)> {
+        self.get(handle).map(|slot| (slot.variable, slot.bits))
     }
 
     /// A row is about to set a variable: in this tick the simulator does not write what it sets.
