@@ -51,6 +51,20 @@ fn an_alias_is_a_name_wherever_a_variable_is_named() {
     );
     let open = folder.plcc("run p.pmi --ticks 1 --events - --aliases").exits(0).stdout;
     assert!(open.contains("\"name\":\"ALARM\""), "{open}");
+    // A replay of the record, and what is made of it, have them too.
+    let recorded = format!("{run} --aliases --record p.plcrec --trace r.csv --dump d.json");
+    folder.plcc(&recorded).exits(0);
+    let watch = run.split_once("--watch ").unwrap().1;
+    let replayed = format!("replay p.plcrec --aliases --watch {watch} --trace v.csv --dump v.json");
+    folder.plcc(&replayed).exits(0);
+    assert_eq!(folder.read("v.csv"), folder.read("r.csv"));
+    assert_eq!(folder.read("v.json"), folder.read("d.json"));
+    let replayed = "replay p.plcrec --aliases --events -";
+    assert_eq!(folder.plcc(replayed).exits(0).stdout, events);
+    let table = folder.plcc("convert p.plcrec --to csv -o - --aliases").exits(0).stdout;
+    assert!(table.contains(",Coolant,1\n") && table.contains(",COUNTER,1\n"), "{table}");
+    let table = folder.plcc("convert p.plcrec --to csv -o -").exits(0).stdout;
+    assert!(!table.contains(",Coolant,"), "{table}");
     // An artifact holds the names.
     folder.plcc("build p.pmi -o p.plcx").exits(0);
     folder.write("p.machine.toml", "");

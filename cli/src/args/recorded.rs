@@ -36,6 +36,11 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "NAME,NAME…")]
     pub(crate) watch: Vec<String>,
 
+    /// Writes the names that people gave in the place of the language's in trace, dump and events: the aliases of `[names]` in the
+    /// machine file, and a PMAC's #define names
+    #[arg(long)]
+    pub(crate) aliases: bool,
+
     /// Writes a row `tick,name,value` whenever a watched variable changes (- is standard output);
     /// a file whose name ends in .vcd becomes a value change dump for waveform viewers
     #[arg(long, value_name = "OUT.csv|OUT.vcd")]
@@ -93,6 +98,11 @@ pub(crate) struct ConvertArgs {
     /// The variables [default: all that the program declares or names]
     #[arg(long, value_name = "NAME,NAME…")]
     pub(crate) watch: Vec<String>,
+
+    /// Writes the names that people gave in the place of the language's in the file: the aliases of `[names]` in the
+    /// machine file, and a PMAC's #define names
+    #[arg(long)]
+    pub(crate) aliases: bool,
 
     /// The run, where the record has several, counted from 1 [default: the last one]
     #[arg(long, value_name = "N")]

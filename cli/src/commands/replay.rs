@@ -135,6 +135,8 @@ impl Replay<'_> {
                 let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
                 Failure::usage(errors.join("\nerror: "))
             })?;
+        let watch = watch.with_aliases(args.aliases);
+        let names = replayer.executive().names();
         let (first, _) = replayer.range().map_err(|error| self.failed(error))?;
         let from = args.from.unwrap_or(first).max(first);
         replayer.go_to(from, engine.as_mut()).map_err(|error| self.failed(error))?;
@@ -174,7 +176,8 @@ impl Replay<'_> {
             }
             if let Some(out) = &mut outputs.events {
                 for event in &events {
-                    serde_json::to_writer(&mut *out, event)
+                    let event = watch.shown_event(event, &*names);
+                    serde_json::to_writer(&mut *out, &*event)
                         .map_err(io::Error::from)
                         .and_then(|()| out.write_all(b"\n"))
                         .map_err(written)?;

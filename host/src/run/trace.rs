@@ -105,6 +105,11 @@ impl TraceText {
         self.variables.iter().map(|variable| variable.name.as_str())
     }
 
+    /// The same with what the trace calls them.
+    pub fn shown_names(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.variables.iter().map(|variable| (variable.name.as_str(), variable.shown.as_str()))
+    }
+
     /// Whether a variable of another version of the program is shown as the one with an index is: of the same kind,
     /// with as many elements.
     pub fn takes(&self, index: usize, variable: VariableKey, names: &dyn Names) -> bool {

@@ -60,7 +60,7 @@ impl Fst {
         let mut head = FstHeaderWriter::new(file, &info).map_err(io_error)?;
         head.scope("plc", "plc", FstScopeType::Module).map_err(io_error)?;
         let mut signals = vec![];
-        for name in text.names() {
+        for (name, shown) in text.shown_names() {
             // The first program that has it says of what kind it is.
             let of_program = |(watch, names): &(Watch, Arc<dyn Names>)| {
                 let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
@@ -84,9 +84,9 @@ impl Fst {
                 head.var(name, signal, ty, FstVarDirection::Implicit, None).map_err(io_error)
             };
             let ids = match elements {
-                None => vec![add(name)?],
+                None => vec![add(shown)?],
                 Some(count) => (0..count)
-                    .map(|index| add(&format!("{name}[{index}]")))
+                    .map(|index| add(&format!("{shown}[{index}]")))
                     .collect::<io::Result<_>>()?,
             };
             signals.push((shape, ids));

@@ -99,7 +99,7 @@ impl Mcap {
             (names, of_program, language(program.dialect()).titles(&program.tables))
         });
         let known: Vec<_> = known.collect();
-        for (index, name) in text.names().enumerate() {
+        for (index, (name, shown)) in text.shown_names().enumerate() {
             // The first program that has it says what it is.
             let found = known.iter().find_map(|(names, of_program, titles)| {
                 Some((titles(name), of_program.properties(*names.get(name)?)))
@@ -112,9 +112,9 @@ impl Mcap {
                 classes.push(Class { title: class, fields: vec![], properties });
                 classes.len() - 1
             });
-            let field = field_name(name, &mut used);
+            let field = field_name(shown, &mut used);
             if let Some(class) = classes.get_mut(at) {
-                class.properties.insert(field.clone(), schema_of(name, &properties));
+                class.properties.insert(field.clone(), schema_of(shown, &properties));
                 class.fields.push((index, field));
             }
         }

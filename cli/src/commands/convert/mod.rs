@@ -56,7 +56,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let mut time_ns = None;
     let mut events = vec![];
     let beyond = programs.iter().all(|program| from > program.range.1);
-    for program in &programs {
+    for (program, (watch, names)) in programs.iter().zip(&watches) {
         let (begin, end) = program.range;
         // A tick that is not there is refused by the first replay.
         if (end < next && !beyond) || begin > until {
@@ -98,6 +98,9 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
                 break;
             }
             let executive = replayer.executive();
+            for event in events.iter_mut().filter(|_| args.aliases) {
+                *event = watch.shown_event(event, &**names).into_owned();
+            }
             out.tick(replayed.tick, *time, executive, &events).map_err(not_written)?;
             *time = time.saturating_add(tick_ns);
         }
@@ -159,7 +162,7 @@ fn watches(programs: &[RanProgram], args: &ConvertArgs) -> Result<Watches, Failu
                 Err(more) => errors.extend(more),
             }
         }
-        found.push((watch, names));
+        found.push((watch.with_aliases(args.aliases), names));
         missing = Some(match missing {
             None => errors,
             Some(before) => before.into_iter().filter(|error| errors.contains(error)).collect(),
