@@ -143,6 +143,39 @@ fn a_real_control_is_overridden_from_a_browser_and_the_terminal_shows_it() {
     let set = json!({"apply": {"command": "change", "name": "N", "value": "-7000"}});
     let answer = page.send(set).to_string();
     assert!(answer.contains("N=-7000 before tick"), "{answer}");
+
+    // To set an output is asked for first; once confirmed it is done, and the next time it is asked for again.
+    let set = json!({"apply": {"command": "change", "name": "B", "value": "1"}});
+    let confirm = json!({"apply": {"command": "confirm_warning"}});
+    let refused = page.send(set.clone()).to_string();
+    assert!(refused.contains("Set B to 1?") && refused.contains("is an output"), "{refused}");
+    page.send(confirm.clone());
+    let answer = page.send(set.clone()).to_string();
+    assert!(answer.contains("B=1 before tick"), "{answer}");
+    assert!(page.send(set).to_string().contains("Set B to 1?"));
+
+    // From the past nothing acts on the present without a question; who forces what is told.
+    page.send(json!({"apply": {"command": "go_to_tick", "tick": 3}}));
+    let refused = page.send(force("A", "1")).to_string();
+    assert!(refused.contains("PAST, tick 3") && refused.contains("as it is NOW"), "{refused}");
+    // Another command in between makes the confirmation void.
+    page.send(confirm.clone());
+    page.send(json!({"apply": {"command": "move_ticks", "by": 1}}));
+    let refused = page.send(force("A", "1")).to_string();
+    assert!(refused.contains("PAST, tick 4"), "{refused}");
+    page.send(confirm);
+    let answer = page.send(force("A", "1")).to_string();
+    assert!(answer.contains("A is forced to 1 from tick"), "{answer}");
+    wait("the force in the status", || {
+        let view = page.send(json!({"ask": {"screen": "status"}}));
+        let status = &view["view"]["status"];
+        assert_eq!(status["past"], true, "{status}");
+        assert!(status["time"].as_str().unwrap().ends_with(" UTC"), "{status}");
+        let by = status["forces"][0]["by"].as_str()?.to_owned();
+        assert!(by.starts_with("user ") && by.contains("with plcc"), "{by}");
+        Some(())
+    });
+    page.send(json!({"apply": {"command": "release_all"}}));
 }
 
 #[test]

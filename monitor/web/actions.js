@@ -67,16 +67,9 @@ export async function force(app, name) {
   if (answer) await forceTo(app, name, answer.value);
 }
 
-// Holds an input or output at a value. The warning of PMI 5.3 is shown before the first time.
+// Holds an input or output at a value.
 export async function forceTo(app, name, value) {
-  const command = { command: "force", name, value };
-  try {
-    app.say(await app.connection.apply(command));
-  } catch (refusal) {
-    if (!refusal.warning) return app.refuse(refusal);
-    const confirmed = await ask({ title: "WARNING", text: refusal.warning, confirm: "I have read this", kind: "warning" });
-    if (confirmed && (await app.apply({ command: "confirm_warning" }))) await app.apply(command);
-  }
+  await app.apply({ command: "force", name, value });
 }
 
 // Shows where a variable, label or statement occurs, and goes to the chosen line.

@@ -20,6 +20,7 @@ export class EventsScreen {
       onActivate: (row) => app.apply({ command: "go_to_tick", tick: row.tick }).then((done) => done && app.open("statements")),
       columns: [
         { title: "Tick", cell: (row) => String(row.tick), class: "numeric" },
+        { title: "Time", cell: (row) => row.time ?? "" },
         { title: "Kind", cell: (row) => row.kind },
         { title: "", cell: (row) => (row.on === null ? "" : row.on ? "on" : "off") },
         { title: "Text", cell: (row) => row.text },

@@ -62,7 +62,10 @@ export class Frame {
     document.title = `${status.program || status.name} – plcc monitor`;
     setText(this.state, status.reason ? `${status.state}: ${status.reason}` : status.state);
     this.state.dataset.state = status.state;
-    setText(this.time, `${status.dialect.toUpperCase()} · tick ${status.tick} · ${status.seconds.toFixed(3)} s`);
+    const past = status.past ? "PAST · " : "";
+    const clock = status.time ? ` · ${status.time}` : "";
+    setText(this.time, `${past}${status.dialect.toUpperCase()} · tick ${status.tick} · ${status.seconds.toFixed(3)} s${clock}`);
+    document.body.classList.toggle("past", status.past);
     this.slider.min = String(status.first_tick);
     this.slider.max = String(status.last_tick);
     if (document.activeElement !== this.slider || status.following) this.slider.value = String(status.tick);
@@ -86,7 +89,8 @@ export class Frame {
     this.forces.hidden = !forces.length;
     if (!forces.length) return refill(this.forces);
     const count = forces.length === 1 ? "1 FORCE IS ON" : `${forces.length} FORCES ARE ON`;
-    const shown = forces.slice(0, 12).map((force) => `${force.name}=${force.value}`).join("  ");
+    const said = (force) => `${force.name}=${force.value}${force.by ? ` by ${force.by}` : ""}${force.since === null ? "" : ` since tick ${force.since}`}`;
+    const shown = forces.slice(0, 12).map(said).join("  ");
     refill(this.forces, element("strong", {}, count), element("span", {}, shown, forces.length > 12 ? " …" : ""),
       element("button", { type: "button", onclick: () => this.app.releaseAll() }, "clear all ", element("kbd", {}, "X")));
   }

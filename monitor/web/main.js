@@ -76,15 +76,21 @@ class App {
     this.screen.element.hidden = Boolean(reason) && !fits;
   }
 
-  // Has something done. Gives whether it was done; the user sees what came of it.
+  // Has something done. Gives whether it was done; the user sees what came of it. What the server warns of is done when the
+  // user has confirmed it.
   async apply(command, done = "", slot = null) {
     try {
       const reply = await this.connection.apply(command, slot);
       this.say(reply, done);
       return reply;
     } catch (refusal) {
-      this.refuse(refusal);
-      return null;
+      if (!refusal.warning) {
+        this.refuse(refusal);
+        return null;
+      }
+      const confirmed = await ask({ title: "WARNING", text: refusal.warning, confirm: "I have read this: do it", kind: "warning" });
+      if (!confirmed || !(await this.apply({ command: "confirm_warning" }))) return null;
+      return this.apply(command, done, slot);
     }
   }
 

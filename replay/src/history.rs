@@ -74,6 +74,11 @@ pub trait History {
         &[]
     }
 
+    /// When the run began, in milliseconds since 1970 (UTC), where its ticks followed the clock.
+    fn began_ms(&self) -> Option<u64> {
+        None
+    }
+
     /// The number of online changes before the version whose ticks these are.
     fn generation(&self) -> u16 {
         0

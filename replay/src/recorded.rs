@@ -215,6 +215,11 @@ impl History for Recorded {
         self.step(tick, Some(engine))
     }
 
+    fn began_ms(&self) -> Option<u64> {
+        let header = &ticks_of(&self.recording, self.run, self.generation).ok()?.run.header;
+        header.clocked.then_some(header.began_ms)
+    }
+
     /// In simulated time nothing but the stimulus sets variables.
     fn acts(&mut self, tick: u64) -> Result<Vec<Act>, DebugError> {
         self.go_before(tick)?;

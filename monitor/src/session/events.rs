@@ -19,7 +19,9 @@ impl Session<'_> {
         let past: Vec<Event> =
             self.events.iter().filter(|event| event.tick <= shown).cloned().collect();
         let active = self.active(&past)?;
-        let log = past.iter().map(line).collect();
+        let log =
+            past.iter().map(|event| EventLine { time: self.time_of(event.tick), ..line(event) });
+        let log = log.collect();
         let display = display(&past);
         Ok(EventsView { active, log, display })
     }
@@ -127,7 +129,7 @@ fn line(event: &Event) -> EventLine {
     };
     let text = plcc_abi::printable(&text).replace(['\n', '\t'], " ");
     let name = name_of(&event.body).map(str::to_owned);
-    EventLine { tick: event.tick, kind, name, on, text }
+    EventLine { tick: event.tick, time: None, kind, name, on, text }
 }
 
 /// What DISPLAY has left on the display, if it was used.

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use plcc_abi::place::Direction;
 use plcc_frontend::presentation::IoPoint;
 use plcc_protocol::Force;
+use plcc_replay::forced_by;
 use plcc_runtime::Purpose;
 use plcc_runtime::value::number;
 
 use super::Session;
-use crate::view::{IoRow, IoView, IoWindow, NamedValue};
+use crate::view::{ForcedValue, IoRow, IoView, IoWindow};
 use crate::{Refusal, Reply};
 
 /// The warning that PMI 5.3 shows before the first override.
@@ -35,20 +36,23 @@ impl IoState {
 
 impl Session<'_> {
     /// The forces in effect.
-    pub(super) fn forces(&self) -> Vec<NamedValue> {
+    pub(super) fn forces(&self) -> Vec<ForcedValue> {
         if let Some(status) = self.link.as_ref().and_then(|link| link.status()) {
-            let named = |force: &Force| NamedValue {
-                name: force.name.clone(),
-                value: force.value.clone(),
-                written: true,
+            let named = |force: &Force| {
+                let (by, since) = forced_by(status, &force.name).unzip();
+                let (name, value) = (force.name.clone(), force.value.clone());
+                ForcedValue { name, value, by, since }
             };
             return status.forces.iter().map(named).collect();
         }
         // Those in a program that is run here.
         let own = self.debugger.as_ref().map(|debugger| debugger.history().forces());
         let own = own.unwrap_or_default().into_iter();
-        own.map(|(name, value)| NamedValue { name, value: value.to_string(), written: true })
-            .collect()
+        own.map(|(name, value)| {
+            let value = value.to_string();
+            ForcedValue { name, value, by: None, since: None }
+        })
+        .collect()
     }
 
     /// Whether the control (or the program that is run here) allows something.
@@ -138,7 +142,10 @@ impl Session<'_> {
     }
 
     pub(super) fn confirm_warning(&mut self) -> Result<Reply, Refusal> {
-        self.io.confirmed = true;
+        match std::mem::take(&mut self.confirm.is_asked) {
+            true => self.confirm.is_confirmed = true,
+            false => self.io.confirmed = true,
+        }
         Ok(Reply::default())
     }
 
@@ -160,6 +167,7 @@ impl Session<'_> {
             });
         }
         let name = self.defined_name(name).unwrap_or_else(|| name.trim().to_owned());
+        self.ask_before(&name, Some(value), true)?;
         let tick = self.act(&name, Some(value), true)?;
         Ok(Reply::message(format!("{name} is forced to {value} from tick {tick} on")))
     }
@@ -169,6 +177,7 @@ impl Session<'_> {
         if self.link.is_none() && !self.forces().iter().any(|force| force.name == name) {
             return Err(Refusal::new(format!("{name} is not forced")));
         }
+        self.ask_before(&name, None, true)?;
         let tick = self.act(&name, None, true)?;
         Ok(Reply::message(format!("{name} is not forced from tick {tick} on")))
     }

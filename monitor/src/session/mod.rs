@@ -2,6 +2,7 @@
 //! files of this folder add the methods for one screen each. What a method does that carries out a command is said at
 //! that [`Command`].
 
+mod confirm;
 mod events;
 mod export;
 mod io;
@@ -34,6 +35,7 @@ use crate::link::Link;
 use crate::text::ProgramText;
 use crate::view::{Body, Screen, Status, TargetKind, View, WhyView};
 use crate::{Command, Rebuilder, Refusal, Reply};
+use confirm::Confirm;
 use io::IoState;
 use online::OnlineState;
 pub(crate) use online::no_terminal;
@@ -102,6 +104,7 @@ pub struct Session<'a> {
     online: OnlineState,
     /// The answer to the last question why.
     why: Option<WhyView>,
+    confirm: Confirm,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -150,6 +153,7 @@ impl<'a> Session<'a> {
             scope: ScopeState::default(),
             online: OnlineState::default(),
             why: None,
+            confirm: Confirm::default(),
         }
     }
 
@@ -188,7 +192,11 @@ impl<'a> Session<'a> {
     /// When it can't be done, or is not allowed.
     pub fn apply(&mut self, command: Command) -> Result<Reply, Refusal> {
         self.time.note = None;
+        // What was confirmed counts for the next command alone.
+        let is_confirmation = command == Command::ConfirmWarning;
+        self.confirm.is_asked &= is_confirmation;
         let reply = self.carry_out(command);
+        self.confirm.is_confirmed &= is_confirmation;
         self.keep_statements();
         reply
     }
@@ -270,6 +278,8 @@ impl<'a> Session<'a> {
             first_tick: first,
             last_tick: self.time.run_until.saturating_sub(1).max(first),
             tick_ns,
+            past: self.is_past(),
+            time: self.time_of(tick),
             forces: self.forces(),
             announced: self.announced(),
             may_write: self.allows("write"),

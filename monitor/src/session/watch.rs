@@ -171,6 +171,7 @@ impl Session<'_> {
         if self.is_in_source(&name) {
             return self.change_source(&name, value);
         }
+        self.ask_before(&name, Some(value), false)?;
         let tick = self.act(&name, Some(value), false)?;
         Ok(Reply::message(format!("{name}={value} before tick {tick}")))
     }
@@ -193,6 +194,9 @@ impl Session<'_> {
         let value: i64 = value
             .parse()
             .map_err(|_| Refusal::new(format!("`{value}` is no whole number, which {name} is")))?;
+        if self.link.is_some() && self.rebuilder.is_some() {
+            self.ask_before(name, Some(&value.to_string()), false)?;
+        }
         let (Some(link), Some(rebuilder)) = (&mut self.link, &mut self.rebuilder) else {
             return Err(Refusal::new(format!(
                 "{name} stands in the source; only in a control that runs, named by its socket and --record, can it be \

@@ -349,3 +349,27 @@ fn an_event_is_asked_for_in_its_tick() {
     assert!(text.contains("The control shows the fault \"A IS ON\"."), "{text}");
     assert_eq!(screen.session.status().tick, 2);
 }
+
+#[test]
+fn the_past_says_so() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "1,A,1\n", 9);
+    let line = |screen: &mut Screen| {
+        screen.drawn();
+        screen.terminal.backend().to_string().lines().nth(1).unwrap().to_owned()
+    };
+    screen.key(KeyCode::Char(' '));
+    assert!(!line(&mut screen).contains("PAST"));
+    screen.key(KeyCode::Char(' '));
+    for _ in 0..3 {
+        screen.key(KeyCode::Left);
+    }
+    let past = line(&mut screen);
+    assert!(past.contains("PAST tick "), "{past}");
+    let cell = screen.terminal.backend().buffer()[(0, 1)].clone();
+    assert_eq!(cell.bg, ratatui::style::Color::Yellow);
+    // What is forced is said on each screen.
+    screen.keys("3oy");
+    assert!(screen.drawn().contains("is forced to 1"));
+    screen.keys("2");
+    assert!(screen.drawn().contains("forced: SOL1=1"));
+}

@@ -47,6 +47,8 @@ pub enum EventKind {
 pub struct EventLine {
     /// The tick.
     pub tick: u64,
+    /// The time of day at which that began, where it is known (UTC).
+    pub time: Option<String>,
     /// What it is.
     pub kind: EventKind,
     /// The variable or flag of a fault or message.

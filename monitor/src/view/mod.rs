@@ -127,6 +127,28 @@ pub enum TargetKind {
     Program,
 }
 
+/// A force in effect.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ForcedValue {
+    /// The variable.
+    pub name: String,
+    /// The value at which it is held.
+    pub value: String,
+    /// Who holds it there, where the control says it.
+    pub by: Option<String>,
+    /// The tick before which that began.
+    pub since: Option<u64>,
+}
+
+impl ForcedValue {
+    /// `DOOR=1 by user anna with plcctl (process 71) since tick 105`
+    pub fn line(&self) -> String {
+        let by = self.by.as_ref().map(|by| format!(" by {by}")).unwrap_or_default();
+        let since = self.since.map(|tick| format!(" since tick {tick}")).unwrap_or_default();
+        format!("{}={}{by}{since}", self.name, self.value)
+    }
+}
+
 /// What stands around every screen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -162,8 +184,12 @@ pub struct Status {
     pub tick_ns: u64,
     /// How many ticks the control has done, where one is connected. Its record ends about a second earlier.
     pub control_ticks: Option<u64>,
-    /// The variables that are forced, with their values.
-    pub forces: Vec<NamedValue>,
+    /// Whether a tick of the past is shown: what is on the screen is not what the machine does now.
+    pub past: bool,
+    /// The time of day at which the tick that is shown began, where a record of a run by the clock says it (UTC).
+    pub time: Option<String>,
+    /// The variables that are forced now, with their values.
+    pub forces: Vec<ForcedValue>,
     /// How many faults and messages are on at the tick that is shown (the indicator of PMI 3.1.6), as far as the events
     /// that were taken in say.
     pub announced: usize,

@@ -141,7 +141,7 @@ fn variables(view: &VariablesView, list: &mut List) {
         let title = row.title.as_deref().unwrap_or_default();
         let forced = if row.forced { '!' } else { ' ' };
         let changed = if row.changed { '*' } else { ' ' };
-        let style = if row.forced { SELECTED } else { Style::new() };
+        let style = if row.forced { FORCED.patch(SELECTED) } else { Style::new() };
         list.row(format!("{:<16} {value:>20}{changed}{forced} {title}", row.name), style);
     }
 }
@@ -157,7 +157,7 @@ fn draw_io(app: &mut App, view: &IoView, frame: &mut Frame<'_>, area: Rect) {
         let mut list = List::default();
         list.title(format!("{:<10} value/line", window.title));
         for row in &window.rows {
-            let style = if row.forced.is_some() { SELECTED } else { Style::new() };
+            let style = if row.forced.is_some() { FORCED.patch(SELECTED) } else { Style::new() };
             list.row(io_row(row, usize::from(place.width)), style);
         }
         if number == app.window {
@@ -193,7 +193,8 @@ fn events(view: &EventsView, list: &mut List) {
     }
     list.title("log, the newest first");
     for event in view.log.iter().rev() {
-        list.row(format!("{:>8}  {}", event.tick, event.text), Style::new());
+        let time = event.time.as_ref().map(|time| format!("{time}  ")).unwrap_or_default();
+        list.row(format!("{:>8}  {time}{}", event.tick, event.text), Style::new());
     }
 }
 

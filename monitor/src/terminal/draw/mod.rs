@@ -7,22 +7,27 @@ mod statements;
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 
 use super::app::{App, PAGES, Page};
 use super::keys;
-use crate::view::{Body, Status, View};
+use crate::view::{Body, ForcedValue, Status, View};
 
 /// How many rows the keys of a page may take, so that a narrow screen has room for the page.
 const MAX_KEY_ROWS: usize = 3;
+/// The line of the time while the past is shown.
+const PAST: Style = Style::new().fg(Color::Black).bg(Color::Yellow).add_modifier(Modifier::BOLD);
 /// How many rows a message may take.
 const MAX_MESSAGE_ROWS: usize = 3;
 
 pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
     let width = frame.area().width;
-    let message_rows = message_lines(app, view.status.note.as_deref(), width);
+    let forces: Vec<String> = view.status.forces.iter().map(ForcedValue::line).collect();
+    let forces = (!forces.is_empty()).then(|| format!("forced: {}", forces.join(", ")));
+    let note = view.status.note.clone().or(forces);
+    let message_rows = message_lines(app, note.as_deref(), width);
     let bar_rows = bar_lines(app, width);
     let rows = Layout::vertical([
         Constraint::Length(1),
@@ -88,7 +93,7 @@ fn head_line(app: &App, status: &Status, width: u16) -> Line<'static> {
         Span::raw(gap),
         Span::styled(announced, style.add_modifier(Modifier::REVERSED | Modifier::SLOW_BLINK)),
         Span::raw(gap_between),
-        Span::styled(forces, style.add_modifier(Modifier::REVERSED)),
+        Span::styled(forces, style.fg(Color::Red).add_modifier(Modifier::REVERSED)),
         Span::raw(format!(" {title}")),
     ])
 }
@@ -96,7 +101,11 @@ fn head_line(app: &App, status: &Status, width: u16) -> Line<'static> {
 /// The tick that is shown, and where it lies among those that are known.
 fn time_line(status: &Status, width: u16) -> Line<'static> {
     let mark = if status.following { "newest" } else { "stays" };
-    let mut text = format!("tick {} {:.3} s {mark} ", status.tick, status.seconds);
+    let time = status.time.as_ref().map(|time| format!("{time} ")).unwrap_or_default();
+    let mut text = format!("tick {} {:.3} s {time}{mark} ", status.tick, status.seconds);
+    if status.past {
+        text.insert_str(0, "PAST ");
+    }
     if let Some(ticks) = status.control_ticks {
         text.push_str(&format!("(control {ticks}) "));
     }
@@ -109,7 +118,10 @@ fn time_line(status: &Status, width: u16) -> Line<'static> {
         let slider: String = (0..room).map(|cell| if cell == at { '#' } else { '-' }).collect();
         text.push_str(&format!("{} [{slider}] {}", status.first_tick, status.last_tick));
     }
-    Line::raw(text)
+    match status.past {
+        true => Line::styled(fitted(&text, usize::from(width)), PAST),
+        false => Line::raw(text),
+    }
 }
 
 /// What is being typed, or the last message, in as many rows as it needs up to [`MAX_MESSAGE_ROWS`]. Of a longer text that is
@@ -212,7 +224,7 @@ fn draw_warning(warning: &str, frame: &mut Frame<'_>) {
     let x = (area.width - width) / 2;
     let y = (area.height - height) / 2;
     let place = Rect { x, y, width, height };
-    let text = format!("{warning}\n\ny: override    any other key: leave everything as it is");
+    let text = format!("{warning}\n\ny: do it    any other key: leave everything as it is");
     let block = Block::bordered().title(" WARNING ");
     frame.render_widget(Clear, place);
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(block), place);
