@@ -64,5 +64,5 @@ fn without_a_terminal_it_says_so() {
     let output = plcc().args(["monitor", "examples/pmi/lathe.pmi"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8(output.stderr).unwrap();
-    assert!(text.contains("standard output is no terminal"), "{text}");
+    assert!(text.contains("standard output is not a terminal"), "{text}");
 }

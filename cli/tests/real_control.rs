@@ -222,7 +222,7 @@ fn a_delay_and_a_constant_are_changed_while_the_program_runs_and_changed_back() 
     };
     for (name, value, why) in [
         ("TC#DELAY", "40000", "PMI-22"),
-        ("LIMIT", "x", "no whole number"),
+        ("LIMIT", "x", "takes a whole number, and `x` is not one"),
         ("DC#DELAY", "5", "neither the delay of a timer"),
     ] {
         let answer = change(&mut page, name, value);

@@ -27,7 +27,7 @@ impl Watch {
         let mut errors = vec![];
         for name in lists.iter().flat_map(|list| split(list.as_ref())) {
             if name.is_empty() {
-                let reason = "stands where a name is missing between commas".into();
+                let reason = "is empty: a name is missing between commas".into();
                 errors.push(NameError::Unfit { name: String::new(), reason });
                 continue;
             }

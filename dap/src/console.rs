@@ -21,7 +21,7 @@ change NAME        goes back to the statement that changed NAME last
 set NAME=VALUE     sets NAME once, as the operator would; a program that assigns NAME in every scan
                    overwrites it
 force NAME=VALUE   holds an input or output from here on
-release NAME       ends that
+unforce NAME       ends that
 tick N             goes to the beginning of tick N
 scan, scan back    goes to the next scan of this task, or the one before";
 
@@ -54,7 +54,7 @@ impl<W: Write> Server<'_, W> {
             ("change", name) if !name.is_empty() => self.last_change(name),
             ("set", change) if change.contains('=') => self.change(change, false),
             ("force", change) if change.contains('=') => self.change(change, true),
-            ("release", name) if !name.is_empty() => self.release(name),
+            ("unforce" | "release", name) if !name.is_empty() => self.unforce(name),
             ("tick", number) if !number.is_empty() => self.go_to(number),
             ("scan", "") => self.scan(Direction::Forward),
             ("scan", "back") => self.scan(Direction::Back),
@@ -91,7 +91,7 @@ impl<W: Write> Server<'_, W> {
         let (name, value) = (name.trim(), value.trim());
         let tick = self.debugger()?.change(name, Some(value), force)?;
         let text = match force {
-            true => format!("{name} is held at {value} from tick {tick} on"),
+            true => format!("{name} is forced to {value} from tick {tick} on"),
             false => format!(
                 "{name} becomes {value} before tick {tick}; where the program assigns it in every \
                  scan, only `force` holds"
@@ -100,9 +100,9 @@ impl<W: Write> Server<'_, W> {
         done(&text, None)
     }
 
-    fn release(&mut self, name: &str) -> Answer {
+    fn unforce(&mut self, name: &str) -> Answer {
         let tick = self.debugger()?.change(name, None, true)?;
-        done(&format!("{name} is held no longer from tick {tick} on"), None)
+        done(&format!("{name} is not forced from tick {tick} on"), None)
     }
 
     fn go_to(&mut self, number: &str) -> Answer {

@@ -59,7 +59,7 @@ pub enum Change {
     Added,
     /// The old version has it, the new one has not.
     Removed,
-    /// It stands elsewhere, and has passed a statement with which its order matters.
+    /// It is elsewhere, and has passed a statement with which its order matters.
     Moved,
 }
 

@@ -69,8 +69,9 @@ pub struct RunArgs {
         rustdoc::broken_intra_doc_links,
         reason = "the text is the option's help, where brackets are brackets"
     )]
-    /// The other side answers: a simulated control for PMI and NCT, and small machines, as the table [simulator] of the machine
-    /// file says. The stimulus may then press keys: KEY.CYCLE START
+    /// The other side answers: a simulated control for PMI and NCT, motors and motion programs for
+    /// PMAC, and small machines, as the table [simulator] of the machine file says. The stimulus may
+    /// then press keys: KEY.CYCLE START
     #[arg(long)]
     pub simulate: bool,
 
@@ -158,12 +159,12 @@ pub struct RunArgs {
     #[arg(long, value_name = "PATH", group = "served", requires = "paced")]
     pub socket: Option<PathBuf>,
 
-    /// What may be done by the socket besides reading: write (variables), force (inputs and outputs),
+    /// What may be done through the socket in addition to reading: write (variables), force (inputs and outputs),
     /// swap (the program), stop (it, and start it again)
     #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "served")]
     pub allow: Vec<Permission>,
 
-    /// A user who may use the socket besides the one who runs the control and root, by name or number
+    /// A further user, by name or number, who may use the socket like the one who runs the control
     #[arg(long, value_name = "USER,USER…", value_delimiter = ',', requires = "served")]
     pub allow_user: Vec<AllowedUser>,
 
@@ -172,7 +173,7 @@ pub struct RunArgs {
     pub allow_group: Vec<AllowedGroup>,
 
     /// How long a scan of any task may take on the clock before the program is stopped: 50ms, 500us, 1s.
-    /// In real time three periods of the control, at least 50ms, without this option; `off` is no limit.
+    /// In real time three periods of the control, at least 50ms, without this option; `off` sets no limit.
     /// In simulated time there is none without it
     #[arg(long, value_name = "TIME|off", value_parser = watchdog)]
     pub watchdog: Option<WatchdogLimit>,
@@ -262,7 +263,7 @@ pub(crate) fn watchdog(text: &str) -> Result<WatchdogLimit, String> {
         return Ok(WatchdogLimit::Off);
     }
     match duration(text)? {
-        time if time.is_zero() => Err("it is more than 0; `off` is no limit".into()),
+        time if time.is_zero() => Err("a time above 0 is expected; `off` sets no limit".into()),
         time => Ok(WatchdogLimit::Time(time)),
     }
 }

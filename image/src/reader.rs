@@ -77,7 +77,7 @@ pub(crate) fn wrong(what: &str) -> io::Error {
 pub(crate) fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
     let word = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
     if word(layout::AT_MAGIC).to_le_bytes() != layout::MAGIC {
-        return Err(wrong("it is no image file"));
+        return Err(wrong("it is not an image file"));
     }
     let version = word(layout::AT_VERSION) as u32;
     if version != layout::VERSION {

@@ -308,7 +308,7 @@ pub unsafe extern "C" fn plcrt_write(
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
             let variable = found::settable(&plcrt.found, variable)?;
             if !value.is_finite() {
-                return Err(format!("{value} is no value of a variable"));
+                return Err(format!("{value} is not a value of a variable"));
             }
             plcrt.control.set_number(variable, value)?;
             Ok(PlcrtStatus::PlcrtOk)
@@ -353,7 +353,7 @@ pub unsafe extern "C" fn plcrt_set(
     unsafe {
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
             if !value.is_finite() {
-                return Err(format!("{value} is no value of a variable"));
+                return Err(format!("{value} is not a value of a variable"));
             }
             plcrt.control.set(text(name)?, &value.to_string())?;
             Ok(PlcrtStatus::PlcrtOk)

@@ -19,7 +19,7 @@ pub enum ArtifactError {
         source: std::io::Error,
     },
     /// The file does not begin with the bytes by which artifacts are known.
-    #[error("this is no plcc artifact; `plcc build` makes one from a source")]
+    #[error("this is not an artifact of plcc; `plcc build` makes one from a source")]
     NotAnArtifact,
     /// The file ends too early.
     #[error("the artifact is truncated: {found} bytes of {expected}; copy or build it again")]

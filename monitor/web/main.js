@@ -156,7 +156,7 @@ class App {
     const answer = await ask({ title: "Speed of the program", confirm: "Set", text: "1 is real time, 0 as fast as possible.", fields: [{ name: "speed", label: "Speed", value: "1" }] });
     if (!answer) return;
     const speed = Number(answer.speed);
-    if (!(speed >= 0 && speed < 1e6)) return this.refuse({ message: `\`${answer.speed}\` is no speed` });
+    if (!(speed >= 0 && speed < 1e6)) return this.refuse({ message: `\`${answer.speed}\` is not a speed` });
     await this.apply({ command: "set_speed", speed });
   }
 

@@ -207,7 +207,7 @@ export class ScopeScreen {
       { key: "F1", letter: "i", label: "add", help: "show more variables (also Insert)", action: () => this.add() },
       { key: "F2", letter: "u", label: "remove", help: "take the variable off the scope (also Delete)", action: () => this.remove() },
       { key: "F3", letter: "t", label: "trigger", action: () => this.trigger() },
-      { key: "F4", letter: "w", label: "width", help: "show so many of the newest ticks, as time goes on", action: () => this.width() },
+      { key: "F4", letter: "w", label: "width", help: "show this number of the newest ticks, as time goes on", action: () => this.width() },
       { key: "F5", letter: "+", label: "zoom in", action: () => this.zoom(0.5) },
       { key: "F6", letter: "-", label: "zoom out", action: () => this.zoom(2) },
       { key: "F7", letter: "a", label: "cursor A", help: "← and → move cursor A; with Shift by more", action: cursor(0) },

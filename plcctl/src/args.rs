@@ -120,7 +120,7 @@ pub(crate) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Takes the last online change back: the program before it runs again, with the state of now
+    /// Takes the last online change back: the program before it runs again, with the present values
     Rollback,
     /// Goes on with the ticks of a program that was stopped
     Start,

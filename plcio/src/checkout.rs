@@ -210,7 +210,7 @@ impl Work {
     fn input(&mut self, point: &Point) -> Result<Result<Found, Ended>, String> {
         let before = self.value(&point.symbol)?;
         say(&format!(
-            "\nInput {}: it is {before}. Switch it. (s passes it over, f notes a fault) ",
+            "\nInput {}: it is {before}. Switch it. (s skips it, f notes a fault) ",
             Self::title(point)
         ));
         let others: Vec<Symbol> =
@@ -262,7 +262,7 @@ impl Work {
             (true, Number::Int(value)) => Number::Int(1 - value),
             _ => {
                 say(&format!(
-                    "\nOutput {}: it is {before}. Drive it to which number? (s passes it over) ",
+                    "\nOutput {}: it is {before}. Drive it to which number? (s skips it) ",
                     Self::title(point)
                 ));
                 let Some(line) = self.line() else { return Ok(Err(Ended)) };
@@ -277,7 +277,7 @@ impl Work {
             }
         };
         say(&format!(
-            "\nOutput {}: it is {before}. DRIVE IT TO {wanted}? (yes drives it, all else passes it over) ",
+            "\nOutput {}: it is {before}. DRIVE IT TO {wanted}? (yes drives it, anything else skips it) ",
             Self::title(point)
         ));
         let Some(line) = self.line() else { return Ok(Err(Ended)) };

@@ -177,21 +177,21 @@ fn words() -> Vec<OsString> {
     words
 }
 
-/// What the manual page says besides the options.
+/// What the manual page says in addition to the options.
 const MANUAL: &str = "\
-The configuration is that of plcrt, too. plcio uses its key image, its entries [[io]], and \
+The configuration is that of plcrt. plcio uses its key image, its entries [[io]], and \
 the table [plcio], whose keys are these.\n\n\
-poll_ms: from one poll of a device to the next (20).\n\n\
-answer_ms: how long a device has for its answer (500).\n\n\
-silence_ms: a control that ends no tick for so long counts as dead (1000).\n\n\
+poll: from one poll of a device to the next (20ms). Times have their units: ms, s, min, h.\n\n\
+answer: how long a device has for its answer (500ms).\n\n\
+silence: a control that ends no tick for this time counts as dead (1s).\n\n\
 modbus-server: where the Modbus server listens, as in 0.0.0.0:502.\n\n\
-idle_ms: a client of the Modbus server that asks nothing for so long is disconnected (60000).\n\n\
+idle: a client of the Modbus server that asks nothing for this time is disconnected (60s).\n\n\
 opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for OPC UA.\n\n\
 mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
 zenoh-connect, zenoh-listen, zenoh-prefix, zenoh-name: zenoh.\n\n\
 hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
 ethercat-terminals: the names of all EtherCAT terminals in their order, a list; others are refused.\n\n\
-device: tables [[plcio.device]] with address, unit, poll_ms, answer_ms and write, for Modbus devices that are asked in another manner.\n\n\
+device: tables [[plcio.device]] with address, unit, poll, answer and write, for Modbus devices that need other settings.\n\n\
 log: the file to which events are appended, a line of JSON each.\n\n\
 OPC UA, MQTT, zenoh, EtherCAT and GPIO are there only if plcio was built with them (features opcua, mqtt, zenoh, ethercat and gpio); plcio drivers names \
 all that are there. \

@@ -239,7 +239,7 @@ impl Reader<'_> {
         let mut settings = vec![];
         for item in self.items(line, part, begin) {
             let Some((name, value)) = item.text.split_once('=') else {
-                let text = format!("`{}` has no `=` with a value behind it", item.text);
+                let text = format!("`{}` has no `=` with a value after it", item.text);
                 let diagnostic = Diagnostic::error(SYNTAX, item.span, text);
                 self.found.push(diagnostic.help(format!("write `{} = VALUE`", item.text)));
                 return vec![];
@@ -362,7 +362,7 @@ impl Reader<'_> {
                 Some(open),
             ) => {
                 let text = format!(
-                    "this belongs above the tests, and stands in the test of line {}",
+                    "this belongs above the tests, but is in the test of line {}",
                     open.line
                 );
                 self.found.push(Diagnostic::error(PLACE, span, text).help("move it above `test`"));
@@ -380,7 +380,7 @@ impl Reader<'_> {
             (Body::Invariant { .. }, None) => self.script.invariants.push(statement),
             (_, Some(open)) => open.statements.push(statement),
             (_, None) => {
-                let text = "this belongs into a test, and no test begins above it";
+                let text = "this belongs in a test, but no test begins above it";
                 self.found.push(
                     Diagnostic::error(PLACE, span, text)
                         .help("write `test \"NAME\"` above it, and `end` below"),
@@ -413,7 +413,7 @@ impl Reader<'_> {
             let span = if open.line == 0 { Span::new(self.file, end, end) } else { open.name.span };
             let text = "this test has no `end`";
             self.found.push(
-                Diagnostic::error(PLACE, span, text).help("write `end` behind its last statement"),
+                Diagnostic::error(PLACE, span, text).help("write `end` after its last statement"),
             );
             self.script.tests.push(open);
         }

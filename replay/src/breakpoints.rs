@@ -68,7 +68,7 @@ impl HitRule {
         match digits.trim().parse() {
             Ok(count) if count > 0 => Ok(rule(count)),
             _ => Err(DebugError(format!(
-                "`{text}` is no hit count: a number from 1 is expected, or >=5, >5 or %5"
+                "`{text}` is not a hit count: a number from 1 is expected, or >=5, >5 or %5"
             ))),
         }
     }
@@ -246,7 +246,7 @@ impl LineBreakpoint {
         file: u32,
         id: i64,
     ) -> Result<(u32, ActiveLine), DebugError> {
-        let none = || DebugError::new("no statement stands in this line or after it");
+        let none = || DebugError::new("no statement is in this line or after it");
         let file = plcc_diag::FileId(file);
         let (line, numbers) = program.places().statements_from(file, self.line).ok_or_else(none)?;
         let behind = |number: &&u32| {

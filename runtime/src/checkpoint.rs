@@ -34,7 +34,7 @@ pub const VERSION: u32 = 4;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CheckpointError {
     /// The bytes do not begin as those of a checkpoint.
-    #[error("this is no checkpoint")]
+    #[error("this is not a checkpoint")]
     NoCheckpoint,
     /// Another version of plcc has written it.
     #[error(

@@ -590,7 +590,7 @@ fn variables_that_a_program_has_moved_are_forced_where_they_are() {
     let forces = || control.ask(&json!({"request": "status"}))["forces"].clone();
 
     let refused = message(&control, &force(&[("M3", 1), ("M1", 1)]));
-    assert!(refused.contains("`M1` is no field of an X or Y word"), "{refused}");
+    assert!(refused.contains("`M1` is not a field of an X or Y word"), "{refused}");
     assert_eq!(forces(), json!([]), "all are forced or none");
     control.tick();
     assert_eq!(control.get("Y:$FFC2"), 0);

@@ -218,9 +218,9 @@ says how editors are set up.")]
 
     /// Says which statements of two versions of a program differ in meaning, and what depends on them
     #[command(after_help = "\
-Comments, layout, the base of numbers and the names of inputs and outputs do not count. A statement that stands elsewhere \
-counts if it has passed one with which its order matters. Of each statement that differs it lists the outputs, \
-messages and commands that depend on it, and by way of which variables.
+Comments, layout, the base of numbers and the names of inputs and outputs do not count. A statement that is elsewhere \
+counts if it has passed one with which its order matters. For each statement that differs it lists the outputs, \
+messages and commands that depend on it, and through which variables.
 
 Examples:
   plcc diff lathe-1996.pmi lathe.pmi
@@ -231,7 +231,7 @@ Exit status: 0 both mean the same; 1 a statement differs, or a source has errors
 be read.")]
     Diff(DiffArgs),
 
-    /// Tells an editor about a program while it is written: Language Server Protocol on standard input and output
+    /// Serves an editor while a program is written: Language Server Protocol on standard input and output
     #[command(after_help = "\
 An editor starts this command. It shows problems while you type, what a name is and where it is used, completes \
 and renames names, and more; docs/editors.md lists it, and says how editors are set up.")]
@@ -299,9 +299,9 @@ not valid; 5 one could not be decided, and none is refuted.")]
 
     /// Lists what is wired to a program: a template of the entries [[io]], or the terminals to tick off
     #[command(after_help = "\
-The entries connect variables with points outside; they belong into the configuration of the control \
-(plcrt run --config). They stand in the order of ports and bits, each with its old place and what [names] and the source's \
-comments say of it. What the program exchanges with the control stands apart.
+The entries connect variables with points outside; they belong in the configuration of the control \
+(plcrt run --config). They have the order of ports and bits, each with its old place and what [names] and the source's \
+comments say of it. What the program exchanges with the control is listed apart.
 
 Examples:
   plcc io lathe.pmi >> controller.toml

@@ -30,7 +30,7 @@ pub(crate) struct SourceArgs {
     pub(crate) controller: Option<ControllerArg>,
 
     /// A machine file: executive variables, NCT's parameters and tables, which this machine has
-    /// besides those of the manual [default: STEM.machine.toml beside the source, if it exists]
+    /// in addition to those of the manual [default: STEM.machine.toml beside the source, if it exists]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) machine: Option<PathBuf>,
 

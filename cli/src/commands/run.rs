@@ -36,7 +36,7 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
         return Err(Failure::usage("--key is for artifacts; a source has no signature"));
     }
     if args.run.gdb && args.engine == Some(EngineArg::Interp) {
-        let what = "--gdb shows machine code, which --engine interp has none of; `plcc debug` steps \
+        let what = "--gdb shows machine code, and --engine interp makes none; `plcc debug` steps \
                     through statements";
         return Err(Failure::usage(what));
     }

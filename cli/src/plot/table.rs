@@ -44,7 +44,7 @@ pub(crate) fn read_table(text: &str) -> Result<Picture, Vec<(usize, String)>> {
         let row = row(line, unit).and_then(|row| match row.tick >= last {
             true => Ok(row),
             false => Err(format!(
-                "tick {} stands after tick {last}; a trace is in the order of ticks",
+                "tick {} comes after tick {last}; a trace is in the order of ticks",
                 row.tick
             )),
         });

@@ -115,7 +115,7 @@ impl GpioLine {
             None => Circuit::Plain,
             Some(name) => known(name).map(|&(_, circuit)| circuit).ok_or_else(|| {
                 let names = Circuit::NAMES.map(|(name, _)| name).join(", ");
-                format!("`{name}` is none of {names}, which may follow a line")
+                format!("`{name}` can't follow a line; {names} can")
             })?,
         };
         Ok(Self { chip: chip.into(), line, circuit })

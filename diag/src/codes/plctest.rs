@@ -7,13 +7,13 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "TEST-1",
         title: "not a statement of a test script",
-        meaning: "A line begins with a word that no statement begins with, or a part of the statement is missing or stands in the wrong place. Keywords are written in small letters, and each statement has a line of its own.",
+        meaning: "A line begins with a word that no statement begins with, or a part of the statement is missing or is in the wrong place. Keywords are written in small letters, and each statement has a line of its own.",
         fix: "Wrong: wait until PUMP\nRight: wait until PUMP within 5 s",
     },
     CodeInfo {
         code: "TEST-2",
         title: "statement in the wrong place",
-        meaning: "What acts and what is expected stands between `test` and `end`. The program, the machine file, `simulate`, `never` and `always` stand above the tests that they are for. Each test of a script has a name of its own.",
+        meaning: "What acts and what is expected is written between `test` and `end`. The program, the machine file, `simulate`, `never` and `always` are above the tests that they are for. Each test of a script has a name of its own.",
         fix: "Wrong: set DOOR = 1\n       test \"the pump starts\"\n       end\nRight: test \"the pump starts\"\n         set DOOR = 1\n       end",
     },
     CodeInfo {
@@ -25,7 +25,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "TEST-4",
         title: "value that does not fit",
-        meaning: "Values are those of a stimulus: decimal integers, in PMAC also fractions and hexadecimal digits behind `$`. They are converted as in an assignment.",
+        meaning: "Values are those of a stimulus: decimal integers, in PMAC also fractions and hexadecimal digits after `$`. They are converted as in an assignment.",
         fix: "Wrong: set DOOR = open\nRight: set DOOR = 1",
     },
     CodeInfo {

@@ -292,7 +292,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W21",
         "ENDIF on the line of its IF",
-        "In a motion program an IF with statements behind it on its line ends with that line, without an ENDIF. This one has both.",
+        "In a motion program an IF with statements after it on its line ends with that line, without an ENDIF. This one has both.",
         "Wrong:\n  IF (P1=1) X10 ENDIF\nRight:\n  IF (P1=1) X10",
     ),
     code(

@@ -25,7 +25,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "SIM-4",
         title: "a number out of range",
-        meaning: "A number has at most nine digits before its point and six behind it. G (but G81.1), M, N, S, T and functions are whole. F is above 0. Only axes, I, J, K and R may be negative, and go to 99999.999999 at most. S, T and functions go to 65535 on an NCT control and to 2147483647 on a PMI control, M to 299 on a PMI control and 999 on others.",
+        meaning: "A number has at most nine digits before its point and six after it. G (but G81.1), M, N, S, T and functions are whole. F is above 0. Only axes, I, J, K and R may be negative, and go to 99999.999999 at most. S, T and functions go to 65535 on an NCT control and to 2147483647 on a PMI control, M to 299 on a PMI control and 999 on others.",
         fix: "Wrong: M3 S1200.5\nRight: M3 S1200",
     },
     CodeInfo {
@@ -73,7 +73,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "SIM-12",
         title: "`/` that can't be here",
-        meaning: "`/` stands in front of a block and lets the operator skip it. An NCT control has /1 to /9, a PMI control `/` alone.",
+        meaning: "`/` in front of a block lets the operator skip it. An NCT control has /1 to /9, a PMI control `/` alone.",
         fix: "Wrong: G1 X10 /M8\nRight: /G1 X10 M8",
     },
     CodeInfo {

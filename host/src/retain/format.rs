@@ -69,7 +69,7 @@ pub fn decode(bytes: &[u8]) -> Result<SavedState, String> {
     let short = "it is cut short";
     let (magic, rest) = bytes.split_at_checked(MAGIC.len()).ok_or(short)?;
     if !magic.starts_with(MAGIC_OF_ANY_VERSION) {
-        return Err("it is no retained file".into());
+        return Err("it is not a retained file".into());
     }
     if magic != MAGIC && magic != OLD_MAGIC {
         return Err("another version of plcc has written it".into());

@@ -536,7 +536,7 @@ fn timers_unfold_and_inputs_are_forced() {
     let last = session.status().last_tick;
     session.apply(set("TC#COUNT", "100")).unwrap();
     let refusal = session.apply(set("TC#DELAY", "5")).unwrap_err();
-    assert!(refusal.message.contains("TC#DELAY stands in the source"), "{refusal}");
+    assert!(refusal.message.contains("TC#DELAY is in the source"), "{refusal}");
     session.apply(Command::Follow).unwrap();
     session.run_to(last + 2);
     let Body::Variables(view) = session.view(&Screen::Variables).body else { panic!() };

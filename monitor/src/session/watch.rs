@@ -191,23 +191,23 @@ impl Session<'_> {
                 "{name} is neither the delay of a timer, as in TC#DELAY, nor a constant that is an INTEGER or LONG"
             )));
         }
-        let value: i64 = value
-            .parse()
-            .map_err(|_| Refusal::new(format!("`{value}` is no whole number, which {name} is")))?;
+        let value: i64 = value.parse().map_err(|_| {
+            Refusal::new(format!("{name} takes a whole number, and `{value}` is not one"))
+        })?;
         if self.link.is_some() && self.rebuilder.is_some() {
             self.ask_before(name, Some(&value.to_string()), false)?;
         }
         let (Some(link), Some(rebuilder)) = (&mut self.link, &mut self.rebuilder) else {
             return Err(Refusal::new(format!(
-                "{name} stands in the source; only in a control that runs, named by its socket and --record, can it be \
-                 changed from here"
+                "{name} is in the source; it can be changed from here only in a control that runs, named by its socket \
+                 and --record"
             )));
         };
         // Another change may just have been made, which must not be lost.
         let status = link.ask_status()?;
         if !status.allow.iter().any(|word| word == "swap") {
             return Err(Refusal::new(format!(
-                "{name} stands in the source, so a change is another program: the control was started without --allow swap"
+                "{name} is in the source, so a change is another program: the control was started without --allow swap"
             )));
         }
         let running =

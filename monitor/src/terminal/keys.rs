@@ -184,6 +184,6 @@ pub(super) const HELP: &[&str] = &[
     "",
     "_underlined_ is true. A full stop before a line: this scan has not executed it.",
     "An override is shown in reverse and with an exclamation mark.",
-    "* stands behind a value that has just changed.",
+    "* follows a value that has just changed.",
     "q, F10: leave    Esc: back    ?: this help",
 ];

@@ -65,10 +65,10 @@ pub fn run(session: &mut Session<'_>) -> Result<(), TerminalError> {
 pub fn check() -> Result<(), TerminalError> {
     let unfit = |text: &str| Err(TerminalError::Unfit(text.into()));
     if !io::stdout().is_terminal() {
-        return unfit("standard output is no terminal");
+        return unfit("standard output is not a terminal");
     }
     if !io::stdin().is_terminal() {
-        return unfit("standard input is no terminal");
+        return unfit("standard input is not a terminal");
     }
     match std::env::var("TERM").as_deref() {
         Err(_) | Ok("") => unfit("TERM is not set"),

@@ -31,7 +31,7 @@ pub(super) async fn serve(mut socket: WebSocket, requests: mpsc::Sender<Request>
                     Some(Ok(Message::Binary(_))) => closing(close_code::UNSUPPORTED, "texts only"),
                     Some(Ok(Message::Close(_))) | None => break,
                     // Too long a message among others.
-                    Some(Err(_)) => closing(close_code::POLICY, "this is no message of the page"),
+                    Some(Err(_)) => closing(close_code::POLICY, "this is not a message of the page"),
                 }
             }
             // The sender is kept here, so that there always is one.

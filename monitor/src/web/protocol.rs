@@ -42,7 +42,7 @@ pub(super) fn read(text: &str) -> (u64, Result<PageRequest, Refusal>) {
         Ok(message) => message,
         Err(error) => {
             let IdAlone { id } = serde_json::from_str(text).unwrap_or_default();
-            return (id, Err(Refusal::new(format!("this is no message of the page: {error}"))));
+            return (id, Err(Refusal::new(format!("this is not a message of the page: {error}"))));
         }
     };
     let request = match (message.show, message.ask, message.apply) {

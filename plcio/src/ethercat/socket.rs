@@ -43,7 +43,7 @@ pub(super) fn open(name: &str) -> Result<Halves, String> {
     };
     match pnet_datalink::channel(&interface, config) {
         Ok(Channel::Ethernet(sender, receiver)) => Ok((sender, receiver)),
-        Ok(_) => Err("the interface is none of Ethernet".into()),
+        Ok(_) => Err("it is not an Ethernet interface".into()),
         Err(error) if error.kind() == ErrorKind::PermissionDenied => Err(
             "plcio may open no raw socket: it needs the capability CAP_NET_RAW (docs/wiring.md)"
                 .into(),

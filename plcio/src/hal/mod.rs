@@ -276,7 +276,7 @@ impl Hal {
         let mut hub = shared.hub();
         let inputs = present.iter().filter(|pin| pin.is_input);
         for (pin, word) in inputs.zip(line.split_whitespace()) {
-            let value = word.parse().map_err(|_| format!("`{word}` is no value"))?;
+            let value = word.parse().map_err(|_| format!("`{word}` is not a value"))?;
             // A value that the variable can't have is an event of the control, and the input becomes late.
             hub.set_input(pin.index, value);
         }

@@ -330,7 +330,7 @@ impl Publisher {
     /// Does what a host asks for. Gives whether it wants a birth certificate.
     fn command(&mut self, bytes: &[u8]) -> bool {
         let Ok(payload) = Payload::decode(bytes) else {
-            self.refuse("", "a command that is no Sparkplug payload");
+            self.refuse("", "a command that is not a Sparkplug payload");
             return false;
         };
         let mut wants_birth = false;

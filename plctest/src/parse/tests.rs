@@ -92,7 +92,7 @@ fn every_mistake_is_told_at_its_place() {
         ("tset \"x\"", "2:1 TEST-1 no statement begins with `tset`"),
         ("Test \"x\"", "2:1 TEST-1 no statement begins with `Test`"),
         ("?", "2:1 TEST-1 no statement begins with `?`"),
-        ("set A = 1", "2:1 TEST-2 this belongs into a test, and no test begins above it"),
+        ("set A = 1", "2:1 TEST-2 this belongs in a test, but no test begins above it"),
         ("end", "2:1 TEST-2 no test begins above this `end`"),
         ("test \"\"\nend", "2:1 TEST-1 a test needs a name"),
         ("test \"a\"", "2:7 TEST-2 this test has no `end`"),
@@ -100,9 +100,9 @@ fn every_mistake_is_told_at_its_place() {
         ("test \"a\"\ntest \"b\"\nend", "3:1 TEST-2 the test in line 2 has no `end`"),
         (
             "test \"a\"\nprogram \"b.pmi\"\nend",
-            "3:1 TEST-2 this belongs above the tests, and stands in the test of line 2",
+            "3:1 TEST-2 this belongs above the tests, but is in the test of line 2",
         ),
-        ("test \"a\"\nset A\nend", "3:5 TEST-1 `A` has no `=` with a value behind it"),
+        ("test \"a\"\nset A\nend", "3:5 TEST-1 `A` has no `=` with a value after it"),
         ("test \"a\"\nset A=1,\nend", "3:8 TEST-1 nothing stands beside this comma"),
         (
             "test \"a\"\nexpect message \"x\nend",

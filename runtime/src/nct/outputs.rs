@@ -33,7 +33,7 @@ impl NctNames {
         let unfit = |reason: &str| NameError::Unfit { name: name.clone(), reason: reason.into() };
         let (byte, bit) = match self.variable(name, Purpose::Watch)? {
             NctName::O { byte, bit } | NctName::Y { byte, bit } => (byte, bit),
-            _ => return Err(unfit("is no physical output: those are O000 and on")),
+            _ => return Err(unfit("is not a physical output; those are O000 and on")),
         };
         if byte >= self.line_bytes() {
             return Err(unfit("drives no line of an interface board that the machine has"));

@@ -66,7 +66,7 @@ pub struct NctOptions {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NctLoadError {
     /// It is in another language.
-    #[error("this is no NCT program")]
+    #[error("this is not an NCT program")]
     OtherDialect,
     /// Its tables don't fit together.
     #[error("the program is damaged: {0}")]

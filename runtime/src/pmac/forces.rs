@@ -54,7 +54,7 @@ impl Forces {
         let Some(field @ (Definition::X { field: bits, .. } | Definition::Y { field: bits, .. })) =
             field
         else {
-            return Err("is no field of an X or Y word of memory, and can't be forced");
+            return Err("is not a field of an X or Y word of memory, and can't be forced");
         };
         if bits.width == 1 && value != 0.0 && value != 1.0 {
             return Err(ONE_BIT);

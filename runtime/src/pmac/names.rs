@@ -206,7 +206,7 @@ impl Names for PmacNames {
         if let Some(PmacName::Plc { .. }) = name(key)
             && plc_op(value).is_none()
         {
-            let reason = "is none of 0 (DISABLE), 1 (ENABLE), 2 (PAUSE) and 3 (RESUME)".into();
+            let reason = "is not 0 (DISABLE), 1 (ENABLE), 2 (PAUSE) or 3 (RESUME)".into();
             return Err(ValueError { value: text.into(), reason });
         }
         Ok(Setting::Float(value))

@@ -89,7 +89,7 @@ impl PmacNames {
         let lines = Lines::of(&layout, definition, number).filter(|_| is_line);
         let lines = lines.ok_or_else(|| NameError::Unfit {
             name: name.clone(),
-            reason: "is no physical output: those are bits of the words of I/O memory, and \
+            reason: "is not a physical output; those are bits of the words of I/O memory, and \
                      M-variables that are defined as such"
                 .into(),
         })?;

@@ -65,7 +65,7 @@ impl PmiNames {
                 let on = u8::from(number != 0) << bit;
                 (port, 1 << bit, on, matches!(number, 0 | 1))
             }
-            _ => return Err(unfit("is no output of the program")),
+            _ => return Err(unfit("is not an output of the program")),
         };
         if !fits && let SafeValue::Value(text) = value {
             return Err(does_not_fit(name, text));

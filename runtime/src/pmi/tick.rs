@@ -48,7 +48,7 @@ impl Default for PmiOptions {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PmiLoadError {
     /// It is in another language.
-    #[error("this is no PMI program")]
+    #[error("this is not a PMI program")]
     OtherDialect,
     /// Its tables don't fit its image.
     #[error("the program is damaged: {0}")]

@@ -231,7 +231,8 @@ impl Reader<'_> {
             Some(number) => is_nct && (1..=9).contains(&number),
         };
         if !is_first || !is_taken {
-            let help = "`/` stands in front of a block alone; an NCT control has /1 to /9";
+            let help =
+                "write `/` without a number in front of a block; an NCT control also has /1 to /9";
             return wrong("SIM-12", at, "`/` can't be here, or not with this number", help);
         }
         self.block.skip = number.unwrap_or(1) as u8;
@@ -259,7 +260,7 @@ impl Reader<'_> {
         let out_of_range =
             |help| wrong("SIM-4", at, format!("the number of {letter} is out of range"), help);
         let Some(number) = number else {
-            return out_of_range("a number has at most 9 digits before its point and 6 behind it");
+            return out_of_range("a number has at most 9 digits before its point and 6 after it");
         };
         let whole = |most: i128| number.integer().filter(|n| (0..=most).contains(n));
         let at_word = at;

@@ -129,8 +129,8 @@ fn a_damaged_artifact_is_refused() {
     for (bytes, word) in [
         (&flipped[..], "corrupt"),
         (&whole[..middle], "truncated"),
-        (&source, "no plcc artifact"),
-        (&[], "no plcc artifact"),
+        (&source, "not an artifact of plcc"),
+        (&[], "not an artifact of plcc"),
     ] {
         fs::write(shop.path("bad.plcx"), bytes).unwrap();
         let output = shop.run(&["bad.plcx", "--ticks", "1", "--dump", "-"]);

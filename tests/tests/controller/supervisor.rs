@@ -369,7 +369,7 @@ fn the_image_file_of_a_control_that_was_killed_gives_a_dump() {
     let refused = refused.unwrap_err();
     assert!(refused.starts_with("Some(2)") && refused.contains("another program"), "{refused}");
     let none = dumped(&shop, "--dump-image p.plcx").unwrap_err();
-    assert!(none.contains("it is no image file"), "{none}");
+    assert!(none.contains("it is not an image file"), "{none}");
 }
 
 /// Waits until an image file says that a control runs, and gives the control's process.

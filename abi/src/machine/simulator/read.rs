@@ -293,7 +293,7 @@ fn check_letters(table: &SimulatorTable) -> Result<(), String> {
         for (at, letter) in value.char_indices() {
             let twice = value.chars().take(at).any(|before| before == letter);
             if !matches!(letter, 'A' | 'B' | 'C') || twice || letters.contains(&letter) {
-                let what = "misc has letters of A, B and C that are no axes, each once";
+                let what = "misc has letters of A, B and C that are not axes, each once";
                 return Err(format!("line {line}: {what}"));
             }
         }

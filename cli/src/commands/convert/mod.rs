@@ -86,7 +86,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
             next = replayed.tick.saturating_add(1);
             if !replayed.matches {
                 report.message(&format!(
-                    "tick {} differs from the recorded one; the values end before it (`plcc replay` tells \
+                    "tick {} differs from the recorded one; the values end before it (`plcc replay` says \
                      more)",
                     replayed.tick
                 ));

@@ -119,7 +119,7 @@ impl EthercatPoint {
             return Err(expected());
         }
         let terminal = number(terminal).ok_or_else(|| {
-            format!("`{terminal}` is no position of a terminal, which count from 0")
+            format!("`{terminal}` is not the position of a terminal; positions count from 0")
         })?;
         let is_output = match direction {
             "in" => false,
@@ -131,7 +131,7 @@ impl EthercatPoint {
                 let known = ProcessValue::NAMES.iter().find(|(name, _)| *name == format);
                 let value = known.map(|&(_, value)| value).ok_or_else(|| {
                     let names = ProcessValue::NAMES.map(|(name, _)| name).join(", ");
-                    format!("`{format}` is no format; the formats are {names}")
+                    format!("`{format}` is not a format; the formats are {names}")
                 })?;
                 (byte, value)
             }

@@ -115,11 +115,12 @@ impl ModbusAddress {
             "holding" => Table::Holding,
             _ => {
                 return Err(format!(
-                    "`{table}` is no table; the tables are coil, discrete, input and holding"
+                    "`{table}` is not a table; the tables are coil, discrete, input and holding"
                 ));
             }
         };
-        let unit = unit.parse().map_err(|_| format!("`{unit}` is no unit: those are 0 to 255"))?;
+        let unit =
+            unit.parse().map_err(|_| format!("`{unit}` is not a unit; units are 0 to 255"))?;
         let (number, format) = match number.split_once(':') {
             Some((number, format)) => (number, Some(format)),
             None => (number, None),
@@ -215,7 +216,7 @@ fn host(text: &str) -> Result<Medium, String> {
     match (host, port) {
         (Some(host), Some(port)) => Ok(Medium::Tcp(host.into(), port)),
         _ => Err(format!(
-            "`{text}` is no host and port, as in 192.168.1.10:502; an IPv6 address is in brackets, as in [fd00::10]:502"
+            "`{text}` is not a host and a port, as in 192.168.1.10:502; an IPv6 address is in brackets, as in [fd00::10]:502"
         )),
     }
 }
@@ -227,11 +228,11 @@ fn line(text: &str) -> Result<Medium, String> {
         "8N1" => 'N',
         "8E1" => 'E',
         "8O1" => 'O',
-        _ => return Err(format!("`{frame}` is no frame; they are 8E1, 8N1 and 8O1")),
+        _ => return Err(format!("`{frame}` is not a frame; the frames are 8E1, 8N1 and 8O1")),
     };
     match bauds.parse() {
         Ok(bauds) if !device.is_empty() => Ok(Medium::Serial(device.into(), bauds, parity)),
-        _ => Err(format!("`{text}` is no serial line, as in /dev/ttyUSB0@19200-8E1")),
+        _ => Err(format!("`{text}` is not a serial line, as in /dev/ttyUSB0@19200-8E1")),
     }
 }
 

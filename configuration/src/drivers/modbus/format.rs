@@ -142,12 +142,14 @@ impl Format {
         let coding = Coding::NAMES.iter().find(|(name, _)| *name == plain);
         let Some(&(_, coding)) = coding else {
             let names = Coding::NAMES.map(|(name, _)| name).join(", ");
-            return Err(format!("`{text}` is no format; they are {names}, and bit0 to bit15"));
+            return Err(format!(
+                "`{text}` is not a format; the formats are {names}, and bit0 to bit15"
+            ));
         };
         let Some(order) = order else { return Ok(Self::Number(coding, Order::default())) };
         let Some(parsed) = Order::parse(order) else {
             return Err(format!(
-                "`{text}`: `{order}` is no order of bytes; they are abcd, cdab (or swapped), badc and dcba"
+                "`{text}`: `{order}` is not an order of bytes; the orders are abcd, cdab (or swapped), badc and dcba"
             ));
         };
         if coding.registers() == 1 && parsed.is_low_word_first {
@@ -202,12 +204,12 @@ mod tests {
             assert_eq!(Format::parse(text), Ok(format), "{text}");
         }
         for (text, part) in [
-            ("u8", "`u8` is no format; they are u16, "),
-            ("", "is no format"),
-            ("bit16", "is no format"),
-            ("bit1-badc", "is no format"),
-            ("f32-abdc", "`abdc` is no order of bytes; they are abcd, "),
-            ("f32-", "is no order of bytes"),
+            ("u8", "`u8` is not a format; the formats are u16, "),
+            ("", "is not a format"),
+            ("bit16", "is not a format"),
+            ("bit1-badc", "is not a format"),
+            ("f32-abdc", "`abdc` is not an order of bytes; the orders are abcd, "),
+            ("f32-", "is not an order of bytes"),
             ("u16-swapped", "its bytes are swapped by u16-badc"),
             ("bcd16-dcba", "its bytes are swapped by bcd16-badc"),
         ] {

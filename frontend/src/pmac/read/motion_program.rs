@@ -209,7 +209,7 @@ impl DownloadReader<'_> {
             Keyword::And | Keyword::Or => {
                 let at = TextRange::new(start, self.reader.cur.pos);
                 let message = format!(
-                    "{spelling} stands inside the parentheses of a motion program's conditions"
+                    "in a motion program {spelling} is written inside the parentheses of a condition"
                 );
                 syntax_help(at, message, "IF (P1=1 AND P2=1)")
             }
@@ -405,7 +405,7 @@ impl DownloadReader<'_> {
             self.tell(at, |span| {
                 let message = format!("{word} on the line of its IF is not needed");
                 Diagnostic::warning("PMAC-W21", span, message)
-                    .note("with a statement behind it on its line, IF ends with the line")
+                    .note("an IF with a statement after it on its line ends with that line")
                     .help("leave it out, or write the statements on lines of their own")
             });
         }

@@ -241,7 +241,7 @@ impl Session<'_> {
             false => (cursor + 1..self.text.rows.len()).find(has),
         };
         let where_to = if up { "above" } else { "below" };
-        let missing = || Refusal::new(format!("`{}` does not stand {where_to}", text.trim()));
+        let missing = || Refusal::new(format!("`{}` does not occur {where_to}", text.trim()));
         let row = found.ok_or_else(missing)?;
         self.put_cursor(row)
     }

@@ -53,7 +53,7 @@ fn source(address: u32) -> Answer {
         0xC => "L",
         _ => {
             return Err(format!(
-                "${address:06X} is no source: it begins with $0 (Y), $4 (X), $8 (D) or $C (L)"
+                "${address:06X} is not a source: it has to begin with $0 (Y), $4 (X), $8 (D) or $C (L)"
             ));
         }
     };

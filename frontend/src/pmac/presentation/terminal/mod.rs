@@ -224,7 +224,7 @@ impl PmacTerminal {
     fn definition_of(&mut self, desk: &mut dyn Desk, name: &str) -> Answer {
         let own = desk.defined_name(name).unwrap_or_else(|| name.to_owned());
         let number: Option<u32> = own.strip_prefix('M').and_then(|digits| digits.parse().ok());
-        let wrong = || format!("ERR003: `{name}` is no M-variable");
+        let wrong = || format!("ERR003: `{name}` is not an M-variable");
         let number = number.ok_or_else(wrong)?;
         let Some(controller) = self.controller else {
             return Err("without the program its definitions are not known".into());
@@ -306,7 +306,7 @@ fn refused(plain: &str) -> Option<&'static str> {
         );
     }
     if is(&["PC", "PE", "PR", "%"]) {
-        return Some("there are no motion programs, so there is no line or feed rate to report");
+        return Some("this terminal shows no lines and no feed rate of motion programs");
     }
     if begins(&["OPEN", "CLOSE", "CLEAR", "DELETE", "DEL", "UNDEFINE", "UND", "DEFINE", "SAVE"]) {
         return Some(
