@@ -97,7 +97,7 @@ impl Machine<'_> {
                 }
                 self.zero_here(motor);
             }
-            MotionAction::Kill => self.state.motors[motor].kill(),
+            MotionAction::Kill => self.kill(motor),
             MotionAction::OpenLoop(percent) => {
                 let this = &mut self.state.motors[motor];
                 this.drop_motion();
@@ -204,7 +204,7 @@ impl Machine<'_> {
                 }
                 for other in 0..self.motor_count() {
                     if self.state.motors[other].active {
-                        self.state.motors[other].kill();
+                        self.kill(other);
                     }
                 }
                 for other in 0..self.system_count() {

@@ -9,6 +9,7 @@ use crate::events::{Error, MotionEvent, Reason, State};
 use crate::linear::Progress;
 use crate::machine::Machine;
 use crate::motor::{Loop, Start, Waiting};
+use crate::registers::{Latch, SystemLatch};
 use crate::system::{Counter, Place, Wait};
 
 impl Machine<'_> {
@@ -60,10 +61,11 @@ impl Machine<'_> {
         (this.running, this.flag) = (true, true);
         (this.step, this.block) = (step, false);
         this.continuous = continuous;
-        (this.run_error, this.circle_error) = (false, false);
         this.since_break = 0;
         this.idle = false;
         this.wait = Wait::None;
+        self.system_latch(system, SystemLatch::RunError, false);
+        self.system_latch(system, SystemLatch::CircleError, false);
         let program = self.program_number(system);
         self.events.push(MotionEvent::Program {
             system: system as u32 + 1,
@@ -94,7 +96,7 @@ impl Machine<'_> {
         if is(&|m| self.state.motors[m].end_positive && self.state.motors[m].end_negative) {
             return Err(Error::BothLimits);
         }
-        if is(&|m| self.is_busy(m)) {
+        if is(&|m| self.is_busy(m)) || is(&|_| true) && self.state.systems[system].dwells() {
             return Err(Error::Moving);
         }
         if is(&|m| self.state.motors[m].active && self.state.motors[m].mode != Loop::Closed) {
@@ -186,8 +188,10 @@ impl Machine<'_> {
     /// A run-time error: the program stops, and its motors decelerate as by A.
     pub(crate) fn run_time_error(&mut self, system: usize, reason: Reason) {
         let program = self.program_number(system);
-        self.state.systems[system].run_error = true;
-        self.state.systems[system].circle_error |= reason == Reason::Circle;
+        self.system_latch(system, SystemLatch::RunError, true);
+        if reason == Reason::Circle {
+            self.system_latch(system, SystemLatch::CircleError, true);
+        }
         self.program_over(system, program, State::Error, Some(reason));
         for motor in self.motors_of(system) {
             if self.state.motors[motor].active {
@@ -195,6 +199,16 @@ impl Machine<'_> {
             }
         }
         self.drop_calculated(system);
+    }
+
+    /// The amplifier of a motor goes off.
+    pub(crate) fn kill(&mut self, motor: usize) {
+        let moved = self.in_sequence(motor);
+        let this = &mut self.state.motors[motor];
+        if moved || this.moves() && (this.programmed || this.was_programmed) {
+            this.prejog = this.commanded;
+        }
+        this.kill();
     }
 
     /// H: the time base goes to 0.
@@ -208,10 +222,10 @@ impl Machine<'_> {
         let age = self.next_age();
         let this = &mut self.state.motors[motor];
         this.close();
-        this.home_complete = false;
         this.searching = true;
-        this.trigger_move = false;
         this.wait(Waiting { cycles, age, start: Start::Home, programmed });
+        self.latch(motor, Latch::HomeComplete, false);
+        self.latch(motor, Latch::TriggerMove, false);
     }
 
     /// HMZ: the motor's zero is where the commanded position is.
@@ -219,7 +233,7 @@ impl Machine<'_> {
         let this = &mut self.state.motors[motor];
         let zero = this.zero + this.commanded;
         this.move_zero(zero);
-        this.home_complete = true;
+        self.latch(motor, Latch::HomeComplete, true);
         self.show_zero(motor, zero);
         if let Some(system) = self.system_of(motor) {
             self.state.systems[system].rematch = true;
@@ -232,10 +246,10 @@ impl Machine<'_> {
         let age = self.next_age();
         let this = &mut self.state.motors[motor];
         this.close();
-        this.trigger_move = jog.trigger.is_some();
         this.searching |= jog.trigger.is_some();
         let start = Start::Jog(jog.goal, jog.trigger);
         this.wait(Waiting { cycles, age, start, programmed: false });
+        self.latch(motor, Latch::TriggerMove, jog.trigger.is_some());
     }
 
     /// ABS and INC.

@@ -24,7 +24,8 @@ pub(crate) struct MotorWords {
     pub(crate) target: (u32, u32),
     pub(crate) following_error: (u32, u32),
     pub(crate) velocity: u32,
-    pub(crate) filtered: u32,
+    /// PMAC: its Y word alone.
+    pub(crate) filtered: (u32, u32),
     pub(crate) home_offset: u32,
     pub(crate) output: u32,
     pub(crate) status_x: u32,
@@ -87,7 +88,7 @@ impl Setup {
                 target: pair(at.target),
                 following_error: at.following_error.map_or((NOWHERE, NOWHERE), pair),
                 velocity: x(at.velocity),
-                filtered: y(at.filtered),
+                filtered: if pmac { (NOWHERE, y(at.filtered)) } else { pair(at.filtered) },
                 home_offset: y(at.home_offset),
                 output: x(at.output),
                 status_x: x(at.status_x),
@@ -163,6 +164,10 @@ impl State {
         for &(number, definition) in &tables.definitions {
             if let Some(motor) = this.motors.get_mut(usize::from(number).wrapping_sub(1)) {
                 motor.definition = Some(definition);
+            }
+            let system = usize::from(definition.system).wrapping_sub(1);
+            if let Some(system) = this.systems.get_mut(system) {
+                system.rematch = true;
             }
         }
         for &(number, modes) in &tables.modes {
@@ -407,8 +412,7 @@ impl Machine<'_> {
     /// that move, run or answer, as in the background of a tick -1.
     pub fn start(&mut self) {
         for system in 0..self.system_count() {
-            let base = self.word(self.setup.systems[system].commanded_base);
-            self.state.systems[system].base = i64::from(base);
+            self.state.systems[system].base = self.commanded_base(system);
             for axis in Axis::ALL {
                 let address = self.setup.systems[system].targets + axis as u32;
                 let target =
@@ -437,7 +441,7 @@ impl Machine<'_> {
             let text = self.setup.start_texts[index].clone();
             self.carry_out(&start.command.action, &text, address);
         }
-        self.show_status();
+        self.write_status();
     }
 
     /// Assigns to an M-variable.

@@ -51,8 +51,8 @@ pub(crate) enum Start {
     Jog(JogGoal, Option<f64>),
     /// A homing search.
     Home,
-    /// To zero behind a home trigger, at this speed.
-    BehindHome(f64),
+    /// To zero behind a home trigger.
+    BehindHome,
     /// To a target behind another trigger, at this speed.
     BehindTrigger(f64, f64),
     /// RAPID to a target at a speed, perhaps until a trigger.
@@ -139,10 +139,6 @@ pub(crate) struct Motor {
     pub(crate) velocity_zero: bool,
     pub(crate) end_positive: bool,
     pub(crate) end_negative: bool,
-    pub(crate) stopped_on_limit: bool,
-    pub(crate) home_complete: bool,
-    pub(crate) trigger_move: bool,
-    pub(crate) data_error: bool,
     pub(crate) warning: bool,
     pub(crate) fatal: bool,
     pub(crate) fault: bool,
@@ -150,6 +146,8 @@ pub(crate) struct Motor {
     pub(crate) in_position: bool,
     pub(crate) in_position_count: u32,
     pub(crate) definition: Option<AxisDefinition>,
+    /// The two status words as they were computed last.
+    pub(crate) shown: (u32, u32),
     /// What the stimulus sets.
     pub(crate) jam: bool,
     pub(crate) faulty: bool,
@@ -190,10 +188,6 @@ impl Motor {
             velocity_zero: true,
             end_positive: false,
             end_negative: false,
-            stopped_on_limit: false,
-            home_complete: false,
-            trigger_move: false,
-            data_error: false,
             warning: false,
             fatal: false,
             fault: false,
@@ -201,6 +195,7 @@ impl Motor {
             in_position: false,
             in_position_count: 0,
             definition: None,
+            shown: (0, 0),
             jam: false,
             faulty: false,
             history: VecDeque::with_capacity(FILTER + 1),
@@ -242,9 +237,6 @@ impl Motor {
 
     /// The amplifier goes off (K).
     pub(crate) fn kill(&mut self) {
-        if self.moves() && self.programmed {
-            self.prejog = self.commanded;
-        }
         self.drop_motion();
         self.mode = Loop::Killed;
         self.commanded = self.actual;

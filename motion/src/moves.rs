@@ -6,6 +6,7 @@ use crate::events::MotionEvent;
 use crate::linear::Progress;
 use crate::machine::Machine;
 use crate::motor::{Start, Waiting};
+use crate::registers::Latch;
 use crate::system::Wait;
 use crate::units::{ms, rnd, units};
 
@@ -318,11 +319,11 @@ impl Machine<'_> {
             let cycles = self.waiting_cycles(motor);
             let start = Start::Rapid(target, way.abs() / ratio, trigger);
             let this = &mut self.state.motors[motor];
-            this.trigger_move = trigger.is_some();
             this.searching = trigger.is_some();
             this.target = target;
             this.wait(Waiting { cycles, age, start, programmed: true });
             self.show_target(motor);
+            self.latch(motor, Latch::TriggerMove, trigger.is_some());
         }
         if words.triggers.iter().any(Option::is_some) {
             self.state.systems[system].rematch = true;

@@ -25,12 +25,12 @@ impl Machine<'_> {
             Query::Position => tenth(self.position(motor)),
             Query::Velocity => tenth(self.velocity(motor)),
             Query::FollowingError => tenth(self.following_error(motor)),
-            Query::MotorStatus => hex(self.motor_status(motor)),
-            Query::SystemStatus => hex(self.system_status(system)),
+            Query::MotorStatus => hex(self.motor_words(motor)),
+            Query::SystemStatus => hex(self.system_words(system)),
             Query::GlobalStatus | Query::GlobalStatuses => hex(self.global_status()),
             Query::TimeBase => {
-                let commanded = self.word(self.setup.systems[system].commanded_base);
-                let value = 1000.0 * f64::from(commanded) / self.servo_units() as f64;
+                let commanded = self.commanded_base(system);
+                let value = 1000.0 * commanded as f64 / self.servo_units() as f64;
                 plcc_abi::number(value.round() / 10.0)
             }
             Query::System => (system + 1).to_string(),
@@ -39,11 +39,11 @@ impl Machine<'_> {
             Query::Velocities => all(self, &Self::velocity),
             Query::FollowingErrors => all(self, &Self::following_error),
             Query::MotorStatuses => {
-                let all = (0..self.motor_count()).map(|motor| hex(self.motor_status(motor)));
+                let all = (0..self.motor_count()).map(|motor| hex(self.motor_words(motor)));
                 all.collect::<Vec<_>>().join(" ")
             }
             Query::SystemStatuses => {
-                let all = (0..self.system_count()).map(|system| hex(self.system_status(system)));
+                let all = (0..self.system_count()).map(|system| hex(self.system_words(system)));
                 all.collect::<Vec<_>>().join(" ")
             }
         };

@@ -10,6 +10,29 @@ use crate::system::{System, Wait};
 
 const WORD: u32 = 0xFF_FFFF;
 
+/// The latches of a motor's two status words: bits that change only by an event, and that programs may write. Memory
+/// alone has them.
+const MOTOR_LATCHES: (u32, u32) = (1 << 14, 1 << 11 | 1 << 10 | 1 << 7);
+
+/// Those of the second status word of a coordinate system.
+const SYSTEM_LATCHES: u32 = 1 << 22 | 1 << 21;
+
+/// A bit of a motor's status words that changes only by an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Latch {
+    DataError,
+    StoppedOnLimit,
+    HomeComplete,
+    TriggerMove,
+}
+
+/// The same of a coordinate system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SystemLatch {
+    RunError,
+    CircleError,
+}
+
 impl Machine<'_> {
     /// Writes the registers of positions, velocities and outputs.
     pub(crate) fn registers(&mut self) {
@@ -66,36 +89,92 @@ impl Machine<'_> {
         for index in 0..self.motor_count() {
             let rate = self.motor_i(index, 9) * 32.0;
             let motor = &mut self.state.motors[index];
-            if motor.history.len() > FILTER - 1 {
-                let then = motor.history.front().copied().unwrap_or(motor.actual);
-                let way = motor.actual - then;
-                motor.history.pop_front();
-                motor.history.push_back(motor.actual);
-                let value = way / (80.0 * cycles) * rate;
-                self.set_word(self.setup.motors[index].filtered, fixed::bits(value) as u32);
-                continue;
-            }
             let then = motor.history.front().copied().unwrap_or(motor.actual);
-            let value = (motor.actual - then) / (80.0 * cycles) * rate;
+            if motor.history.len() >= FILTER {
+                motor.history.pop_front();
+            }
             motor.history.push_back(motor.actual);
-            self.set_word(self.setup.motors[index].filtered, fixed::bits(value) as u32);
+            let value = (motor.actual - then) / (80.0 * cycles) * rate;
+            self.set_double(self.setup.motors[index].filtered, fixed::bits(value));
         }
     }
 
-    /// Writes the status words of motors and coordinate systems.
+    /// Changes a bit of a motor's status that only events change.
+    pub(crate) fn latch(&mut self, motor: usize, latch: Latch, on: bool) {
+        let words = &self.setup.motors[motor];
+        let (offset, mask) = match latch {
+            Latch::DataError => (words.status_x, 1 << 14),
+            Latch::StoppedOnLimit => (words.status_y, 1 << 11),
+            Latch::HomeComplete => (words.status_y, 1 << 10),
+            Latch::TriggerMove => (words.status_y, 1 << 7),
+        };
+        self.set_bits(offset, mask, on);
+    }
+
+    /// Changes a bit of a coordinate system's status that only events change.
+    pub(crate) fn system_latch(&mut self, system: usize, latch: SystemLatch, on: bool) {
+        let mask = match latch {
+            SystemLatch::RunError => 1 << 22,
+            SystemLatch::CircleError => 1 << 21,
+        };
+        self.set_bits(self.setup.systems[system].status_y, mask, on);
+    }
+
+    fn set_bits(&mut self, offset: u32, mask: u32, on: bool) {
+        let word = self.word(offset);
+        self.set_word(offset, if on { word | mask } else { word & !mask });
+    }
+
+    /// Writes the status words of motors and coordinate systems in a servo cycle, whatever programs have written there.
+    pub(crate) fn write_status(&mut self) {
+        self.status_words(true);
+    }
+
+    /// Writes what calculation, safety or a command has changed of the status words since they were written last.
     pub fn show_status(&mut self) {
+        self.status_words(false);
+    }
+
+    fn status_words(&mut self, all: bool) {
         for index in 0..self.motor_count() {
-            let (x, y) = self.motor_status(index);
+            let is = self.motor_status(index);
+            let was = std::mem::replace(&mut self.state.motors[index].shown, is);
             let words = self.setup.motors[index];
-            self.set_word(words.status_x, x);
-            self.set_word(words.status_y, y);
+            self.change(words.status_x, was.0, is.0, all, MOTOR_LATCHES.0);
+            self.change(words.status_y, was.1, is.1, all, MOTOR_LATCHES.1);
         }
         for index in 0..self.system_count() {
-            let (x, y) = self.system_status(index);
+            let is = self.system_status(index);
+            let was = std::mem::replace(&mut self.state.systems[index].shown, is);
             let words = self.setup.systems[index];
-            self.set_word(words.status_x, x);
-            self.set_word(words.status_y, y);
+            self.change(words.status_x, was.0, is.0, all, 0);
+            self.change(words.status_y, was.1, is.1, all, SYSTEM_LATCHES);
         }
+    }
+
+    /// Writes a status word but for its latches: all of it, or what has changed.
+    fn change(&mut self, offset: u32, was: u32, is: u32, all: bool, latches: u32) {
+        let mask = if all { WORD & !latches } else { was ^ is };
+        if mask != 0 {
+            let word = self.word(offset) & !mask | is & mask;
+            self.set_word(offset, word);
+        }
+    }
+
+    /// The two status words of a motor with their latches, as `?` gives them.
+    pub(crate) fn motor_words(&self, index: usize) -> (u32, u32) {
+        let (x, y) = self.motor_status(index);
+        let words = &self.setup.motors[index];
+        (
+            x | self.word(words.status_x) & MOTOR_LATCHES.0,
+            y | self.word(words.status_y) & MOTOR_LATCHES.1,
+        )
+    }
+
+    /// The two status words of a coordinate system with their latches, as `??` gives them.
+    pub(crate) fn system_words(&self, index: usize) -> (u32, u32) {
+        let (x, y) = self.system_status(index);
+        (x, y | self.word(self.setup.systems[index].status_y) & SYSTEM_LATCHES)
     }
 
     /// Whether a motor is in a move with an end: a programmed move, a jog, a DWELL.
@@ -104,7 +183,7 @@ impl Machine<'_> {
         dwells || self.in_sequence(index) || self.state.motors[index].moves()
     }
 
-    /// The two status words of a motor, as `?` gives them.
+    /// The two status words of a motor without their latches.
     pub(crate) fn motor_status(&self, index: usize) -> (u32, u32) {
         let motor: &Motor = &self.state.motors[index];
         let system = self.system_of(index);
@@ -129,7 +208,6 @@ impl Machine<'_> {
             | bit(17, moves)
             | bit(16, i(34))
             | bit(15, dwells)
-            | bit(14, motor.data_error)
             | bit(13, motor.closed() && motor.velocity_zero)
             | bit(12, motor.moves() && motor.purpose == Purpose::Abort)
             | bit(10, motor.searching);
@@ -140,9 +218,6 @@ impl Machine<'_> {
             bit(23, system.is_some()) | (number & 7) << 20 | bit(14, enabled)
         };
         let y = y
-            | bit(11, motor.stopped_on_limit)
-            | bit(10, motor.home_complete)
-            | bit(7, motor.trigger_move)
             | bit(3, motor.fault)
             | bit(2, motor.fatal)
             | bit(1, motor.warning)
@@ -150,7 +225,7 @@ impl Machine<'_> {
         (x, y)
     }
 
-    /// The two status words of a coordinate system, as `??` gives them.
+    /// The two status words of a coordinate system without their latches.
     pub(crate) fn system_status(&self, index: usize) -> (u32, u32) {
         let system = &self.state.systems[index];
         let bit = |number: u32, is: bool| u32::from(is) << number;
@@ -183,9 +258,7 @@ impl Machine<'_> {
             Mode::Circle2 => 0b00_011,
             Mode::Pvt => 0b10_010,
         };
-        let y = bit(22, system.run_error)
-            | bit(21, system.circle_error)
-            | bit(20, any.0)
+        let y = bit(20, any.0)
             | bit(19, any.1)
             | bit(18, any.2)
             | bit(17, motors && all && !matches!(system.wait, Wait::Dwell(..)))

@@ -3,6 +3,7 @@
 use crate::events::Reason;
 use crate::machine::Machine;
 use crate::motor::Loop;
+use crate::registers::Latch;
 
 impl Machine<'_> {
     /// Housekeeping.
@@ -38,14 +39,13 @@ impl Machine<'_> {
         if !outwards || motor.decelerates() {
             return;
         }
-        motor.stopped_on_limit = true;
         let programmed = motor.has_programmed() || self.in_sequence(index);
         match self.system_of(index) {
             Some(system) if programmed => self.abort(system, Reason::Limit),
             _ => self.decelerate(index),
         }
         // The deceleration is not the next move.
-        self.state.motors[index].stopped_on_limit = true;
+        self.latch(index, Latch::StoppedOnLimit, true);
     }
 
     /// Following errors and the fault of the amplifier.
@@ -92,7 +92,7 @@ impl Machine<'_> {
                 if let Some(system) = its {
                     systems |= 1 << system;
                 }
-                self.state.motors[other].kill();
+                self.kill(other);
             }
         }
         for system in 0..self.system_count() {

@@ -6,6 +6,7 @@ use plcc_abi::pmac::{Space, fixed};
 
 use crate::events::{MotionEvent, Reason};
 use crate::machine::Machine;
+use crate::registers::Latch;
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
 use crate::shape::Shape;
 use crate::system::Wait;
@@ -45,7 +46,7 @@ impl Machine<'_> {
         for system in 0..self.system_count() {
             self.synchronous(system);
         }
-        self.show_status();
+        self.write_status();
     }
 
     /// B goes towards its goal (guide, Time Base).
@@ -73,7 +74,7 @@ impl Machine<'_> {
     }
 
     /// The commanded time base: the word that Ix93 names, that of the % command for 0.
-    fn commanded_base(&self, system: usize) -> i64 {
+    pub(crate) fn commanded_base(&self, system: usize) -> i64 {
         let own = self.setup.systems[system].commanded_base;
         let address = self.system_i(system, 93) as u32;
         if address == 0 {
@@ -138,8 +139,8 @@ impl Machine<'_> {
             }
             for motor in 0..self.motor_count() {
                 if self.state.systems[system].sequence.member[motor] {
-                    let motor = &mut self.state.motors[motor];
-                    (motor.data_error, motor.stopped_on_limit) = (false, false);
+                    self.latch(motor, Latch::DataError, false);
+                    self.latch(motor, Latch::StoppedOnLimit, false);
                 }
             }
         }
@@ -207,7 +208,7 @@ impl Machine<'_> {
         let sequence = &self.state.systems[system].sequence;
         if sequence.time >= sequence.last().corner - stop.0 / 2 {
             for motor in self.motors_of(system) {
-                self.state.motors[motor].data_error = true;
+                self.latch(motor, Latch::DataError, true);
             }
             self.run_time_error(system, Reason::Late);
         }
@@ -272,7 +273,7 @@ impl Machine<'_> {
             Purpose::BehindHome => {
                 self.events.push(MotionEvent::Home { motor: index as u32 + 1 });
             }
-            Purpose::BehindTrigger => motor.trigger_move = false,
+            Purpose::BehindTrigger => self.latch(index, Latch::TriggerMove, false),
             Purpose::Search => {
                 motor.search = None;
                 motor.searching = false;
@@ -289,6 +290,8 @@ impl Machine<'_> {
 
     /// A motion that has waited has its time 0.
     fn begin(&mut self, index: usize, waiting: Waiting) {
+        self.latch(index, Latch::StoppedOnLimit, false);
+        self.latch(index, Latch::DataError, false);
         let shape = self.shape(index);
         let speed = self.motor_i(index, 22);
         let homing = self.motor_i(index, 23);
@@ -296,13 +299,12 @@ impl Machine<'_> {
         let motor = &mut self.state.motors[index];
         motor.waiting.retain(|other| other.age >= waiting.age);
         let (p, v0) = (motor.commanded, motor.row.velocity());
-        let behind = matches!(waiting.start, Start::BehindHome(_) | Start::BehindTrigger(..));
+        let behind = matches!(waiting.start, Start::BehindHome | Start::BehindTrigger(..));
         if !behind {
             motor.search = None;
             motor.searching = false;
         }
         motor.row = Row::default();
-        (motor.stopped_on_limit, motor.data_error) = (false, false);
         (motor.programmed, motor.was_programmed) = (waiting.programmed, false);
         motor.age = waiting.age;
         let mut row = Row::default();
@@ -346,8 +348,8 @@ impl Machine<'_> {
                 search = Some((true, 0.0, homing.abs()));
                 Purpose::Search
             }
-            Start::BehindHome(speed) => {
-                goal = Some((0.0, speed));
+            Start::BehindHome => {
+                goal = Some((0.0, homing.abs()));
                 Purpose::BehindHome
             }
             Start::BehindTrigger(target, speed) => {

@@ -90,8 +90,8 @@ pub(crate) struct System {
     pub(crate) modes: Modes,
     /// Moves by time (TM), not by speed.
     pub(crate) by_time: bool,
-    pub(crate) run_error: bool,
-    pub(crate) circle_error: bool,
+    /// The two status words as they were computed last.
+    pub(crate) shown: (u32, u32),
     /// The axes' targets in user units.
     pub(crate) axes: [f64; 9],
     /// Whether the axes are matched to the motors at the next calculation.
@@ -130,8 +130,7 @@ impl System {
             mode: Mode::Linear,
             modes: Modes { incremental: AxisSet::R, feedrate: AxisSet::XYZ },
             by_time: false,
-            run_error: false,
-            circle_error: false,
+            shown: (0, 0),
             axes: [0.0; 9],
             rematch: false,
             sequence: Sequence::new(motors),

@@ -4,6 +4,7 @@ use plcc_abi::pmac::fixed;
 
 use crate::machine::Machine;
 use crate::motor::{Inputs, Start, Waiting};
+use crate::registers::Latch;
 
 /// What a capture waits for, by I902 and I903 of the channel.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +62,8 @@ impl Machine<'_> {
             let channel = (address & 0x1F) / 8 + 1;
             7000 + 100 * gate + 10 * channel + 2
         } else {
-            902 + 5 * ((address - 0xC000) / 4)
+            // A PMAC has 16 encoder channels, at $C000 to $C03C.
+            902 + 5 * (address.checked_sub(0xC000)?.min(0x3C) / 4)
         };
         Some(Capture::new(self.i(number) as u32, self.i(number + 1) as u32))
     }
@@ -93,13 +95,17 @@ impl Machine<'_> {
         if capture.at_once {
             return Some(motor.x.floor());
         }
+        // A row or a force that holds the flag decides, wherever the motor is.
+        let own = self.inputs_at(index, motor.x, now);
+        let held = capture.level_of_flag(own) != capture.level_of_flag(now);
         if capture.index && !capture.index_inverted {
             return self.index_on_the_way(index, |at| {
-                !capture.flag || capture.level_of_flag(self.inputs_at(index, at, now))
+                let flag = if held { now } else { self.inputs_at(index, at, now) };
+                !capture.flag || capture.level_of_flag(flag)
             });
         }
         let rises = capture.level(now) && (level_counts || !capture.level(before));
-        if capture.index || capture.which == 3 {
+        if held || capture.index || capture.which == 3 {
             return rises.then(|| motor.x.floor());
         }
         match self.flag_edge(index, capture) {
@@ -196,8 +202,7 @@ impl Machine<'_> {
         motor.capture = at;
         let start = if search.home {
             motor.move_zero(at + offset);
-            motor.home_complete = true;
-            Start::BehindHome(search.speed)
+            Start::BehindHome
         } else {
             Start::BehindTrigger((at - motor.zero) + search.offset, search.speed)
         };
@@ -205,6 +210,7 @@ impl Machine<'_> {
         // Older ones would not begin any more.
         let zero = motor.zero;
         if search.home {
+            self.latch(index, Latch::HomeComplete, true);
             self.show_zero(index, zero);
         }
         if let Some(channel) = self.channel(index) {

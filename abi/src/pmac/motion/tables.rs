@@ -148,12 +148,14 @@ pub struct MotionProgram {
 }
 
 impl MotionProgram {
-    /// The resume point of a label; `None` if there is no such label. Without one for 0 that is the top.
+    /// The resume point of a label; `None` if there is no such label. 0 is the top, which is in front of any label that
+    /// the text has.
     pub fn label(&self, number: u32) -> Option<u32> {
-        match self.labels.binary_search_by_key(&number, |(label, _)| *label) {
-            Ok(index) => self.labels.get(index).map(|(_, point)| *point),
-            Err(_) => (number == 0).then_some(0),
+        if number == 0 {
+            return Some(0);
         }
+        let index = self.labels.binary_search_by_key(&number, |(label, _)| *label).ok()?;
+        self.labels.get(index).map(|(_, point)| *point)
     }
 }
 

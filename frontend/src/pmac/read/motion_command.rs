@@ -104,9 +104,9 @@ impl Reader<'_> {
             self.cur.pos += rest.find(['#', '&', '\n']).unwrap_or(rest.len());
         }
         // To ask for a definition, and what this control can't do, has no effect.
-        let define = definition.unwrap_or(MotionAction::Nothing);
-        let OnlineCommand::Do(mut actions) = self.motion(start, define) else {
-            return Ok(OnlineCommand::NOTHING);
+        let mut actions = match definition.map(|define| self.motion(start, define)) {
+            Some(OnlineCommand::Do(actions)) => actions,
+            _ => Vec::new(),
         };
         if motor != 0 {
             let text = format!("#{motor}");
