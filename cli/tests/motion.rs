@@ -193,3 +193,147 @@ fn a_limit_stops_the_program_of_the_motor() {
     let end = rows(&done.stdout, "#1.CMD").last().unwrap().1;
     assert!((500.0..600.0).contains(&end), "{end}");
 }
+
+/// Two motors of 100 counts a unit in a system whose moves are slow enough for no limit, in cycles of 0.5 ms.
+const SYSTEM: &str = "I200=1 I111=0 I211=0 I116=1000 I216=1000 I117=100 I217=100 I190=1000 I187=20 I188=0\n\
+    &1 #1->100X #2->100Y\nM1->X:$07F0,0,1\n";
+
+/// Runs a motion program in all engines, which must agree, and gives its trace and events.
+fn runs(program: &str, ticks: u32, watch: &str) -> (String, String) {
+    let text = format!("{MOTOR}{SYSTEM}OPEN PROG 1 CLEAR\n{program}CLOSE\n&1B1R\n");
+    let folder = Folder::with(&[("p.pmc", &text)]);
+    let run = |engine| {
+        let command = format!(
+            "run p.pmc --simulate --ticks {ticks} --engine {engine} --watch {watch} --trace - --events e.jsonl"
+        );
+        (folder.plcc(&command).exits(0).stdout, folder.read("e.jsonl"))
+    };
+    let first = run("interp");
+    for engine in ["jit", "aot"] {
+        assert_eq!(run(engine), first);
+    }
+    first
+}
+
+/// The value of a name at the end of a tick.
+fn at(trace: &str, name: &str, tick: u64) -> f64 {
+    rows(trace, name).iter().rev().find(|row| row.0 <= tick).unwrap().1
+}
+
+#[test]
+fn pvt_moves_reach_their_points_with_their_velocities() {
+    // The guide's example: 5 units in 300 ms up to 50 units a second (5 counts/ms), 5 units down.
+    let (trace, _) = runs("INC PVT300\nX5:50 M1==1\nX5:0\n", 1300, "#1.CMD,#1.VEL,M1,&1.LINE");
+    // x(t) = 500·(t/300)³, so that after 150 ms it is an eighth of it.
+    assert_eq!(at(&trace, "#1.CMD", 300), 62.5);
+    assert_eq!(at(&trace, "#1.CMD", 600), 500.0);
+    assert_eq!(at(&trace, "#1.CMD", 900), 937.5);
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(1200, 1000.0));
+    // The assignment behind the first move is done when the second begins.
+    assert_eq!(rows(&trace, "M1"), [(0, 0.0), (600, 1.0)]);
+    assert_eq!(rows(&trace, "&1.LINE"), [(0, 0.0), (1, 7.0), (600, 8.0), (1200, 0.0)]);
+}
+
+#[test]
+fn a_pvt_row_that_ends_with_a_velocity_stops_dead() {
+    let (trace, _) = runs("INC PVT100\nX5:50\nDWELL0\nX1:0\n", 500, "#1.CMD,#1.VEL");
+    assert_eq!(at(&trace, "#1.CMD", 200), 500.0);
+    // The DWELL is over in the cycle of the end, and the calculation follows in the same tick.
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(400, 600.0));
+}
+
+#[test]
+fn splines_relax_their_points_and_end_exactly() {
+    let moves = "ABS SPLINE1 TA60\nX6\nX12\nX12\n";
+    let (trace, _) = runs(moves, 700, "#1.CMD");
+    // The waypoints are (q-1 + 4·q + q+1)/6 of 0, 600, 1200, 1200 counts, and there is a piece more at each end.
+    for (tick, position) in [(120, 100.0), (240, 600.0), (360, 1100.0), (480, 1200.0)] {
+        assert_eq!(at(&trace, "#1.CMD", tick), position, "{tick}");
+    }
+    // With equal times SPLINE2 is the same.
+    let (other, _) = runs(&moves.replace("SPLINE1", "SPLINE2"), 700, "#1.CMD");
+    assert_eq!(at(&other, "#1.CMD", 120), 100.0);
+    assert_eq!(at(&other, "#1.CMD", 360), 1100.0);
+    // Another TA ends a row of SPLINE1: the next one begins from its stop, behind two pieces more.
+    let (trace, _) = runs("INC SPLINE1 TA60\nX6\nTA30\nX6\n", 800, "#1.CMD");
+    assert_eq!(at(&trace, "#1.CMD", 360), 600.0);
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(540, 1200.0));
+}
+
+#[test]
+fn spline2_takes_the_time_of_each_segment() {
+    // 600 counts in 60 ms, then 0 in 30 ms: a=60, b=30, e=10, f=0. The waypoint is 600 + 60·30/90·(-10)/3 = 533.3.
+    let (trace, _) = runs("INC SPLINE2 TA60\nX6\nTA30\nX0\n", 800, "#1.CMD,#1.VEL");
+    let waypoint = at(&trace, "#1.CMD", 240);
+    assert!((waypoint - (600.0 - 200.0 / 3.0)).abs() < 1e-9, "{waypoint}");
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap().1, 600.0);
+}
+
+#[test]
+fn arcs_keep_their_radius_and_come_back() {
+    // A full circle of radius 10 at 50 units a second, clockwise from (0, 0) round (10, 0).
+    let moves = "I13=10\nABS TA100 TS20 F50\nCIRCLE1 X0 Y0 I10\n";
+    let (trace, events) = runs(moves, 4000, "#1.CMD,#2.CMD,&1.SPEED,&1.X,&1.Y");
+    let (x, y) = (rows(&trace, "&1.X"), rows(&trace, "&1.Y"));
+    let mut farthest: f64 = 0.0;
+    for tick in 0..3000 {
+        let (x, y) = (at(&trace, "&1.X", tick), at(&trace, "&1.Y", tick));
+        let radius = (x - 10.0).hypot(y);
+        // The spline passes inside of the points by V²T²/6R = 0.25/60 at most.
+        assert!((9.99..=10.000_001).contains(&radius), "{tick}: {radius}");
+        farthest = farthest.max(x);
+    }
+    assert!(farthest > 19.98, "{farthest}");
+    // Clockwise from the left it goes up.
+    assert!(y[5].1 > 0.0);
+    assert_eq!((x.last().unwrap().1, y.last().unwrap().1), (0.0, 0.0));
+    let speed = rows(&trace, "&1.SPEED").iter().fold(0.0, |a: f64, row| a.max(row.1));
+    assert!((49.9..=50.001).contains(&speed), "{speed}");
+    // 62.83 units take 1256.6 ms, its acceleration 100 ms more, and the spline two segments.
+    assert!((2700..2770).contains(&y.last().unwrap().0), "{:?}", y.last());
+    assert!(events.contains(r#""state":"ended""#), "{events}");
+}
+
+#[test]
+fn a_radius_chooses_the_short_arc_and_a_negative_one_the_long_arc() {
+    for (direction, radius, highest, lowest) in [
+        // From (0, 0) to (10, 10): the centres are (10, 0) and (0, 10).
+        ("CIRCLE1", "10", 10.0, 0.0),
+        ("CIRCLE2", "10", 10.0, 0.0),
+        ("CIRCLE1", "-10", 20.0, 0.0),
+        ("CIRCLE2", "-10", 10.0, -10.0),
+    ] {
+        let moves = format!("I13=5\nABS TA50 F50\n{direction} X10 Y10 R{radius}\n");
+        let (trace, _) = runs(&moves, 3000, "&1.X,&1.Y");
+        let y = rows(&trace, "&1.Y").into_iter().map(|row| row.1).collect::<Vec<_>>();
+        let (top, bottom) =
+            (y.iter().fold(0.0, |a: f64, &b| a.max(b)), y.iter().fold(0.0, |a: f64, &b| a.min(b)));
+        assert!((top - highest).abs() < 0.02, "{direction} R{radius}: {top}");
+        assert!((bottom - lowest).abs() < 0.02, "{direction} R{radius}: {bottom}");
+        assert_eq!(*y.last().unwrap(), 10.0);
+    }
+    let (_, events) = runs("I13=5\nABS F50\nCIRCLE1 X30 Y0 R10\n", 50, "&1.X");
+    assert!(events.contains(r#""state":"error","reason":"circle""#), "{events}");
+}
+
+#[test]
+fn segmented_lines_blend_and_pass_their_points_by_a_spline() {
+    // One line of 100 ms at 10 counts/ms with 20 ms of acceleration, in segments of 10 ms.
+    let (trace, _) = runs("I13=10\nINC TA20 F100\nX10\n", 600, "#1.CMD,#1.VEL");
+    // The path's points are 0, 25, 100, 200 …; the first waypoint is their spline's, 25/6 after a segment.
+    assert_eq!(at(&trace, "#1.CMD", 20), 25.0 / 6.0);
+    // (0 + 4·25 + 100)/6 after the second.
+    assert!((at(&trace, "#1.CMD", 40) - 200.0 / 6.0).abs() < 1e-9);
+    // 120 ms of path and two segments more.
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(280, 1000.0));
+}
+
+#[test]
+fn latches_of_the_status_words_can_be_written_by_programs() {
+    let text = format!(
+        "{MOTOR}M145->Y:$0814,10,1\nOPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=1) CMD\"#1HMZ\" ENDIF\nIF (P1=5) M145=0 ENDIF\nCLOSE\n"
+    );
+    let folder = Folder::with(&[("l.pmc", &text)]);
+    let done = folder.plcc("run l.pmc --simulate --ticks 9 --watch M145 --trace -").exits(0);
+    assert_eq!(rows(&done.stdout, "M145"), [(0, 1.0), (4, 0.0)]);
+}

@@ -4,10 +4,11 @@
 
 use plcc_abi::pmac::motion::{Mode, MotionKind, TimeWord};
 
+use crate::circle::Normal;
 use crate::events::{MotionEvent, Reason};
-use crate::linear::Progress;
 use crate::machine::Machine;
-use crate::moves::Words;
+use crate::moves::{Shape, Words};
+use crate::sequence::{Progress, SequenceKind};
 use crate::system::{Counter, MAX_SYNC, Place, SyncAssignment, Wait};
 use crate::units::units;
 
@@ -156,17 +157,18 @@ impl Machine<'_> {
         let system = self.state.calculation.system;
         self.state.calculation.values.clear();
         self.state.systems[system].last = (statement.file, statement.line);
-        let mode = self.state.systems[system].mode;
-        let continues = match &statement.kind {
-            MotionKind::Delay => true,
-            MotionKind::Move(_) => !matches!(mode, Mode::Rapid),
-            MotionKind::Home(_) | MotionKind::HomeZero(_) | MotionKind::Set(_) => false,
+        let kind = match &statement.kind {
+            MotionKind::Delay => Some(self.kind_of_lines(system)),
+            MotionKind::Move(_) => self.kind_of_moves(system),
+            MotionKind::Home(_) | MotionKind::HomeZero(_) | MotionKind::Set(_) => None,
             _ => return true,
         };
         let sequence = &self.state.systems[system].sequence;
         let free = match sequence.progress {
             Progress::None => true,
-            Progress::Gathering | Progress::Running => continues && !sequence.closed,
+            Progress::Gathering | Progress::Running => {
+                !sequence.closed && kind == Some(sequence.kind) && !self.ends_spline(system)
+            }
         };
         if free {
             return true;
@@ -202,7 +204,8 @@ impl Machine<'_> {
             }
             MotionKind::Delay => {
                 let words = self.no_words(system);
-                self.linear_move(system, &words, Some(value.max(0.0)))
+                let time = Some(value.max(0.0));
+                self.linear_move(system, &words, Shape { time, arc: None })
             }
             MotionKind::Mode(mode) => {
                 let continues = self.state.systems[system].mode == *mode
@@ -229,9 +232,11 @@ impl Machine<'_> {
                 false
             }
             MotionKind::Normal(components) => {
-                if components.len() > 1 {
+                let ([component], true) = (components.as_slice(), value != 0.0) else {
                     return self.stop_with_error(system, Reason::Unsupported);
-                }
+                };
+                let (component, negative) = (*component, value < 0.0);
+                self.state.systems[system].normal = Normal { component, negative };
                 false
             }
             MotionKind::Dwell => self.dwell(system, value),
@@ -302,11 +307,30 @@ impl Machine<'_> {
         if self.motors_of(system).any(|motor| self.motor_i(motor, 6) == 1.0) {
             return self.stop_with_error(system, Reason::Unsupported);
         }
-        match self.state.systems[system].mode {
-            Mode::Linear => self.linear_move(system, words, None),
+        let mode = self.state.systems[system].mode;
+        match mode {
+            Mode::Linear => self.linear_move(system, words, Shape::default()),
             // Without segmentation arcs are lines (guide, Circular Interpolation).
             Mode::Circle1 | Mode::Circle2 if self.segmentation(system) <= 0.0 => {
-                self.linear_move(system, words, None)
+                self.linear_move(system, words, Shape::default())
+            }
+            Mode::Circle1 | Mode::Circle2 => {
+                let Ok(arc) = self.arc(system, words, mode == Mode::Circle1) else {
+                    return self.stop_with_error(system, Reason::Circle);
+                };
+                self.linear_move(system, words, Shape { time: None, arc })
+            }
+            Mode::Pvt => {
+                self.pvt(system, words);
+                self.moved(system)
+            }
+            Mode::Spline1 => {
+                self.spline(system, words, SequenceKind::Spline1);
+                self.moved(system)
+            }
+            Mode::Spline2 => {
+                self.spline(system, words, SequenceKind::Spline2);
+                self.moved(system)
             }
             Mode::Rapid => {
                 let moves = self.rapid(system, words);
@@ -319,19 +343,21 @@ impl Machine<'_> {
                 }
                 moves
             }
-            Mode::Circle1 | Mode::Circle2 | Mode::Spline1 | Mode::Spline2 | Mode::Pvt => {
-                self.stop_with_error(system, Reason::Unsupported)
-            }
         }
     }
 
     /// I13, of Turbo PMAC Isx13.
-    fn segmentation(&self, system: usize) -> f64 {
+    pub(crate) fn segmentation(&self, system: usize) -> f64 {
         if self.turbo() { self.system_i(system, 13) } else { self.i(13) }
     }
 
-    fn linear_move(&mut self, system: usize, words: &Words, time: Option<f64>) -> bool {
-        self.linear(system, words, time);
+    fn linear_move(&mut self, system: usize, words: &Words, shape: Shape) -> bool {
+        self.linear(system, words, shape);
+        self.moved(system)
+    }
+
+    /// A move of a sequence is calculated. Says whether the calculation is over.
+    fn moved(&mut self, system: usize) -> bool {
         if self.system_i(system, 92) == 1.0 {
             self.close_sequence(system);
         }
@@ -340,7 +366,7 @@ impl Machine<'_> {
         }
         let sequence = &self.state.systems[system].sequence;
         if sequence.progress == Progress::Gathering && !sequence.closed {
-            if sequence.calculated < 2 {
+            if sequence.calculated < self.ahead(system) {
                 return false;
             }
             self.start_sequence(system);
@@ -356,12 +382,12 @@ impl Machine<'_> {
             TimeWord::Ta => 87,
             TimeWord::Ts => 88,
             TimeWord::Tm | TimeWord::Feed => 89,
-            TimeWord::Pvt if self.turbo() => 89,
+            TimeWord::Pvt if self.turbo() && self.i(42) == 0.0 => 89,
             TimeWord::Pvt => 87,
         };
         let value = match word {
             TimeWord::Ta | TimeWord::Ts => value.max(0.0).round(),
-            TimeWord::Pvt if !self.turbo() => value.max(0.0).round(),
+            TimeWord::Pvt if number == 87 => value.max(0.0).round(),
             TimeWord::Tm | TimeWord::Feed | TimeWord::Pvt => value,
         };
         match word {

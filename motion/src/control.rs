@@ -6,10 +6,10 @@ use plcc_abi::pmac::Controller;
 
 use crate::axes::Look;
 use crate::events::{Error, MotionEvent, Reason, State};
-use crate::linear::Progress;
 use crate::machine::Machine;
 use crate::motor::{Loop, Start, Waiting};
 use crate::registers::{Latch, SystemLatch};
+use crate::sequence::Progress;
 use crate::system::{Counter, Place, Wait};
 
 impl Machine<'_> {

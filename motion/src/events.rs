@@ -222,9 +222,4 @@ pub enum MotionEvent {
         /// The coordinate system.
         system: u32,
     },
-    /// LINEAR with segmentation is made without it.
-    NoSegmentation {
-        /// The coordinate system.
-        system: u32,
-    },
 }

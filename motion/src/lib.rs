@@ -6,7 +6,9 @@
 //! | --- | --- |
 //! | `units` | units of time, pieces of polynomials, ramps |
 //! | `shape` | jogs, searches and RAPID of single motors |
-//! | `linear` | sequences of blended moves |
+//! | `sequence` | sequences of moves without a stop between them |
+//! | `linear`, `pieces`, `segments` | how those of LINEAR, of PVT and SPLINE, and with segments go on |
+//! | `circle` | arcs |
 //! | `motor`, `system` | the state |
 //! | `machine` | what every step works with: state, memory, tables, events |
 //! | `servo` | the servo cycle |
@@ -66,6 +68,7 @@
 
 mod axes;
 mod calculation;
+mod circle;
 mod commands;
 mod control;
 mod events;
@@ -75,10 +78,13 @@ mod machine;
 mod motor;
 mod moves;
 mod names;
+mod pieces;
 mod plant;
 mod queries;
 mod registers;
 mod safety;
+mod segments;
+mod sequence;
 mod servo;
 mod shape;
 mod system;

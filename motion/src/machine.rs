@@ -141,8 +141,6 @@ pub struct State {
     pub(crate) systems: Vec<System>,
     /// The number of the next command.
     pub(crate) age: u64,
-    /// Whether it was said that LINEAR is made without segmentation.
-    pub(crate) told_segmentation: bool,
     #[serde(skip)]
     pub(crate) overlays: Vec<Overlay>,
     #[serde(skip)]
@@ -157,7 +155,6 @@ impl State {
             motors: setup.plants.iter().map(Motor::new).collect(),
             systems: (0..setup.systems.len()).map(|_| System::new(count)).collect(),
             age: 1,
-            told_segmentation: false,
             overlays: Vec::with_capacity(MAX_OVERLAYS),
             calculation: Calculation::default(),
         };
@@ -244,7 +241,6 @@ impl State {
         std::mem::swap(&mut self.motors, &mut old.motors);
         std::mem::swap(&mut self.systems, &mut old.systems);
         self.age = self.age.max(old.age);
-        self.told_segmentation = old.told_segmentation;
         for system in &mut self.systems {
             let mut known = true;
             for place in &mut system.stack {

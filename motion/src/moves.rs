@@ -1,26 +1,39 @@
-//! The calculation of moves: LINEAR sequences (guide, Linear Blended Moves) and RAPID.
+//! The calculation of moves: LINEAR and CIRCLE (guide, Linear Blended Moves), PVT, SPLINE, and RAPID.
 
-use plcc_abi::pmac::motion::{Axis, AxisSet, MoveWord};
+use plcc_abi::pmac::arithmetic::finite;
+use plcc_abi::pmac::motion::{Axis, AxisSet, Mode, MoveWord};
 
-use crate::events::MotionEvent;
-use crate::linear::Progress;
+use crate::circle::Arc;
 use crate::machine::Machine;
 use crate::motor::{Start, Waiting};
 use crate::registers::Latch;
+use crate::sequence::{Progress, SequenceKind};
 use crate::system::Wait;
 use crate::units::{ms, rnd, units};
-
-/// How many moves a sequence needs before it begins, unless it is closed.
-const AHEAD: u32 = 2;
 
 /// What the words of a move say.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Words {
     axes: AxisSet,
+    /// Where the axes were.
+    pub(crate) from: [f64; 9],
     /// For each axis the new target less the old one.
     distance: [f64; 9],
     /// How far behind their triggers axes end, in user units.
     triggers: [Option<f64>; 9],
+    /// In PVT the velocities at the end, in user units per Ix90.
+    velocities: [f64; 9],
+    /// The radius of an arc, and the components of the vector to its centre.
+    pub(crate) radius: Option<f64>,
+    pub(crate) center: [Option<f64>; 3],
+}
+
+/// What a LINEAR or CIRCLE move is asked to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shape {
+    /// The time of a DELAY in ms.
+    pub(crate) time: Option<f64>,
+    pub(crate) arc: Option<Arc>,
 }
 
 impl Machine<'_> {
@@ -34,21 +47,37 @@ impl Machine<'_> {
         if self.state.systems[system].rematch {
             self.match_axes(system);
         }
-        let mut out = Words { axes: AxisSet::NONE, distance: [0.0; 9], triggers: [None; 9] };
+        let mut out = Words {
+            axes: AxisSet::NONE,
+            from: self.state.systems[system].axes,
+            distance: [0.0; 9],
+            triggers: [None; 9],
+            velocities: [0.0; 9],
+            radius: None,
+            center: [None; 3],
+        };
         for (word, &value) in words.iter().zip(values) {
             match *word {
                 MoveWord::Axis(axis) => {
-                    let this = &mut self.state.systems[system];
+                    let this = &self.state.systems[system];
                     let old = this.axes[axis as usize];
-                    let new = if this.modes.incremental.has(axis) { old + value } else { value };
-                    let new = plcc_abi::pmac::arithmetic::finite(new);
+                    let new = match this.modes.incremental.has(axis) {
+                        true => old + value,
+                        false => self.shortest_way(system, axis, old, value),
+                    };
+                    let this = &mut self.state.systems[system];
+                    let new = finite(new);
                     this.axes[axis as usize] = new;
                     out.axes = out.axes.with(axis);
                     out.distance[axis as usize] = new - old;
                     self.show_axis(system, axis);
                 }
                 MoveWord::Trigger(axis) => out.triggers[axis as usize] = Some(value),
-                MoveWord::Velocity(_) | MoveWord::R | MoveWord::Center(_) => {}
+                MoveWord::Velocity(axis) => out.velocities[axis as usize] = value,
+                MoveWord::R => out.radius = Some(value),
+                MoveWord::Center(component) => {
+                    out.center[usize::from(component.min(2))] = Some(value);
+                }
             }
         }
         out
@@ -59,18 +88,52 @@ impl Machine<'_> {
         self.take_words(system, &[], &[])
     }
 
-    /// Whether limits hold for LINEAR: not with segmentation (I13, Isx13), unless Turbo PMAC looks ahead.
-    fn has_limits(&mut self, system: usize) -> bool {
-        let turbo = self.turbo();
-        let segments = if turbo { self.system_i(system, 13) } else { self.i(13) };
-        if segments <= 0.0 || turbo && self.system_i(system, 20) > 0.0 {
-            return true;
+    /// Where an axis goes in absolute mode: A, B and C whose motor's Ix27 is above 0 the shortest way round.
+    fn shortest_way(&self, system: usize, axis: Axis, old: f64, value: f64) -> f64 {
+        if !matches!(axis, Axis::A | Axis::B | Axis::C) {
+            return value;
         }
-        if !self.state.told_segmentation {
-            self.state.told_segmentation = true;
-            self.events.push(MotionEvent::NoSegmentation { system: system as u32 + 1 });
+        let found = self.motors_of(system).find_map(|motor| {
+            let (scale, round) = (self.scale(motor, axis), self.motor_i(motor, 27));
+            (scale != 0.0 && round > 0.0).then_some(round / scale.abs())
+        });
+        let Some(round) = found else { return value };
+        let turns = ((value - old) / round).round();
+        value - turns * round
+    }
+
+    /// Whether Ix16 and Ix17 hold for LINEAR and CIRCLE: not with segmentation (I13, Isx13), unless Turbo PMAC looks
+    /// ahead.
+    fn has_limits(&self, system: usize) -> bool {
+        self.segmentation(system) <= 0.0 || self.turbo() && self.system_i(system, 20) > 0.0
+    }
+
+    /// How many moves a sequence needs before it begins, unless it is closed.
+    pub(crate) fn ahead(&self, system: usize) -> u32 {
+        match self.state.systems[system].sequence.kind {
+            SequenceKind::Blended | SequenceKind::Spline1 | SequenceKind::Spline2 => 2,
+            SequenceKind::Segmented if self.has_limits(system) => 2,
+            SequenceKind::Segmented | SequenceKind::Pvt => 1,
         }
-        false
+    }
+
+    /// The kind of sequence that moves of the present mode make; `None` where they make none.
+    pub(crate) fn kind_of_moves(&self, system: usize) -> Option<SequenceKind> {
+        Some(match self.state.systems[system].mode {
+            Mode::Linear | Mode::Circle1 | Mode::Circle2 => self.kind_of_lines(system),
+            Mode::Pvt => SequenceKind::Pvt,
+            Mode::Spline1 => SequenceKind::Spline1,
+            Mode::Spline2 => SequenceKind::Spline2,
+            Mode::Rapid => return None,
+        })
+    }
+
+    /// The kind of sequence that LINEAR and CIRCLE moves make.
+    pub(crate) fn kind_of_lines(&self, system: usize) -> SequenceKind {
+        match self.segmentation(system) > 0.0 {
+            true => SequenceKind::Segmented,
+            false => SequenceKind::Blended,
+        }
     }
 
     /// The acceleration that the I-variables ask for: its time and the S-curve's half, in ms. `room` is what the move
@@ -114,11 +177,15 @@ impl Machine<'_> {
         if sequence.progress == Progress::None || sequence.closed {
             return;
         }
+        if !sequence.kind.blends() {
+            self.state.systems[system].sequence.closed = true;
+            return self.start_sequence(system);
+        }
         let (mut whole, mut half) = self.stop_times(system);
         let sequence = &mut self.state.systems[system].sequence;
         let corner = sequence.last().corner;
-        if sequence.runs() && corner - whole / 2 < sequence.time {
-            whole = 2 * (corner - sequence.time);
+        if sequence.runs() && corner - whole / 2 < sequence.now() {
+            whole = (2 * (corner - sequence.now())).max(0);
             half = half.min(whole / 2);
         }
         sequence.close((whole, half));
@@ -129,7 +196,7 @@ impl Machine<'_> {
     pub(crate) fn start_sequence(&mut self, system: usize) {
         let sequence = &self.state.systems[system].sequence;
         if sequence.progress != Progress::Gathering
-            || !sequence.closed && sequence.calculated < AHEAD
+            || !sequence.closed && sequence.calculated < self.ahead(system)
         {
             return;
         }
@@ -148,24 +215,101 @@ impl Machine<'_> {
         Some(self.motor_i(motor, number)).filter(|limit| *limit > 0.0)
     }
 
-    /// Calculates a LINEAR move. `time` is that of a DELAY in ms.
-    pub(crate) fn linear(&mut self, system: usize, words: &Words, time: Option<f64>) {
+    /// Begins the calculation of a move of a sequence, with its targets. Gives its number in the sequence.
+    fn open_move(&mut self, system: usize, words: &Words, kind: SequenceKind) -> u32 {
         if self.state.systems[system].sequence.progress == Progress::None {
-            self.state.systems[system].sequence.open();
+            self.state.systems[system].sequence.open(kind);
+            if kind == SequenceKind::Segmented {
+                let length = self.segmentation(system);
+                self.state.systems[system].sequence.open_segments(length, words.from);
+            }
         }
-        let limits = self.has_limits(system);
-        let number = self.state.systems[system].next_move;
-        self.state.systems[system].next_move += 1;
-        let axes = self.state.systems[system].axes;
-        let line = self.state.systems[system].last;
-        let k = self.state.systems[system].sequence.calculated + 1;
+        let this = &mut self.state.systems[system];
+        let number = this.next_move;
+        this.next_move += 1;
+        let (axes, line) = (this.axes, this.last);
+        let k = this.sequence.calculated + 1;
         self.move_targets(system, words, &axes, k);
+        let this = self.state.systems[system].sequence.at_mut(k);
+        (this.number, this.line) = (number, line);
+        (this.from, this.to, this.axes, this.arc) = (words.from, axes, words.axes, None);
+        k
+    }
+
+    /// The move k is calculated: the targets of its motors are shown.
+    fn show_targets(&mut self, system: usize, k: u32) {
+        self.state.systems[system].sequence.calculated = k;
+        for motor in 0..self.motor_count() {
+            let sequence = &self.state.systems[system].sequence;
+            if sequence.member[motor] {
+                self.state.motors[motor].target = sequence.last().p[motor];
+                self.show_target(motor);
+            }
+        }
+    }
+
+    /// Calculates a PVT move.
+    pub(crate) fn pvt(&mut self, system: usize, words: &Words) {
+        let k = self.open_move(system, words, SequenceKind::Pvt);
+        let by_tm = self.turbo() && self.i(42) == 0.0;
+        let time = self.system_i(system, if by_tm { 89 } else { 87 }).max(0.0);
+        let time = if by_tm { time } else { time.round() };
+        let duration = match units(time) {
+            0 => units(0.5),
+            duration => duration,
+        };
+        let per = self.system_i(system, 90);
+        for motor in 0..self.motor_count() {
+            let mut v = 0.0;
+            for axis in Axis::ALL {
+                let velocity = words.velocities[axis as usize];
+                if velocity != 0.0 && words.axes.has(axis) {
+                    v += velocity * self.scale(motor, axis) / per;
+                }
+            }
+            let sequence = &mut self.state.systems[system].sequence;
+            let v = if sequence.member[motor] { finite(v) } else { 0.0 };
+            sequence.at_mut(k).v[motor] = v;
+        }
+        self.state.systems[system].sequence.at_mut(k).tm = duration;
+        self.show_targets(system, k);
+    }
+
+    /// The time of a SPLINE's segment in ms.
+    fn spline_time(&self, system: usize) -> f64 {
+        let by_tm = self.turbo() && self.i(42) == 0.0;
+        let time = self.system_i(system, if by_tm { 89 } else { 87 });
+        if units(time) <= 0 { 0.5 } else { time }
+    }
+
+    /// Whether a SPLINE1 move has another time than the sequence that it would go on with, and so closes it.
+    pub(crate) fn ends_spline(&self, system: usize) -> bool {
+        let sequence = &self.state.systems[system].sequence;
+        sequence.kind == SequenceKind::Spline1 && sequence.last().time != self.spline_time(system)
+    }
+
+    /// Calculates a SPLINE move.
+    pub(crate) fn spline(&mut self, system: usize, words: &Words, kind: SequenceKind) {
+        let k = self.open_move(system, words, kind);
+        let time = self.spline_time(system);
+        let this = self.state.systems[system].sequence.at_mut(k);
+        (this.time, this.tm) = (time, units(time));
+        this.v.fill(0.0);
+        self.show_targets(system, k);
+    }
+
+    /// Calculates a LINEAR or CIRCLE move.
+    pub(crate) fn linear(&mut self, system: usize, words: &Words, shape: Shape) {
+        let kind = self.kind_of_lines(system);
+        let limits = self.has_limits(system);
+        let k = self.open_move(system, words, kind);
+        self.state.systems[system].sequence.at_mut(k).arc = shape.arc;
         let room = (k > 1).then(|| {
             let before = self.state.systems[system].sequence.at(k - 1);
             ms(2 * before.tm - before.ta)
         });
         let (mut ta, mut ts) = self.acceleration(system, room);
-        let asked = time.unwrap_or_else(|| self.move_time(system, words));
+        let asked = shape.time.unwrap_or_else(|| self.move_time(system, words, shape.arc));
         let mut t = asked.min(8_388_607.0).max(ta);
         let rho = ta / (ta - ts);
         if limits {
@@ -201,7 +345,7 @@ impl Machine<'_> {
         if k > 1 {
             let (before_ta, before_tm) = (sequence.at(k - 1).ta, sequence.at(k - 1).tm);
             if whole > 2 * before_tm - before_ta {
-                if sequence.begun < k - 1 {
+                if sequence.begun < k - 1 && sequence.at(k - 1).begin >= sequence.now() {
                     let before = sequence.at_mut(k - 1);
                     before.tm = (before_ta + whole) / 2;
                     for motor in 0..before.d.len() {
@@ -214,26 +358,18 @@ impl Machine<'_> {
                 }
             }
             let corner = sequence.corner_before(k);
-            if sequence.runs() && corner - whole / 2 < sequence.time {
-                whole = 2 * (corner - sequence.time);
+            if sequence.runs() && corner - whole / 2 < sequence.now() {
+                whole = (2 * (corner - sequence.now())).max(0);
                 half = half.min(whole / 2);
             }
         }
         let this = sequence.at_mut(k);
         (this.ta, this.ts, this.tm) = (whole, half, tm);
-        (this.number, this.line) = (number, line);
         for motor in 0..this.d.len() {
             this.v[motor] = this.d[motor] / ms(tm);
         }
-        sequence.calculated = k;
         sequence.place(k);
-        for motor in 0..self.motor_count() {
-            let sequence = &self.state.systems[system].sequence;
-            if sequence.member[motor] {
-                self.state.motors[motor].target = sequence.last().p[motor];
-                self.show_target(motor);
-            }
-        }
+        self.show_targets(system, k);
     }
 
     /// The positions at the end of move k and the ways to them.
@@ -257,21 +393,23 @@ impl Machine<'_> {
                 false => last,
             };
             let this = self.state.systems[system].sequence.at_mut(k);
-            this.p[motor] = plcc_abi::pmac::arithmetic::finite(target);
+            this.p[motor] = finite(target);
             this.d[motor] = this.p[motor] - last;
         }
     }
 
     /// The time that a move's words and modes ask for, in ms.
-    fn move_time(&self, system: usize, words: &Words) -> f64 {
+    fn move_time(&self, system: usize, words: &Words, arc: Option<Arc>) -> f64 {
         let value = self.system_i(system, 89);
         if self.state.systems[system].by_time {
             return value;
         }
         let feedrate_axes = self.state.systems[system].modes.feedrate;
-        let mut sum = 0.0;
+        let (mut sum, mut others) = (0.0, false);
         for axis in Axis::ALL {
-            if words.axes.has(axis) && feedrate_axes.has(axis) {
+            let on_arc = arc.is_some_and(|arc| arc.plane().contains(&(axis as usize)));
+            if words.axes.has(axis) && feedrate_axes.has(axis) && !on_arc {
+                others = true;
                 let way = words.distance[axis as usize];
                 sum += way * way;
             }
@@ -281,10 +419,15 @@ impl Machine<'_> {
         if highest > 0.0 {
             feed = feed.min(highest);
         }
-        if feed == 0.0 || sum == 0.0 {
+        let way = match arc.map(|arc| arc.length()) {
+            None => sum.sqrt(),
+            Some(length) if others => (length * length + sum).sqrt(),
+            Some(length) => length,
+        };
+        if feed == 0.0 || way == 0.0 {
             return 0.0;
         }
-        sum.sqrt() / feed * self.system_i(system, 90)
+        way / feed * self.system_i(system, 90)
     }
 
     /// Calculates a RAPID move. Returns whether a motor moves.

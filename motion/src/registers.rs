@@ -3,9 +3,9 @@
 use plcc_abi::pmac::motion::{Axis, Mode};
 use plcc_abi::pmac::{Space, fixed};
 
-use crate::linear::Progress;
 use crate::machine::{Machine, NOWHERE};
 use crate::motor::{FILTER, Loop, Motor, Purpose};
+use crate::sequence::Progress;
 use crate::system::{System, Wait};
 
 const WORD: u32 = 0xFF_FFFF;

@@ -6,8 +6,9 @@ use plcc_abi::pmac::{Space, fixed};
 
 use crate::events::{MotionEvent, Reason};
 use crate::machine::Machine;
-use crate::registers::Latch;
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
+use crate::registers::Latch;
+use crate::sequence::{Advance, SequenceKind};
 use crate::shape::Shape;
 use crate::system::Wait;
 use crate::units::{Row, rnd};
@@ -129,7 +130,13 @@ impl Machine<'_> {
             return;
         }
         let base = this.base;
-        let advance = this.sequence.advance(base);
+        this.sequence.time = this.sequence.time.saturating_add(base);
+        let advance = match this.sequence.kind {
+            SequenceKind::Blended => this.sequence.advance_blended(),
+            SequenceKind::Segmented => self.advance_segments(system),
+            _ => this.sequence.advance_pieces(),
+        };
+        let this = &mut self.state.systems[system];
         if advance.begun > 0 {
             let present = this.sequence.at(this.sequence.begun);
             this.due = present.number;
@@ -157,7 +164,7 @@ impl Machine<'_> {
         if advance.over {
             self.end_sequence(system);
         } else {
-            self.check_late(system);
+            self.check_late(system, advance);
         }
     }
 
@@ -198,15 +205,22 @@ impl Machine<'_> {
 
     /// The last move has to begin its stop, and the next was not calculated although no interrupt has come: a
     /// run-time error (guide, How PMAC Executes a Motion Program).
-    fn check_late(&mut self, system: usize) {
+    fn check_late(&mut self, system: usize, advance: Advance) {
         let this = &self.state.systems[system];
         let sequence = &this.sequence;
-        if sequence.closed || !sequence.is_at_its_last() || !this.flag || this.wait != Wait::None {
+        if sequence.closed || !this.flag || this.wait != Wait::None {
             return;
         }
-        let stop = self.stop_times(system);
-        let sequence = &self.state.systems[system].sequence;
-        if sequence.time >= sequence.last().corner - stop.0 / 2 {
+        let late = match sequence.kind {
+            SequenceKind::Blended if !sequence.is_at_its_last() => false,
+            SequenceKind::Blended => {
+                let stop = self.stop_times(system);
+                let sequence = &self.state.systems[system].sequence;
+                sequence.time >= sequence.last().corner - stop.0 / 2
+            }
+            _ => advance.late,
+        };
+        if late {
             for motor in self.motors_of(system) {
                 self.latch(motor, Latch::DataError, true);
             }

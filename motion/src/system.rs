@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use plcc_abi::pmac::motion::{AxisSet, Mode, Modes, SyncOp};
 use serde::{Deserialize, Serialize};
 
-use crate::linear::Sequence;
+use crate::circle::Normal;
+use crate::sequence::Sequence;
 
 /// How deep GOSUB and CALL nest (guide, Subroutines).
 pub(crate) const MAX_DEPTH: usize = 15;
@@ -88,6 +89,8 @@ pub(crate) struct System {
     pub(crate) since_break: i64,
     pub(crate) mode: Mode,
     pub(crate) modes: Modes,
+    /// The normal of the plane of arcs.
+    pub(crate) normal: Normal,
     /// Moves by time (TM), not by speed.
     pub(crate) by_time: bool,
     /// The two status words as they were computed last.
@@ -129,6 +132,7 @@ impl System {
             since_break: 0,
             mode: Mode::Linear,
             modes: Modes { incremental: AxisSet::R, feedrate: AxisSet::XYZ },
+            normal: Normal::default(),
             by_time: false,
             shown: (0, 0),
             axes: [0.0; 9],

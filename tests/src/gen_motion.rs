@@ -11,11 +11,14 @@ struct Generator {
     out: String,
     /// What the axes are called.
     axes: &'static [char],
+    /// Whether there are moves of all modes, or LINEAR and RAPID alone, whose velocities have limits.
+    all_modes: bool,
 }
 
-/// A case for PMAC, or for Turbo PMAC if `turbo`.
-pub fn generate(seed: u64, turbo: bool) -> Case {
-    let mut g = Generator { rng: Rng::new(seed), out: String::new(), axes: &['X', 'Y', 'Z'] };
+/// A case for PMAC, or for Turbo PMAC if `turbo`, with arcs, PVT and splines if `all_modes`.
+pub fn generate(seed: u64, turbo: bool, all_modes: bool) -> Case {
+    let rng = Rng::new(seed);
+    let mut g = Generator { rng, out: String::new(), axes: &['X', 'Y', 'Z'], all_modes };
     g.setup(turbo);
     for number in [10, 20] {
         g.program(number);
@@ -81,6 +84,15 @@ impl Generator {
             self.pick(&["0", "0", "0", "1"]),
         );
         self.line(&line);
+        if self.all_modes {
+            let line = format!(
+                "I{}={} I{}=1",
+                if turbo { system + 13 } else { 13 },
+                self.pick(&["0", "5", "10", "13"]),
+                system + 96,
+            );
+            self.line(&line);
+        }
         self.out.push_str("&1 #1->100X #2->50.5Y+3\n");
         let third = self.pick(&["#3->-20Z", "#3->100X", "#3->10X+20Z"]);
         let line = third.to_string();
@@ -117,7 +129,24 @@ impl Generator {
         if text.is_empty() { "X1".into() } else { text }
     }
 
+    /// Moves of another mode than LINEAR and RAPID.
+    fn other_mode(&mut self) -> String {
+        let (x, y) = (self.value(), self.value());
+        match self.rng.below(6) {
+            0 => format!("PVT{}\nX{x}:{y} Y{y}\nX{y}:0\nLINEAR", 10 + self.rng.below(60)),
+            1 => format!("SPLINE1\nX{x}\nX{y} Y{x}\nY{x}\nLINEAR"),
+            2 => format!("SPLINE2 TA40\nX{x}\nTA20\nX{y} Y{x}\nLINEAR"),
+            3 => format!("CIRCLE1\nX{x} Y{y} I{y} J{x}\nLINEAR"),
+            4 => format!("CIRCLE2 X{x} Y{y} R20\nX{y} Z2 I3\nLINEAR"),
+            _ => format!("NORMAL J-1 CIRCLE1 X{x} Z{y} K{x}\nNORMAL K-1 LINEAR"),
+        }
+    }
+
     fn statement(&mut self, depth: usize) {
+        if self.all_modes && self.rng.chance(25) {
+            let line = self.other_mode();
+            return self.line(&line);
+        }
         let text = match self.rng.below(if depth > 0 { 24 } else { 28 }) {
             0..=8 => self.a_move(),
             9 => format!("TA{}", self.rng.below(60)),

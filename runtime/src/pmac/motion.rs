@@ -102,13 +102,6 @@ impl PmacHost {
                     ));
                     continue;
                 }
-                MotionEvent::NoSegmentation { system } => {
-                    self.notes.push(format!(
-                        "coordinate system {system}: I13 asks for segments; LINEAR moves are made without \
-                         them, and without the limits Ix16 and Ix17"
-                    ));
-                    continue;
-                }
             };
             self.events.push(Event { tick: self.state.tick, body: EventBody::Motion(report) });
         }

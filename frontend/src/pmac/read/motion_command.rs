@@ -189,7 +189,8 @@ impl Reader<'_> {
     /// What the word of a command does to motion, with what follows it; `None` for a word that does nothing to it.
     /// The cursor is behind the word.
     pub(crate) fn motion_word(&mut self, word: &Word) -> Option<MotionAction> {
-        let all = AxisSet::AXES.and(AxisSet::R);
+        // Without axes the vectors of arcs stay as they are (guide, Circular Interpolation).
+        let all = AxisSet::AXES;
         Some(match word.spelling {
             "A" => MotionAction::Abort,
             "B" => {

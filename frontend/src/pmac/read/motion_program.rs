@@ -226,7 +226,8 @@ impl DownloadReader<'_> {
     }
 
     fn motion_word(&mut self, spelling: &str, start: usize) -> Parsed<()> {
-        let all = AxisSet::AXES.and(AxisSet::R);
+        // Without axes the vectors of arcs stay as they are (guide, Circular Interpolation).
+        let all = AxisSet::AXES;
         match spelling {
             "LINEAR" => self.plain(MotionKind::Mode(Mode::Linear), start),
             "RAPID" | "RPD" => self.plain(MotionKind::Mode(Mode::Rapid), start),
