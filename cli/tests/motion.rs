@@ -337,3 +337,65 @@ fn latches_of_the_status_words_can_be_written_by_programs() {
     let done = folder.plcc("run l.pmc --simulate --ticks 9 --watch M145 --trace -").exits(0);
     assert_eq!(rows(&done.stdout, "M145"), [(0, 1.0), (4, 0.0)]);
 }
+
+#[test]
+fn read_takes_the_words_behind_a_call_and_the_line_goes_on_behind_them() {
+    let text = format!(
+        "{MOTOR}{SYSTEM}OPEN PROG 1000 CLEAR\nRAPID\nRETURN\nN1000 LINEAR\nRETURN\n\
+         N4000 READ(P)\nIF (Q100&32768>0) DWELL(Q116)\nP2=Q116\nRETURN\n\
+         N92000 READ(X,Y)\nP3=Q100\nPSET X(Q124)Y(Q125)\nRETURN\nCLOSE\n\
+         OPEN PROG 1 CLEAR\nABS\nG1 X10 Y5 F50\nG4 P100\nG92 X1 Y2 G0 X3\nCALL 1000.04 P77 X4\nCLOSE\n&1B1R\n"
+    );
+    let folder = Folder::with(&[("g.pmc", &text)]);
+    let done = folder
+        .plcc("run g.pmc --simulate --ticks 4000 --watch #1.CMD,#2.CMD,&1.X,&1.Y,P2,P3 --trace -")
+        .exits(0)
+        .stdout;
+    // X and Y are the letters 24 and 25: bits 23 and 24. READ ends at G, so that G0 is called, and X3 is a RAPID move.
+    assert_eq!(rows(&done, "P3").last().unwrap().1, 25_165_824.0);
+    assert_eq!(rows(&done, "P2").iter().map(|row| row.1).collect::<Vec<_>>(), [0.0, 100.0, 77.0]);
+    // From 1000 counts, which PSET calls 1, by 2 to X3 and by one more to X4.
+    assert_eq!(rows(&done, "#1.CMD").last().unwrap().1, 1300.0);
+    assert_eq!(rows(&done, "#2.CMD").last().unwrap().1, 500.0);
+    assert_eq!(rows(&done, "&1.X").last().unwrap().1, 4.0);
+    assert_eq!(rows(&done, "&1.Y").last().unwrap().1, 2.0);
+}
+
+#[test]
+fn a_transformation_turns_what_is_programmed_and_moves_nothing_by_itself() {
+    let moves = "ABS F100\nX4 Y2\nTSEL1 TINIT\n\
+        Q11=0 Q12=-1 Q13=0 Q14=1 Q15=0 Q16=0 Q17=0 Q18=0 Q19=1\nAROT 11\nDWELL100\nINC X5\nDWELL0\nTSEL0\n\
+        P1=1\nTSEL1 Q1=10 Q2=0 Q3=0 ADIS 1\nABS X3\nDWELL0\nTSEL3\n";
+    let text = format!("{MOTOR}{SYSTEM}DEFINE TBUF 2\nOPEN PROG 1 CLEAR\n{moves}CLOSE\n&1B1R\n");
+    let folder = Folder::with(&[("t.pmc", &text)]);
+    let command = "run t.pmc --simulate --ticks 3000 --watch #1.CMD,#2.CMD,&1.X,&1.Y,P1 --trace - --events e.jsonl";
+    let trace = folder.plcc(command).exits(0).stdout;
+    // A quarter turn: (4, 2) is called (-2, 4), and 5 along X is 5 against Y.
+    let done = rows(&trace, "P1")[1].0;
+    assert_eq!(at(&trace, "#1.CMD", done), 400.0);
+    assert_eq!(at(&trace, "#2.CMD", done), -300.0);
+    assert!(rows(&trace, "&1.X").iter().any(|row| row.1 == -2.0));
+    assert_eq!((at(&trace, "&1.X", done), at(&trace, "&1.Y", done)), (13.0, 4.0));
+    // That place, (4, -3), is (3, 4) turned, and (13, 4) when it is displaced by 10 too; X3 is 10 back along programmed X, which is 10 along Y.
+    assert_eq!(rows(&trace, "#2.CMD").last().unwrap().1, 700.0);
+    // There is no third one.
+    assert!(events(&folder, "e.jsonl")[1].contains(r#""state":"error","reason":"unsupported""#));
+}
+
+#[test]
+fn steps_end_behind_moves_or_with_i53_behind_lines() {
+    for (i53, expected) in [(0, [100.0, 200.0, 300.0]), (1, [200.0, 300.0, 300.0])] {
+        let text = format!(
+            "{MOTOR}{SYSTEM}I53={i53}\nOPEN PROG 1 CLEAR\nINC TM20\nX1 X1\nX1\nP2=1\nCLOSE\n\
+             OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=1) CMD\"&1B1S\" ENDIF\nIF (P1=300) CMD\"&1S\" ENDIF\nIF (P1=600) CMD\"&1S\" ENDIF\n\
+             CLOSE\n"
+        );
+        // With I53 the line with TM20 is a step of its own.
+        let text = if i53 == 1 { text.replace("INC TM20\n", "INC TM20 ") } else { text };
+        let folder = Folder::with(&[("s.pmc", &text)]);
+        let done =
+            folder.plcc("run s.pmc --simulate --ticks 900 --watch #1.CMD,P2 --trace -").exits(0);
+        let reached = [299, 599, 899].map(|tick| at(&done.stdout, "#1.CMD", tick));
+        assert_eq!(reached, expected, "I53={i53}");
+    }
+}

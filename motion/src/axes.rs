@@ -67,6 +67,8 @@ impl Look<'_> {
     /// The scale factors times the axes' targets.
     fn scaled(&self, motor: usize, axes: &[f64; 9]) -> Option<f64> {
         let row = self.row(motor)?;
+        let system = usize::from(self.state.motors[motor].definition?.system).wrapping_sub(1);
+        let axes = &self.base_axes(system, axes);
         let at = |slot: usize| {
             row.group.axis(slot).map_or(0.0, |axis| row.scales[slot] * axes[axis as usize])
         };
@@ -99,7 +101,7 @@ impl Look<'_> {
     }
 
     fn matched(&self, system: usize, position: impl Fn(&Self, usize) -> f64) -> [f64; 9] {
-        let mut axes = self.state.systems[system].axes;
+        let mut axes = self.base_axes(system, &self.state.systems[system].axes);
         for axis in [Axis::A, Axis::B, Axis::C] {
             let lowest = self.motors_of(system).find_map(|motor| {
                 let row = self.row(motor)?;
@@ -113,7 +115,7 @@ impl Look<'_> {
         for group in [AxisGroup::Xyz, AxisGroup::Uvw] {
             self.match_triplet(system, group, &position, &mut axes);
         }
-        axes.map(plcc_abi::pmac::arithmetic::finite)
+        self.programmed_axes(system, axes).map(plcc_abi::pmac::arithmetic::finite)
     }
 
     /// X, Y and Z, or U, V and W: each by its lowest motor, or by Cramer's rule where a motor has several of them.
@@ -242,6 +244,6 @@ impl Machine<'_> {
     }
 }
 
-fn determinant([[a, b, c], [d, e, f], [g, h, i]]: &[[f64; 3]; 3]) -> f64 {
+pub(crate) fn determinant([[a, b, c], [d, e, f], [g, h, i]]: &[[f64; 3]; 3]) -> f64 {
     a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 }

@@ -7,9 +7,9 @@ use plcc_abi::pmac::motion::{Mode, MotionKind, TimeWord};
 use crate::circle::Normal;
 use crate::events::{MotionEvent, Reason};
 use crate::machine::Machine;
-use crate::moves::{Shape, Words};
-use crate::sequence::{Progress, SequenceKind};
-use crate::system::{Counter, MAX_SYNC, Place, SyncAssignment, Wait};
+use crate::moves::Shape;
+use crate::sequence::Progress;
+use crate::system::{Counter, Frame, MAX_SYNC, Place, SyncAssignment, Wait};
 use crate::units::units;
 
 /// The most statements of a calculation.
@@ -41,6 +41,8 @@ pub(crate) struct Calculation {
     /// Statements that were passed.
     statements: u64,
     pub(crate) jump: Jump,
+    /// The first argument of the call that is made.
+    first_argument: u32,
     /// It is over.
     pub(crate) stop: bool,
     /// The program has ended or stopped, and its counter is set.
@@ -113,10 +115,19 @@ impl Machine<'_> {
                 place
             }
             Jump::Into(place) => {
-                this.stack.push(here);
+                let first = calculation.first_argument;
+                this.stack.push(Frame { place: here, first, next: first });
                 place
             }
-            Jump::Back => this.stack.pop().unwrap_or(here),
+            Jump::Back => match this.stack.pop() {
+                Some(frame) => {
+                    let last = this.arguments.get(frame.first as usize..frame.next as usize);
+                    this.read = last.and_then(<[_]>::last).map_or(0, |last| last.word.ordinal);
+                    this.arguments.truncate(frame.first as usize);
+                    frame.place
+                }
+                None => here,
+            },
         };
         if !calculation.placed {
             this.counter = Counter::At(next);
@@ -156,7 +167,18 @@ impl Machine<'_> {
         let Some(statement) = self.tables.statements.get(statement as usize) else { return true };
         let system = self.state.calculation.system;
         self.state.calculation.values.clear();
-        self.state.systems[system].last = (statement.file, statement.line);
+        let line = (statement.file, statement.line);
+        if self.steps_by_line(system) {
+            let stepped = self.state.systems[system].stepped.get_or_insert(line);
+            if *stepped != line {
+                self.end_step(system);
+                return false;
+            }
+        }
+        self.state.systems[system].last = line;
+        if self.words_read(system, statement) == Some(statement.words.len()) {
+            return true;
+        }
         let kind = match &statement.kind {
             MotionKind::Delay => Some(self.kind_of_lines(system)),
             MotionKind::Move(_) => self.kind_of_moves(system),
@@ -189,7 +211,26 @@ impl Machine<'_> {
         let system = self.state.calculation.system;
         self.state.systems[system].last = (statement.file, statement.line);
         let mut values = std::mem::take(&mut self.state.calculation.values);
-        let suspended = self.statement(system, &statement.kind, &values);
+        let suspended = match self.words_read(system, statement) {
+            Some(read) if read == statement.words.len() => false,
+            Some(read) => self.rest_of_words(system, statement, read, &values),
+            None => {
+                let calls = matches!(
+                    statement.kind,
+                    MotionKind::Code(_) | MotionKind::Call | MotionKind::Gosub
+                );
+                if calls {
+                    let first = self.keep_arguments(system, statement, &values);
+                    self.state.calculation.first_argument = first;
+                }
+                let suspended = self.statement(system, &statement.kind, &values);
+                if calls && !matches!(self.state.calculation.jump, Jump::Into(_)) {
+                    let first = self.state.calculation.first_argument as usize;
+                    self.state.systems[system].arguments.truncate(first);
+                }
+                suspended
+            }
+        };
         values.clear();
         self.state.calculation.values = values;
         suspended
@@ -292,86 +333,22 @@ impl Machine<'_> {
                 self.state.systems[system].step && self.end_step(system)
             }
             MotionKind::Code(code) => self.code(system, *code, value),
+            MotionKind::Read(letters) => {
+                self.read_arguments(system, *letters);
+                false
+            }
+            MotionKind::Argument => false,
+            MotionKind::Spindle => {
+                self.write_q(system, 127, value);
+                false
+            }
+            MotionKind::Transformation(word) => self.transform(system, *word, value),
             MotionKind::Unsupported => self.stop_with_error(system, Reason::Unsupported),
         }
     }
 
     pub(crate) fn stop_with_error(&mut self, system: usize, reason: Reason) -> bool {
         self.run_time_error(system, reason);
-        self.state.calculation.stop = true;
-        true
-    }
-
-    /// A move of the present mode.
-    fn programmed_move(&mut self, system: usize, words: &Words) -> bool {
-        if self.motors_of(system).any(|motor| self.motor_i(motor, 6) == 1.0) {
-            return self.stop_with_error(system, Reason::Unsupported);
-        }
-        let mode = self.state.systems[system].mode;
-        match mode {
-            Mode::Linear => self.linear_move(system, words, Shape::default()),
-            // Without segmentation arcs are lines (guide, Circular Interpolation).
-            Mode::Circle1 | Mode::Circle2 if self.segmentation(system) <= 0.0 => {
-                self.linear_move(system, words, Shape::default())
-            }
-            Mode::Circle1 | Mode::Circle2 => {
-                let Ok(arc) = self.arc(system, words, mode == Mode::Circle1) else {
-                    return self.stop_with_error(system, Reason::Circle);
-                };
-                self.linear_move(system, words, Shape { time: None, arc })
-            }
-            Mode::Pvt => {
-                self.pvt(system, words);
-                self.moved(system)
-            }
-            Mode::Spline1 => {
-                self.spline(system, words, SequenceKind::Spline1);
-                self.moved(system)
-            }
-            Mode::Spline2 => {
-                self.spline(system, words, SequenceKind::Spline2);
-                self.moved(system)
-            }
-            Mode::Rapid => {
-                let moves = self.rapid(system, words);
-                if self.state.systems[system].step && !self.state.systems[system].block {
-                    return self.end_step(system);
-                }
-                if moves {
-                    self.state.systems[system].flag = false;
-                    self.state.calculation.stop = true;
-                }
-                moves
-            }
-        }
-    }
-
-    /// I13, of Turbo PMAC Isx13.
-    pub(crate) fn segmentation(&self, system: usize) -> f64 {
-        if self.turbo() { self.system_i(system, 13) } else { self.i(13) }
-    }
-
-    fn linear_move(&mut self, system: usize, words: &Words, shape: Shape) -> bool {
-        self.linear(system, words, shape);
-        self.moved(system)
-    }
-
-    /// A move of a sequence is calculated. Says whether the calculation is over.
-    fn moved(&mut self, system: usize) -> bool {
-        if self.system_i(system, 92) == 1.0 {
-            self.close_sequence(system);
-        }
-        if self.state.systems[system].step && !self.state.systems[system].block {
-            return self.end_step(system);
-        }
-        let sequence = &self.state.systems[system].sequence;
-        if sequence.progress == Progress::Gathering && !sequence.closed {
-            if sequence.calculated < self.ahead(system) {
-                return false;
-            }
-            self.start_sequence(system);
-        }
-        self.state.systems[system].flag = false;
         self.state.calculation.stop = true;
         true
     }
@@ -411,7 +388,7 @@ impl Machine<'_> {
             self.begin_dwell(system, time);
             self.synchronous(system);
         }
-        if self.state.systems[system].step && !self.state.systems[system].block {
+        if self.ends_step(system) {
             return self.end_step(system);
         }
         if !moving && time == 0 {
@@ -444,10 +421,10 @@ impl Machine<'_> {
         this.rematch = true;
         this.wait = Wait::Motors;
         this.line = this.last;
-        if this.step && !this.block {
+        if self.ends_step(system) {
             return self.end_step(system);
         }
-        this.flag = false;
+        self.state.systems[system].flag = false;
         self.state.calculation.stop = true;
         true
     }

@@ -169,6 +169,10 @@ impl Machine<'_> {
                     (this.held, this.returning) = (false, true);
                 }
             }
+            MotionAction::Transformations(count) => {
+                let none = crate::transform::Transformation::NONE;
+                self.state.transformations.resize(usize::from(count), none);
+            }
             MotionAction::Match => self.match_axes(system),
             MotionAction::Flush => {
                 while let Some(next) = self.state.systems[system].sync.pop_front() {

@@ -27,6 +27,8 @@ impl Machine<'_> {
         this.counter = Counter::Label(program, label);
         this.chosen = Some(program);
         this.stack.clear();
+        this.arguments.clear();
+        this.read = 0;
         Ok(())
     }
 
@@ -59,7 +61,7 @@ impl Machine<'_> {
         let this = &mut self.state.systems[system];
         this.counter = Counter::At(place);
         (this.running, this.flag) = (true, true);
-        (this.step, this.block) = (step, false);
+        (this.step, this.block, this.stepped) = (step, false, None);
         this.continuous = continuous;
         this.since_break = 0;
         this.idle = false;

@@ -79,6 +79,20 @@ impl Machine<'_> {
         true
     }
 
+    /// Whether a step ends behind a line (I53, of Turbo PMAC Isx53), not behind a move. Lines without statements of motion
+    /// belong to the one in front of them.
+    pub(crate) fn steps_by_line(&self, system: usize) -> bool {
+        let this = &self.state.systems[system];
+        let by_line = || if self.turbo() { self.system_i(system, 53) } else { self.i(53) };
+        this.step && !this.block && by_line() == 1.0
+    }
+
+    /// Whether a step ends behind this move.
+    pub(crate) fn ends_step(&self, system: usize) -> bool {
+        let this = &self.state.systems[system];
+        this.step && !this.block && !self.steps_by_line(system)
+    }
+
     /// A step is over: its move is closed, and the program stops.
     pub(crate) fn end_step(&mut self, system: usize) -> bool {
         self.close_sequence(system);

@@ -17,7 +17,9 @@
 //! | `safety` | limits, following errors, in position |
 //! | `commands`, `control`, `queries` | on-line commands |
 //! | `axes` | targets of motors, matching |
-//! | `calculation`, `flow`, `moves` | statements of motion programs |
+//! | `arguments` | words of a line with a call |
+//! | `transform` | transformations of axes |
+//! | `calculation`, `flow`, `modes`, `moves` | statements of motion programs |
 //! | `names` | what users can watch and set |
 //!
 //! A motor that jogs, without any program:
@@ -66,6 +68,7 @@
     reason = "motors and systems are vectors of a fixed length, whose indices are counted, or checked where they come in"
 )]
 
+mod arguments;
 mod axes;
 mod calculation;
 mod circle;
@@ -75,6 +78,7 @@ mod events;
 mod flow;
 mod linear;
 mod machine;
+mod modes;
 mod motor;
 mod moves;
 mod names;
@@ -90,6 +94,7 @@ mod shape;
 mod system;
 #[cfg(test)]
 mod tests;
+mod transform;
 mod trigger;
 mod units;
 

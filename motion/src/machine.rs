@@ -12,6 +12,7 @@ use crate::calculation::Calculation;
 use crate::events::MotionEvent;
 use crate::motor::{Loop, Motor};
 use crate::system::System;
+use crate::transform::Transformation;
 
 /// The offset of a word that is not in the image.
 pub(crate) const NOWHERE: u32 = u32::MAX;
@@ -139,6 +140,8 @@ const MAX_OVERLAYS: usize = 64;
 pub struct State {
     pub(crate) motors: Vec<Motor>,
     pub(crate) systems: Vec<System>,
+    /// The transformations of axes (DEFINE TBUF).
+    pub(crate) transformations: Vec<Transformation>,
     /// The number of the next command.
     pub(crate) age: u64,
     #[serde(skip)]
@@ -154,6 +157,7 @@ impl State {
         let mut this = Self {
             motors: setup.plants.iter().map(Motor::new).collect(),
             systems: (0..setup.systems.len()).map(|_| System::new(count)).collect(),
+            transformations: vec![Transformation::NONE; usize::from(tables.transformations)],
             age: 1,
             overlays: Vec::with_capacity(MAX_OVERLAYS),
             calculation: Calculation::default(),
@@ -202,7 +206,8 @@ impl State {
                 system.sequence.fits(motors)
                     && counter(system)
                     && system.stack.len() <= crate::system::MAX_DEPTH
-                    && system.stack.iter().all(place)
+                    && system.stack.iter().all(|frame| place(&frame.place))
+                    && system.arguments.len() <= crate::system::MAX_ARGUMENTS
                     && system.sync.len() <= crate::system::MAX_SYNC
             })
     }
@@ -218,6 +223,8 @@ impl State {
         for system in &mut self.systems {
             system.sync.reserve(crate::system::MAX_SYNC.saturating_sub(system.sync.len()));
             system.stack.reserve(crate::system::MAX_DEPTH.saturating_sub(system.stack.len()));
+            let arguments = system.arguments.len();
+            system.arguments.reserve(crate::system::MAX_ARGUMENTS.saturating_sub(arguments));
         }
     }
 
@@ -231,7 +238,7 @@ impl State {
                 crate::system::Counter::At(at) => place(at),
                 _ => true,
             };
-            counter && system.stack.iter().all(place)
+            counter && system.stack.iter().all(|frame| place(&frame.place))
         })
     }
 
@@ -240,12 +247,15 @@ impl State {
     pub fn take_over(&mut self, old: &mut Self, was: &MotionTables, is: &MotionTables) {
         std::mem::swap(&mut self.motors, &mut old.motors);
         std::mem::swap(&mut self.systems, &mut old.systems);
+        if !old.transformations.is_empty() {
+            std::mem::swap(&mut self.transformations, &mut old.transformations);
+        }
         self.age = self.age.max(old.age);
         for system in &mut self.systems {
             let mut known = true;
-            for place in &mut system.stack {
-                match same_program(was, is, place.program) {
-                    Some(program) => place.program = program,
+            for frame in &mut system.stack {
+                match same_program(was, is, frame.place.program) {
+                    Some(program) => frame.place.program = program,
                     None => known = false,
                 }
             }
@@ -260,6 +270,7 @@ impl State {
             }
             if !known {
                 system.stack.clear();
+                system.arguments.clear();
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::units::{ms, rnd, units};
 /// What the words of a move say.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Words {
-    axes: AxisSet,
+    pub(crate) axes: AxisSet,
     /// Where the axes were.
     pub(crate) from: [f64; 9],
     /// For each axis the new target less the old one.
@@ -22,7 +22,7 @@ pub(crate) struct Words {
     /// How far behind their triggers axes end, in user units.
     triggers: [Option<f64>; 9],
     /// In PVT the velocities at the end, in user units per Ix90.
-    velocities: [f64; 9],
+    pub(crate) velocities: [f64; 9],
     /// The radius of an arc, and the components of the vector to its centre.
     pub(crate) radius: Option<f64>,
     pub(crate) center: [Option<f64>; 3],
@@ -216,7 +216,7 @@ impl Machine<'_> {
     }
 
     /// Begins the calculation of a move of a sequence, with its targets. Gives its number in the sequence.
-    fn open_move(&mut self, system: usize, words: &Words, kind: SequenceKind) -> u32 {
+    pub(crate) fn open_move(&mut self, system: usize, words: &Words, kind: SequenceKind) -> u32 {
         if self.state.systems[system].sequence.progress == Progress::None {
             self.state.systems[system].sequence.open(kind);
             if kind == SequenceKind::Segmented {
@@ -230,14 +230,15 @@ impl Machine<'_> {
         let (axes, line) = (this.axes, this.last);
         let k = this.sequence.calculated + 1;
         self.move_targets(system, words, &axes, k);
+        let moved = self.look().moved_axes(system, words.axes);
         let this = self.state.systems[system].sequence.at_mut(k);
         (this.number, this.line) = (number, line);
-        (this.from, this.to, this.axes, this.arc) = (words.from, axes, words.axes, None);
+        (this.from, this.to, this.axes, this.arc) = (words.from, axes, moved, None);
         k
     }
 
     /// The move k is calculated: the targets of its motors are shown.
-    fn show_targets(&mut self, system: usize, k: u32) {
+    pub(crate) fn show_targets(&mut self, system: usize, k: u32) {
         self.state.systems[system].sequence.calculated = k;
         for motor in 0..self.motor_count() {
             let sequence = &self.state.systems[system].sequence;
@@ -246,56 +247,6 @@ impl Machine<'_> {
                 self.show_target(motor);
             }
         }
-    }
-
-    /// Calculates a PVT move.
-    pub(crate) fn pvt(&mut self, system: usize, words: &Words) {
-        let k = self.open_move(system, words, SequenceKind::Pvt);
-        let by_tm = self.turbo() && self.i(42) == 0.0;
-        let time = self.system_i(system, if by_tm { 89 } else { 87 }).max(0.0);
-        let time = if by_tm { time } else { time.round() };
-        let duration = match units(time) {
-            0 => units(0.5),
-            duration => duration,
-        };
-        let per = self.system_i(system, 90);
-        for motor in 0..self.motor_count() {
-            let mut v = 0.0;
-            for axis in Axis::ALL {
-                let velocity = words.velocities[axis as usize];
-                if velocity != 0.0 && words.axes.has(axis) {
-                    v += velocity * self.scale(motor, axis) / per;
-                }
-            }
-            let sequence = &mut self.state.systems[system].sequence;
-            let v = if sequence.member[motor] { finite(v) } else { 0.0 };
-            sequence.at_mut(k).v[motor] = v;
-        }
-        self.state.systems[system].sequence.at_mut(k).tm = duration;
-        self.show_targets(system, k);
-    }
-
-    /// The time of a SPLINE's segment in ms.
-    fn spline_time(&self, system: usize) -> f64 {
-        let by_tm = self.turbo() && self.i(42) == 0.0;
-        let time = self.system_i(system, if by_tm { 89 } else { 87 });
-        if units(time) <= 0 { 0.5 } else { time }
-    }
-
-    /// Whether a SPLINE1 move has another time than the sequence that it would go on with, and so closes it.
-    pub(crate) fn ends_spline(&self, system: usize) -> bool {
-        let sequence = &self.state.systems[system].sequence;
-        sequence.kind == SequenceKind::Spline1 && sequence.last().time != self.spline_time(system)
-    }
-
-    /// Calculates a SPLINE move.
-    pub(crate) fn spline(&mut self, system: usize, words: &Words, kind: SequenceKind) {
-        let k = self.open_move(system, words, kind);
-        let time = self.spline_time(system);
-        let this = self.state.systems[system].sequence.at_mut(k);
-        (this.time, this.tm) = (time, units(time));
-        this.v.fill(0.0);
-        self.show_targets(system, k);
     }
 
     /// Calculates a LINEAR or CIRCLE move.
@@ -374,6 +325,7 @@ impl Machine<'_> {
 
     /// The positions at the end of move k and the ways to them.
     fn move_targets(&mut self, system: usize, words: &Words, axes: &[f64; 9], k: u32) {
+        let moved = self.look().moved_axes(system, words.axes);
         for motor in 0..self.motor_count() {
             let own = self.system_of(motor) == Some(system) && self.state.motors[motor].active;
             let commanded = self.state.motors[motor].commanded;
@@ -388,7 +340,7 @@ impl Machine<'_> {
             }
             let sequence = &self.state.systems[system].sequence;
             let last = if k > 1 { sequence.at(k - 1).p[motor] } else { sequence.start[motor] };
-            let target = match own && self.follows(motor, words.axes) {
+            let target = match own && self.follows(motor, moved) {
                 true => self.motor_target(motor, axes).unwrap_or(last),
                 false => last,
             };
@@ -434,12 +386,12 @@ impl Machine<'_> {
     pub(crate) fn rapid(&mut self, system: usize, words: &Words) -> bool {
         let axes = self.state.systems[system].axes;
         let number = self.state.systems[system].next_move;
+        let moved = self.look().moved_axes(system, words.axes);
         let mut ratio: f64 = 0.0;
         let way = |this: &Self, motor: usize| {
             let target = this.motor_target(motor, &axes)?;
             let way = target - this.state.motors[motor].commanded;
-            (this.state.motors[motor].active && this.follows(motor, words.axes))
-                .then_some((target, way))
+            (this.state.motors[motor].active && this.follows(motor, moved)).then_some((target, way))
         };
         for motor in self.motors_of(system) {
             let Some((_, way)) = way(self, motor) else { continue };

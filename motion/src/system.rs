@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use plcc_abi::pmac::motion::{AxisSet, Mode, Modes, SyncOp};
+use plcc_abi::pmac::motion::{AxisSet, LineWord, Mode, Modes, SyncOp};
 use serde::{Deserialize, Serialize};
 
 use crate::circle::Normal;
@@ -33,6 +33,26 @@ pub(crate) enum Counter {
     /// Nothing was chosen: at the beginning of the program Ix91.
     Default,
 }
+
+/// A call that has not returned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Frame {
+    /// Where the program goes on.
+    pub(crate) place: Place,
+    /// The first of its arguments, and the next one that READ takes.
+    pub(crate) first: u32,
+    pub(crate) next: u32,
+}
+
+/// A word of the line of a call.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Argument {
+    pub(crate) word: LineWord,
+    pub(crate) value: f64,
+}
+
+/// How many arguments all calls that have not returned have at most.
+pub(crate) const MAX_ARGUMENTS: usize = 64 * MAX_DEPTH;
 
 /// What the calculation waits for before its flag is set again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,10 +93,15 @@ pub(crate) struct System {
     pub(crate) counter: Counter,
     /// The number of the chosen program; the one of Ix91 before the first B.
     pub(crate) chosen: Option<u32>,
-    pub(crate) stack: Vec<Place>,
+    pub(crate) stack: Vec<Frame>,
+    pub(crate) arguments: Vec<Argument>,
+    /// Up to which word of its line the call that returned last has read.
+    pub(crate) read: u16,
     pub(crate) running: bool,
     /// Single step (S).
     pub(crate) step: bool,
+    /// Where steps end behind a line, the line of this one.
+    pub(crate) stepped: Option<(u32, u32)>,
     /// Between BLOCKSTART and BLOCKSTOP.
     pub(crate) block: bool,
     pub(crate) continuous: bool,
@@ -91,6 +116,8 @@ pub(crate) struct System {
     pub(crate) modes: Modes,
     /// The normal of the plane of arcs.
     pub(crate) normal: Normal,
+    /// The number of the selected transformation, 0 for none.
+    pub(crate) transformation: u16,
     /// Moves by time (TM), not by speed.
     pub(crate) by_time: bool,
     /// The two status words as they were computed last.
@@ -122,8 +149,11 @@ impl System {
             counter: Counter::Default,
             chosen: None,
             stack: Vec::with_capacity(MAX_DEPTH),
+            arguments: Vec::with_capacity(MAX_ARGUMENTS),
+            read: 0,
             running: false,
             step: false,
+            stepped: None,
             block: false,
             continuous: false,
             flag: false,
@@ -133,6 +163,7 @@ impl System {
             mode: Mode::Linear,
             modes: Modes { incremental: AxisSet::R, feedrate: AxisSet::XYZ },
             normal: Normal::default(),
+            transformation: 0,
             by_time: false,
             shown: (0, 0),
             axes: [0.0; 9],

@@ -11,7 +11,7 @@
 //! | `IF (P1=1) P2=0 ENDIF P3=0` | 0: `If(P1=1, 2)`, 1: `Assign(P2, 0)`, 2: `Assign(P3, 0)` |
 
 pub(crate) use plcc_abi::pmac::expression::{Bin, Cmp, Func, Op};
-use plcc_abi::pmac::motion::{MotionCommand, MotionKind};
+use plcc_abi::pmac::motion::{LineWord, MotionCommand, MotionKind};
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
 use super::origin::{Origins, TextRange};
@@ -218,6 +218,8 @@ pub(crate) struct MotionStmt {
     pub(crate) kind: MotionKind,
     /// Its values, in order.
     pub(crate) values: Vec<Expr>,
+    /// On a line with a call, the words to which they belong.
+    pub(crate) words: Vec<LineWord>,
 }
 
 /// A PLC, a PLCC or a motion program.

@@ -86,7 +86,12 @@ fn motion_tables(
     let mut statements: Vec<MotionStatement> = download
         .motion
         .iter()
-        .map(|stmt| MotionStatement { kind: stmt.kind.clone(), file: 0, line: 0 })
+        .map(|stmt| MotionStatement {
+            kind: stmt.kind.clone(),
+            words: stmt.words.clone(),
+            file: 0,
+            line: 0,
+        })
         .collect();
     let mut programs = Vec::new();
     for (&number, buffer) in &download.progs {
@@ -115,6 +120,7 @@ fn motion_tables(
         commands: download.motion_commands.clone(),
         start: motion.start.clone(),
         definitions: motion.definitions.iter().map(|(&motor, &own)| (motor, own)).collect(),
+        transformations: motion.transformations,
         modes: motion.modes.iter().map(|(&system, &modes)| (system, modes)).collect(),
         image: motion.image.clone(),
         sparse: motion.sparse.clone(),

@@ -135,6 +135,8 @@ pub enum MotionAction {
     ProgramHold,
     /// `%n`.
     TimeBase(f64),
+    /// `DEFINE TBUF`: there are so many axis transformations.
+    Transformations(u16),
     /// `PMATCH`.
     Match,
     /// `MFLUSH`.

@@ -42,6 +42,23 @@ pub enum TimeWord {
     Pvt,
 }
 
+/// A word of axis transformations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TransformationWord {
+    /// TSELECT: one is selected, 0 for none.
+    Select,
+    /// TINIT: the selected one changes nothing.
+    Init,
+    /// ADISPLACE: three Q-variables are the displacement.
+    Displace,
+    /// IDISPLACE: they are added to it.
+    DisplaceMore,
+    /// AROTATE: nine Q-variables are the matrix, by rows.
+    Rotate,
+    /// IROTATE: the matrix is multiplied by them from the left.
+    RotateMore,
+}
+
 /// How a synchronous assignment changes its variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SyncOp {
@@ -118,8 +135,25 @@ pub enum MotionKind {
     /// G (0), M, T or D (3) and a number: a call of program 1000, 1001, 1002 or 1003, of 1010 and so on for numbers
     /// from 100 on. One that is not there is passed over. One value.
     Code(u8),
+    /// READ: words of the calling line are taken into Q-variables, bit 0 for the letter A.
+    Read(u32),
+    /// A word that only READ of a program that was called in front of it on the line can take. One value.
+    Argument,
+    /// S behind a call on its line: Q127. One value.
+    Spindle,
+    /// TSELECT and its kind: one value but for TINIT.
+    Transformation(TransformationWord),
     /// What is not simulated: to come here is a run-time error.
     Unsupported,
+}
+
+/// A word of a line on which a program is called in front of it, so that READ there may take it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LineWord {
+    /// Its letter, in capitals.
+    pub letter: u8,
+    /// Its number among the words of the line, from 1; 0 for one in front of the first call.
+    pub ordinal: u16,
 }
 
 /// A statement of a motion program that the control's motion carries out.
@@ -127,6 +161,9 @@ pub enum MotionKind {
 pub struct MotionStatement {
     /// What it does.
     pub kind: MotionKind,
+    /// On a line with a call, for each value the word that it belongs to. A call has the values of the words behind it on
+    /// its line behind its own one.
+    pub words: Vec<LineWord>,
     /// The index of its source file.
     pub file: u32,
     /// Its line, from 1.
@@ -199,6 +236,8 @@ pub struct MotionTables {
     pub start: Vec<StartCommand>,
     /// The definitions of axes after load, by motor from 1.
     pub definitions: Vec<(u8, AxisDefinition)>,
+    /// How many axis transformations there are (DEFINE TBUF).
+    pub transformations: u16,
     /// The modes of the coordinate systems after load, those that are not as at power-up.
     pub modes: Vec<(u8, Modes)>,
     /// By how the image after load differs where motion is simulated.

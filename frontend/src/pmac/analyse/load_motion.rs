@@ -21,6 +21,8 @@ pub(crate) struct LoadedMotion {
     pub(crate) definitions: BTreeMap<u8, AxisDefinition>,
     /// The modes of coordinate systems.
     pub(crate) modes: BTreeMap<u8, Modes>,
+    /// How many axis transformations there are.
+    pub(crate) transformations: u16,
     /// The addressed motor.
     motor: u8,
     /// The targets of axes that commands have set, by coordinate system.
@@ -80,6 +82,7 @@ impl LoadedMotion {
                     self.set_axis(memory, system, axis, 0.0);
                 }
             }
+            MotionAction::Transformations(count) => self.transformations = count,
             MotionAction::Nothing => {}
             _ => self.start.push(StartCommand {
                 motor: self.motor,

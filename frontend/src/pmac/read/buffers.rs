@@ -5,6 +5,7 @@ use super::expr::Reader;
 use super::online::OnlineCommand;
 use super::words::{self, BUFFER, Keyword, ONLINE, OPENED};
 use crate::pmac::ast::Action;
+use plcc_abi::pmac::motion::MotionAction;
 
 impl Reader<'_> {
     /// DEFINE, whose word is taken: the buffer's name, and the rest of the line. `table` is set to
@@ -12,11 +13,18 @@ impl Reader<'_> {
     pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<OnlineCommand> {
         self.cur.blanks();
         let at = self.cur.next_word();
-        let Some((word, _)) = words::find(self.cur, BUFFER) else {
+        let Some((word, after)) = words::find(self.cur, BUFFER) else {
             let what = format!("`{}` is not a buffer that can be defined", self.cur.text_at(at));
             return syntax_help(at, what, "GATHER, ROTARY, TBUF, UBUFFER, COMP…");
         };
         *table = word.spelling.ends_with("COMP");
+        let start = self.cur.pos;
+        if word.spelling == "TBUF" {
+            self.cur = after;
+            let count = self.cur.integer().unwrap_or(0).min(u64::from(u16::MAX)) as u16;
+            self.cur.skip_line();
+            return Ok(self.motion(start, MotionAction::Transformations(count)));
+        }
         self.cur.skip_line();
         Ok(OnlineCommand::NOTHING)
     }
@@ -61,7 +69,13 @@ impl Reader<'_> {
         if !self.cur.eat_word("PLC") {
             let all = self.cur.eat_abbreviated("ALL", 3);
             match words::find(self.cur, BUFFER.or(OPENED)) {
-                Some((_, after)) => self.cur = after,
+                Some((word, after)) => {
+                    let start = self.cur.pos;
+                    self.cur = after;
+                    if word.spelling == "TBUF" {
+                        return Ok(self.motion(start, MotionAction::Transformations(0)));
+                    }
+                }
                 None if all => {}
                 None => {
                     return self

@@ -38,6 +38,8 @@ pub(crate) struct Open {
     pub(crate) pending: Option<PendingMove>,
     /// Its last IF that ended with its line: the index of the branch, and that behind its statements.
     pub(crate) last_if: Option<(usize, u32)>,
+    /// The number of the next word of its line where a program is called on it; 0 where none is.
+    pub(crate) next_word: u16,
     /// How many diagnostics there were when it was opened.
     pub(crate) first_diagnostic: usize,
 }

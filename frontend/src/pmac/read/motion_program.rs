@@ -2,7 +2,9 @@
 //! axis words of a line are one move, and IF and WHILE with statements behind them end with their line.
 
 use plcc_abi::pmac::Kind;
-use plcc_abi::pmac::motion::{Axis, AxisSet, Mode, MotionKind, MoveWord, SyncOp, TimeWord};
+use plcc_abi::pmac::motion::{
+    Axis, AxisSet, LineWord, Mode, MotionKind, MoveWord, SyncOp, TimeWord, TransformationWord,
+};
 use plcc_diag::Diagnostic;
 
 use super::cursor::{Parsed, syntax, syntax_help};
@@ -17,6 +19,7 @@ use crate::pmac::origin::TextRange;
 pub(crate) struct PendingMove {
     pub(super) words: Vec<MoveWord>,
     pub(super) values: Vec<Expr>,
+    pub(super) line_words: Vec<LineWord>,
     /// Where it begins and ends in the text.
     pub(super) start: usize,
     pub(super) end: usize,
@@ -26,6 +29,7 @@ impl DownloadReader<'_> {
     /// A line of the motion program that is open.
     pub(crate) fn motion_line(&mut self) {
         self.reader.cur.crosses_lines = false;
+        self.end_calls();
         loop {
             self.reader.cur.blanks();
             if matches!(self.reader.cur.byte(), b'\n' | b'\r' | 0) || self.open.is_none() {
@@ -60,7 +64,13 @@ impl DownloadReader<'_> {
             self.flush_move();
             return self.motion_assignment(kind, start);
         }
-        // Q5 and P1 alone do nothing; M3 and I5 are words.
+        // Q5 and P1 alone do nothing, but READ can take them; M3 and I5 are words.
+        if let Some(Kind::P | Kind::Q | Kind::L) = kind
+            && self.is_behind_call()
+        {
+            self.reader.cur.pos += 1;
+            return self.letter_word(byte, start);
+        }
         if let Some(Kind::P | Kind::Q | Kind::L) = kind {
             self.flush_move();
             self.reader.cur.pos += 1;
@@ -86,7 +96,7 @@ impl DownloadReader<'_> {
     }
 
     /// Whether a variable at the cursor is assigned to or defined, so that it is not a word.
-    fn is_assignment(&self, kind: Kind) -> bool {
+    pub(super) fn is_assignment(&self, kind: Kind) -> bool {
         let mut ahead = self.reader.cur;
         ahead.pos += 1;
         if ahead.peek() == b'(' {
@@ -240,8 +250,8 @@ impl DownloadReader<'_> {
             "DWELL" => self.with_data(MotionKind::Dwell, start),
             "DELAY" | "DLY" => self.with_data(MotionKind::Delay, start),
             "GOTO" => self.with_data(MotionKind::Goto, start),
-            "GOSUB" => self.with_data(MotionKind::Gosub, start),
-            "CALL" => self.with_data(MotionKind::Call, start),
+            "GOSUB" => self.call_with_words(MotionKind::Gosub, 0, start),
+            "CALL" => self.call_with_words(MotionKind::Call, 0, start),
             "WAIT" => self.plain(MotionKind::Wait, start),
             "STOP" => self.plain(MotionKind::Stop, start),
             "BLOCKSTART" | "BSTART" => self.plain(MotionKind::BlockStart, start),
@@ -267,13 +277,23 @@ impl DownloadReader<'_> {
             "PSET" => self.pset(start),
             "CC0" => Ok(()),
             "TSELECT" | "TINIT" | "ADIS" | "AROT" | "IDIS" | "IROT" => {
-                self.reader.cur.pos += self.letters_left();
-                if spelling != "TINIT" {
-                    self.data()?;
+                let word = match spelling {
+                    "TSELECT" => TransformationWord::Select,
+                    "TINIT" => TransformationWord::Init,
+                    "ADIS" => TransformationWord::Displace,
+                    "IDIS" => TransformationWord::DisplaceMore,
+                    "AROT" => TransformationWord::Rotate,
+                    _ => TransformationWord::RotateMore,
+                };
+                let kind = MotionKind::Transformation(word);
+                if word == TransformationWord::Init {
+                    return self.plain(kind, start);
                 }
-                self.plain(MotionKind::Unsupported, start)
+                self.reader.cur.pos += self.letters_left();
+                self.with_data(kind, start)
             }
-            "READ" | "PRELUDE" | "CC1" | "CC2" | "CC3" | "LEARN" | "LRN" => {
+            "READ" => self.read_words(start),
+            "PRELUDE" | "CC1" | "CC2" | "CC3" | "LEARN" | "LRN" => {
                 self.reader.cur.skip_line();
                 self.plain(MotionKind::Unsupported, start)
             }
@@ -298,11 +318,22 @@ impl DownloadReader<'_> {
 
     /// Appends a statement of motion.
     pub(crate) fn push_motion(&mut self, kind: MotionKind, values: Vec<Expr>, start: usize) {
+        self.push_words(kind, values, Vec::new(), start);
+    }
+
+    /// Appends a statement of motion whose values belong to words of a line with a call.
+    pub(super) fn push_words(
+        &mut self,
+        kind: MotionKind,
+        values: Vec<Expr>,
+        words: Vec<LineWord>,
+        start: usize,
+    ) {
         let first = values.iter().map(|value| value.start).min().unwrap_or(0);
         let end = values.iter().map(|value| value.start + value.len).max().unwrap_or(first);
         let all = Expr { start: first, len: end - first };
         let index = self.download.motion.len() as u32;
-        self.download.motion.push(MotionStmt { kind, values });
+        self.download.motion.push(MotionStmt { kind, values, words });
         self.push(StmtKind::Motion(index, all), start);
     }
 

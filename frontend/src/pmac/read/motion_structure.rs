@@ -90,7 +90,7 @@ impl DownloadReader<'_> {
     fn push_loop(&mut self, head: usize, start: usize) {
         let motion = self.download.motion.len() as u32;
         let kind = MotionKind::EndWhile;
-        self.download.motion.push(MotionStmt { kind, values: Vec::new() });
+        self.download.motion.push(MotionStmt { kind, values: Vec::new(), words: Vec::new() });
         self.push(StmtKind::Loop(head as u32, motion), start);
         let next = self.next_index();
         self.patch(head, next);

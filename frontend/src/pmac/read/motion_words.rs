@@ -2,7 +2,7 @@
 //! follow words.
 
 use plcc_abi::pmac::Kind;
-use plcc_abi::pmac::motion::{Axis, MotionKind, MoveWord, TimeWord};
+use plcc_abi::pmac::motion::{Axis, LineWord, MotionKind, MoveWord, TimeWord};
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::download::DownloadReader;
@@ -18,31 +18,39 @@ impl DownloadReader<'_> {
                 self.flush_move();
             }
             let value = self.data()?;
-            self.add_word(MoveWord::Axis(axis), value, start);
+            let word = self.line_word(letter);
+            self.add_word(MoveWord::Axis(axis), value, word, start);
             let further = match self.reader.cur.byte() {
                 b':' => Some(MoveWord::Velocity(axis)),
                 b'^' => Some(MoveWord::Trigger(axis)),
                 _ => None,
             };
-            if let Some(word) = further {
+            if let Some(kind) = further {
                 self.reader.cur.pos += 1;
                 let value = self.data()?;
-                self.add_word(word, value, start);
+                self.add_word(kind, value, word, start);
             }
             return Ok(());
         }
         match letter {
             b'R' => {
                 let value = self.data()?;
-                self.add_word(MoveWord::R, value, start);
+                let word = self.line_word(letter);
+                self.add_word(MoveWord::R, value, word, start);
             }
             b'I' | b'J' | b'K' => {
                 let value = self.data()?;
-                self.add_word(MoveWord::Center(letter - b'I'), value, start);
+                let word = self.line_word(letter);
+                self.add_word(MoveWord::Center(letter - b'I'), value, word, start);
             }
-            b'F' => self.with_data(MotionKind::Time(TimeWord::Feed), start)?,
+            b'F' => {
+                let value = self.data()?;
+                let words = self.line_words(letter);
+                self.push_words(MotionKind::Time(TimeWord::Feed), vec![value], words, start);
+            }
             b'N' | b'O' => {
                 self.flush_move();
+                self.end_calls();
                 self.reader.cur.blanks();
                 let at = self.reader.cur.next_word();
                 let Some(number) = self.reader.cur.integer().and_then(|n| u32::try_from(n).ok())
@@ -58,7 +66,12 @@ impl DownloadReader<'_> {
             b'S' => {
                 self.flush_move();
                 let value = self.data()?;
-                self.push(StmtKind::Assign(Target::Var(Kind::Q, 127), value), start);
+                if self.is_behind_call() {
+                    let words = self.line_words(letter);
+                    self.push_words(MotionKind::Spindle, vec![value], words, start);
+                } else {
+                    self.push(StmtKind::Assign(Target::Var(Kind::Q, 127), value), start);
+                }
             }
             b'G' | b'M' | b'T' | b'D' => {
                 self.flush_move();
@@ -68,7 +81,13 @@ impl DownloadReader<'_> {
                     b'T' => 2,
                     _ => 3,
                 };
-                self.with_data(MotionKind::Code(code), start)?;
+                self.call_with_words(MotionKind::Code(code), letter, start)?;
+            }
+            _ if self.is_behind_call() => {
+                self.flush_move();
+                let value = self.data()?;
+                let words = self.line_words(letter);
+                self.push_words(MotionKind::Argument, vec![value], words, start);
             }
             _ => {
                 self.flush_move();
@@ -106,22 +125,28 @@ impl DownloadReader<'_> {
     }
 
     /// Adds a word to the move of this line.
-    fn add_word(&mut self, word: MoveWord, value: Expr, start: usize) {
+    fn add_word(&mut self, word: MoveWord, value: Expr, line_word: LineWord, start: usize) {
         let end = self.reader.cur.pos;
         let Some(open) = &mut self.open else { return };
         let pending =
             open.pending.get_or_insert_with(|| PendingMove { start, ..PendingMove::default() });
         pending.words.push(word);
         pending.values.push(value);
+        pending.line_words.push(line_word);
         pending.end = end;
     }
 
     /// Ends the move of this line.
     pub(crate) fn flush_move(&mut self) {
         let pending = self.open.as_mut().and_then(|open| open.pending.take());
-        let Some(PendingMove { words, values, start, end }) = pending else { return };
+        let Some(PendingMove { words, values, mut line_words, start, end }) = pending else {
+            return;
+        };
+        if line_words.iter().all(|word| word.ordinal == 0) {
+            line_words.clear();
+        }
         let after = std::mem::replace(&mut self.reader.cur.pos, end);
-        self.push_motion(MotionKind::Move(words), values, start);
+        self.push_words(MotionKind::Move(words), values, line_words, start);
         self.reader.cur.pos = after;
     }
 }
