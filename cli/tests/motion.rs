@@ -171,7 +171,7 @@ fn a_wrong_motion_program_is_an_error_with_the_switch_alone() {
     let text =
         "I5=2\nOPEN PROG 1 CLEAR\nX10\nX=5\nCLOSE\nOPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n&1B1R\n";
     let folder = Folder::with(&[("w.pmc", text)]);
-    folder.plcc("check w.pmc").exits(0).says(&["PMAC-W20"]);
+    folder.plcc("check w.pmc").exits(0).says(&["PMAC-W19"]);
     folder.plcc("run w.pmc --ticks 3 --watch P1 --trace -").exits(0);
     folder.plcc("run w.pmc --simulate --ticks 3").exits(1).says(&["PMAC-3"]);
 }

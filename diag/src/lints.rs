@@ -81,7 +81,8 @@ pub static LINTS: &[Lint] = &[
     warn("empty-command", &["PMAC-W16"]),
     warn("position-beyond-display", &["PMAC-W17"]),
     warn("endless-wait", &["PMAC-W18"]),
-    warn("same-bit-twice", &["PMAC-W19"]),
+    warn("same-bit-twice", &["PMAC-W20"]),
+    warn("motor-not-activated", &["PMAC-W25"]),
 ];
 
 /// The lint with a name, in any case of letters; `None` if there is none.

@@ -279,15 +279,15 @@ pub static CODES: &[CodeInfo] = &[
     ),
     code(
         "PMAC-W19",
-        "two M-variables for one bit, both written",
-        "Lint same-bit-twice. Two M-variables are defined as the same bit, and programs write both, so that the one that is written later in a scan decides. Often one of the definitions was copied and not changed.",
-        "Wrong:\n  M1->Y:$C002,8\n  M2->Y:$C002,8     ; copied\n  M1=1 M2=0\nRight:\n  M2->Y:$C002,9",
-    ),
-    code(
-        "PMAC-W20",
         "a motion program with errors is left out",
         "Motion programs are read and checked always, and run with --simulate. The text of this one has an error, the first of which is shown. Without --simulate nothing runs it, so the PLCs run all the same; with it the errors are errors.",
         "Wrong:\n  OPEN PROG 1 CLEAR\n  X=10\nRight:\n  OPEN PROG 1 CLEAR\n  X10",
+    ),
+    code(
+        "PMAC-W20",
+        "two M-variables for one bit, both written",
+        "Lint same-bit-twice. Two M-variables are defined as the same bit, and programs write both, so that the one that is written later in a scan decides. Often one of the definitions was copied and not changed.",
+        "Wrong:\n  M1->Y:$C002,8\n  M2->Y:$C002,8     ; copied\n  M1=1 M2=0\nRight:\n  M2->Y:$C002,9",
     ),
     code(
         "PMAC-W21",
@@ -312,6 +312,12 @@ pub static CODES: &[CodeInfo] = &[
         "PLC that stays disabled",
         "Lint plc-never-enabled. After the download the PLC is disabled, and no program of it enables the PLC. It runs when somebody sends ENABLE PLC as an on-line command.",
         "Wrong:\n  DISABLE PLC0..31\n  …\n  ENABLE PLC1          ; and PLC 2?\nRight:\n  ENABLE PLC1,2",
+    ),
+    code(
+        "PMAC-W25",
+        "motor that is not activated",
+        "Lint motor-not-activated. The motor has axes in a coordinate system, and there are motion programs, but its variable Ix00 is 0 after this download. The control refuses to run a program there (ERR013).",
+        "Wrong:\n  #2->1000Y          ; I200 is 0\nRight:\n  I200=1\n  #2->1000Y",
     ),
     code(
         "PMAC-N1",

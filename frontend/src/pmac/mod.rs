@@ -130,7 +130,7 @@ fn finish(
     let mut loaded = load::load(&download);
     assumptions::assume(&download, &mut loaded);
     if !diagnostics.iter().any(Diagnostic::is_error) {
-        let unread = |d: &Diagnostic| d.code == "PMAC-N1" || d.code == "PMAC-W20";
+        let unread = |d: &Diagnostic| d.code == "PMAC-N1" || d.code == "PMAC-W19";
         let has_motion = diagnostics.iter().any(unread);
         diagnostics.extend(lints::find(&download, &loaded, has_motion));
     }

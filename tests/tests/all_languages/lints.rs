@@ -288,6 +288,12 @@ const CASES: &[Case] = &[
          OPEN PLC 3 CLEAR\nM91=50\nCLOSE\n",
     ),
     pmac(
+        "motor-not-activated",
+        2,
+        "I5=2\n&1 #2->1000Y\nOPEN PROG 1 CLEAR\nY1\nCLOSE\n",
+        "I5=2 I200=1\n&1 #2->1000Y\nOPEN PROG 1 CLEAR\nY1\nCLOSE\n",
+    ),
+    pmac(
         "plc-never-runs",
         2,
         "I5=1\nOPEN PLC 2 CLEAR\nP1=1\nCLOSE\n",

@@ -1,7 +1,6 @@
 //! The program of a test script: compiled once, run by as many controls as there are tests.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use plcc_abi::{Code, Engine, Program};
 use plcc_codegen::{JitMemory, Target};
@@ -9,7 +8,6 @@ use plcc_diag::{Diagnostic, SourceMap};
 use plcc_frontend::CheckedProgram;
 use plcc_host::args::RunArgs;
 use plcc_host::session;
-use plcc_host::simulation::Simulation;
 use plcc_load::Artifact;
 use plcc_plctest::Station;
 use plcc_runtime::{Executive, NativeEngine};
@@ -78,12 +76,9 @@ impl TestProgram {
         };
         let (checked, sources) = (checked.into_program(), program.sources);
         let named_files = program.named_files;
-        let machine = settings.machine.as_deref().zip(settings.machine_file());
-        let simulation = simulate.then(|| Simulation::read(machine, None)).transpose();
-        let simulation = simulation.map_err(Failure::usage)?.map(Arc::new);
         let machine_path = settings.machine.clone();
         let control = args.control.clone();
-        let run = RunArgs { control, machine_path, simulation, ..RunArgs::default() };
+        let run = RunArgs { control, machine_path, simulate, ..RunArgs::default() };
         let program = Self { checked, sources, tables, settings, named_files, run, made };
         // What is wrong with the table of the simulator is told before anything runs.
         program.made().map_err(Failure::usage)?;

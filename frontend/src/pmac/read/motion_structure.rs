@@ -146,8 +146,9 @@ impl DownloadReader<'_> {
         let opened = self.download.progs.get(&program).and_then(|buffer| buffer.opened);
         self.tell(opened.unwrap_or(at), |span| {
             let what = format!("motion program {program} has errors and is left out");
-            Diagnostic::warning("PMAC-W20", span, what)
-                .label(place, message)
+            Diagnostic::warning("PMAC-W19", span, what)
+                .label(place, message.clone())
+                .note(message)
                 .note("nothing here runs it; with --simulate its errors are errors")
         });
     }

@@ -38,7 +38,7 @@ fn an_open_buffer_is_reported_and_nothing_is_dropped() {
     assert_eq!(codes(text), [("PMAC-7", 3)]);
     let text = "I5=2\nOPEN PROG 1 CLEAR X10 CMD\"OPEN PLC 1\" OPENING=1\nOPEN PROG 2 Y20\nCLOSE\n\
                 OPEN PLC 1 P1=+1 CLOSE\n";
-    assert_eq!(codes(text), [("PMAC-W20", 2), ("PMAC-7", 3), ("PMAC-3", 5)]);
+    assert_eq!(codes(text), [("PMAC-W19", 2), ("PMAC-7", 3), ("PMAC-3", 5)]);
 }
 
 #[test]

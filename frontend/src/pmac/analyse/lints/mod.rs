@@ -2,6 +2,7 @@
 //! download and at its state after load, so they are asked only where there is no error.
 
 mod flow;
+mod motors;
 mod plcs;
 mod variables;
 
@@ -35,6 +36,7 @@ pub(crate) fn find(download: &Download, loaded: &Loaded, has_motion: bool) -> Ve
     plcs::repeats_every_scan(&mut checked);
     plcs::texts(&mut checked);
     flow::conditions(&mut checked);
+    motors::not_activated(&mut checked);
     checked.found
 }
 

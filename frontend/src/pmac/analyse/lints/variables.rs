@@ -232,7 +232,7 @@ pub(super) fn same_bit_twice(checked: &mut Checked<'_>) {
             let message =
                 format!("M{number} and M{first} are the same bit, {place}, and both are written");
             checked.add(at, |span| {
-                Diagnostic::warning("PMAC-W19", span, message).help(format!(
+                Diagnostic::warning("PMAC-W20", span, message).help(format!(
                     "write M{first} in the place of M{number}, or correct one of the definitions"
                 ))
             });
