@@ -529,7 +529,7 @@ fn the_tests_of_the_examples_pass_in_every_engine() {
     let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let folder = Folder::with(&[]);
     for engine in ["jit", "interp", "aot"] {
-        for script in ["pmi", "nct", "pmac/mill.plctest", "desk"] {
+        for script in ["pmi", "nct", "pmac", "desk"] {
             let path = examples.join(script);
             folder
                 .run(&["test", path.to_str().unwrap(), "--engine", engine, "--records", "r"])
