@@ -1,12 +1,8 @@
 //! Motion programs with PLCs beside them, in all engines.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc_diag::SourceMap;
-use plcc_frontend::common::{Controller, MemoryLoader, Options};
-use plcc_frontend::pmac;
+use plcc_frontend::common::Controller;
 use plcc_random::seeds;
-use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
-use plcc_runtime::{Executive, Purpose};
 use plcc_tests::gen_motion::generate;
 
 use crate::engines::simulated;
@@ -37,35 +33,4 @@ fn generated_motion_programs_agree_and_move_within_their_limits() {
     }
     // Eight programs of 500 ticks have about ninety.
     assert!(events > 60 && moved, "{events}");
-}
-
-/// The control of a download, with its motors simulated or not.
-fn executive(source: &str, simulated: bool) -> PmacExecutive {
-    let mut sources = SourceMap::new();
-    let file = sources.add("a.pmc", source.as_bytes());
-    let options = Options { simulate: simulated, ..Options::default() };
-    let checked = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options).0.unwrap();
-    let program = checked.lower().unwrap().program;
-    let mut executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
-    if simulated {
-        executive.simulate(&[]).unwrap();
-    }
-    executive
-}
-
-#[test]
-fn what_the_switches_of_motors_say_is_known_to_be_simulated() {
-    let simulates = |simulated: bool, name: &str| {
-        let executive = executive("M1->X:$C000,20\nM2->Y:$FFC2,0\nI5=2\n", simulated);
-        let key = executive.names().find(name, Purpose::Watch).unwrap();
-        executive.simulates_word(key)
-    };
-    for name in ["M1", "X:$C000,21", "X:$C001"] {
-        assert!(simulates(true, name), "{name}");
-        assert!(!simulates(false, name), "{name}");
-    }
-    // Other inputs, and what programs write to a flag word.
-    for name in ["M2", "Y:$FFC2,3", "X:$C000,13"] {
-        assert!(!simulates(true, name), "{name}");
-    }
 }
