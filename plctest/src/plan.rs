@@ -166,10 +166,15 @@ impl Planner<'_> {
                 let diagnostic = match error {
                     NameError::Unknown { name: unknown, suggestion } => {
                         let text = format!("the program has no variable named `{unknown}`");
-                        let help = suggestion.map_or_else(
-                            || "`plcc xref` lists the variables of a program".into(),
-                            |near| format!("did you mean `{near}`?"),
-                        );
+                        let is_key =
+                            unknown.get(..4).is_some_and(|head| head.eq_ignore_ascii_case("KEY."));
+                        let help = match suggestion {
+                            _ if is_key => {
+                                "write `simulate` above the tests: only a simulated machine has keys".into()
+                            }
+                            Some(near) => format!("did you mean `{near}`?"),
+                            None => "`plcc xref` lists the variables of a program".into(),
+                        };
                         Diagnostic::error(NAME, name.span, text).help(help)
                     }
                     NameError::Unfit { .. } => {

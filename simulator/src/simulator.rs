@@ -99,8 +99,8 @@ impl Simulator {
                 });
                 if within || own.iter().any(|handle| overlaps(handle, &writes)) {
                     let line = entry.name.line;
-                    let what =
-                        "writes what the control, another device or another line of it writes";
+                    let what = "writes what the control, another device or another line of it writes; \
+                                give it an input of its own";
                     return Err(format!("line {line}: {} {what}", device.name));
                 }
                 Ok(device)

@@ -36,7 +36,12 @@ impl Switch {
             at.filter(|_| !is_pmac).and_then(|at| Some((at, setup.axes.get(at)?.unit)))
         else {
             let line = axis.line;
-            return Err(format!("line {line}: the simulator has no axis {}", axis.value));
+            let letters: Vec<String> =
+                setup.axes.iter().filter_map(|axis| axis.name).map(String::from).collect();
+            let (value, letters) = (&axis.value, letters.join(", "));
+            return Err(format!(
+                "line {line}: the simulator has no axis {value}; it has {letters}, and others by [[simulator.axis]]"
+            ));
         };
         let (a, b) = (nanometres(from, unit), nanometres(to, unit));
         Ok(Self { axis: at, from: a.min(b), to: a.max(b), input: Line::input(access, input)? })

@@ -55,7 +55,7 @@ impl Reader<'_> {
             "give the centre by I, J, K, or the radius by R; the end lies on the same circle";
         let plane = self.block.plane.unwrap_or(modal.plane);
         let has_centre = self.block.centre.iter().any(Option::is_some);
-        let given = self.block.arc(plane);
+        let given = self.block.arc(plane).filter(|given| *given != Given::Radius(0));
         let Some(given) = given.filter(|_| !(has_centre && self.block.radius.is_some())) else {
             return wrong("SIM-9", at, "an arc needs its centre or its radius, and not both", help);
         };

@@ -285,7 +285,9 @@ fn check_letters(table: &SimulatorTable) -> Result<(), String> {
     let mut letters: Vec<char> = Vec::new();
     for Located { value, line } in table.axes.iter().filter_map(|axis| axis.name.as_ref()) {
         if letters.contains(value) {
-            return Err(format!("line {line}: there is an axis {value} already"));
+            return Err(format!(
+                "line {line}: there is an axis {value} already; give each letter once"
+            ));
         }
         letters.push(*value);
     }
