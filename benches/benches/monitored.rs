@@ -124,6 +124,7 @@ fn monitor(socket: &Path) {
         socket: Some(socket.to_owned()),
         state_folder: None,
         speed: 1.0,
+        operator: false,
         rebuilder: None,
     });
     loop {

@@ -36,6 +36,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
         socket: None,
         state_folder: None,
         speed: 0.0,
+        operator: false,
         rebuilder: None,
     })
 }

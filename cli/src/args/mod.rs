@@ -203,6 +203,8 @@ Examples:
   plcc monitor lathe.sock --record lathe.plcrec lathe.pmi
                                                       a control that runs
   plcc monitor lathe.plcrec --web                     in a browser
+  plcc monitor lathe.sock --record lathe.plcrec --operator
+                                                      for the operator: messages, keys and lamps
 
 Exit status: 0 the user has left; 2 wrong usage, no terminal that can be used, or a file that can't be read \
 or is not valid.")]

@@ -153,6 +153,11 @@ pub(crate) struct MonitorArgs {
     #[arg(long, value_name = "N")]
     pub(crate) ticks: Option<u64>,
 
+    /// The operator's screen: faults and messages in large letters, overrides, and the keys and lamps that the program uses.
+    /// Keys are pressed, nothing else is changed
+    #[arg(long)]
+    pub(crate) operator: bool,
+
     /// How fast a program runs here: 1 is real time, 0 as fast as possible
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub(crate) speed: f64,
@@ -164,6 +169,7 @@ pub(crate) struct MonitorArgs {
         value_name = "ADDRESS:PORT",
         num_args = 0..=1,
         require_equals = true,
+        conflicts_with = "operator",
         default_missing_value = plcc_monitor::web::DEFAULT_ADDRESS,
         value_parser = address
     )]

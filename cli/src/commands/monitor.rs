@@ -86,6 +86,7 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
         socket,
         state_folder: state_folder(),
         speed: args.speed,
+        operator: args.operator,
         rebuilder,
     })
 }

@@ -61,6 +61,8 @@ pub struct Target<'a> {
     pub state_folder: Option<PathBuf>,
     /// How fast a program runs that the session runs itself: 1 is real time, 0 as fast as possible.
     pub speed: f64,
+    /// Whether an operator uses it, who sees messages, keys and lamps, and presses keys.
+    pub operator: bool,
     /// Builds the program of a control with a changed delay or constant; without it these can't be changed.
     pub rebuilder: Option<Box<dyn Rebuilder>>,
 }
@@ -105,6 +107,8 @@ pub struct Session<'a> {
     /// The answer to the last question why.
     why: Option<WhyView>,
     confirm: Confirm,
+    /// Whether an operator uses it.
+    pub(crate) operator: bool,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -116,7 +120,7 @@ impl fmt::Debug for Session<'_> {
 impl<'a> Session<'a> {
     /// A session that shows the newest tick: of a recording its last one, of a program the first.
     pub fn open(target: Target<'a>) -> Self {
-        let Target { kind, name, run, socket, state_folder, speed, rebuilder } = target;
+        let Target { kind, name, run, socket, state_folder, speed, operator, rebuilder } = target;
         let debugger = run.map(Debugger::new);
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
@@ -154,6 +158,7 @@ impl<'a> Session<'a> {
             online: OnlineState::default(),
             why: None,
             confirm: Confirm::default(),
+            operator,
         }
     }
 
@@ -167,6 +172,9 @@ impl<'a> Session<'a> {
     }
 
     fn body(&mut self, screen: &Screen) -> Result<Body, Refusal> {
+        if self.operator && !matches!(screen, Screen::Operator | Screen::Status) {
+            return Err(Refusal::new("an operator sees the operator's screen alone"));
+        }
         Ok(match screen {
             Screen::Status => Body::Status { reason: None },
             Screen::Statements { first, count } => {
@@ -181,6 +189,7 @@ impl<'a> Session<'a> {
             Screen::Events => Body::Events(self.events_view()?),
             Screen::Timing => Body::Timing(self.timing_view()?),
             Screen::Terminal => Body::Terminal(self.terminal_view()?),
+            Screen::Operator => Body::Operator(self.operator_view()?),
             Screen::Panels => Body::Panels(self.panels_view()?),
             Screen::Scope { samples } => Body::Scope(self.scope_view(*samples)?),
         })
@@ -203,6 +212,9 @@ impl<'a> Session<'a> {
 
     fn carry_out(&mut self, command: Command) -> Result<Reply, Refusal> {
         self.enter_version_of(self.time.shown)?;
+        if self.operator {
+            self.check_operator(&command)?;
+        }
         match command {
             Command::Follow => self.follow(),
             Command::Pause => self.pause(),
@@ -278,6 +290,7 @@ impl<'a> Session<'a> {
             first_tick: first,
             last_tick: self.time.run_until.saturating_sub(1).max(first),
             tick_ns,
+            operator: self.operator,
             past: self.is_past(),
             time: self.time_of(tick),
             forces: self.forces(),

@@ -7,11 +7,22 @@ use plcc_frontend::presentation::{Announced, Cell, PanelDraft, Shown};
 use plcc_runtime::value::number;
 
 use super::Session;
-use crate::Refusal;
-use crate::view::{EventKind, Panel, PanelCell, PanelsView};
+use crate::view::{EventKind, OperatorView, Panel, PanelCell, PanelsView};
+use crate::{Command, Refusal};
+
+/// Panels as a language has them, with what is known of their variables.
+struct Drafts {
+    drafts: Vec<PanelDraft>,
+    /// The variables that the program has.
+    known: BTreeSet<String>,
+    values: BTreeMap<String, f64>,
+    /// The texts of touch keys.
+    keys: Vec<String>,
+}
 
 impl Session<'_> {
-    pub(super) fn panels_view(&mut self) -> Result<PanelsView, Refusal> {
+    /// The panels with the variables that the program has, and their values.
+    fn drafts(&mut self) -> Result<Drafts, Refusal> {
         let Some(debugger) = &self.debugger else {
             return Err(Refusal::new(
                 "without the program its panels are not known; name its source after the socket",
@@ -32,6 +43,11 @@ impl Session<'_> {
         let names: Vec<String> = known.iter().cloned().collect();
         let values = self.read(&names)?.values;
         let keys = program.key_texts();
+        Ok(Drafts { drafts, known, values, keys })
+    }
+
+    pub(super) fn panels_view(&mut self) -> Result<PanelsView, Refusal> {
+        let Drafts { drafts, known, values, keys } = self.drafts()?;
         let mut panels = vec![];
         for draft in drafts {
             let used = |cell: &Cell| cell.variables().into_iter().any(|name| known.contains(name));
@@ -44,6 +60,53 @@ impl Session<'_> {
             panels.push(Panel { title, columns: columns.max(1), cells, note });
         }
         Ok(PanelsView { panels })
+    }
+
+    pub(super) fn operator_view(&mut self) -> Result<OperatorView, Refusal> {
+        let active = self.events_view()?.active;
+        let Drafts { drafts, values, keys: texts, .. } = self.drafts()?;
+        let declared = self.debugger()?.history_mut().executive().names().declared();
+        let declared: BTreeSet<String> = declared.into_iter().map(|(name, _)| name).collect();
+        let is_used = |name: &Option<String>| name.as_ref().is_some_and(|it| declared.contains(it));
+        let (mut keys, mut overrides): (Vec<PanelCell>, Vec<PanelCell>) = (vec![], vec![]);
+        for cell in drafts.iter().flat_map(|draft| &draft.cells) {
+            let shown = filled(cell, &values, &texts);
+            if is_used(&cell.button) || is_used(&cell.light) {
+                // A key that several panels have stands here once.
+                let is_new = keys
+                    .iter()
+                    .all(|known| known.variable != shown.variable || known.label != shown.label);
+                if is_new && !shown.label.is_empty() {
+                    keys.push(PanelCell { value: None, ..shown });
+                }
+            } else if shown.label.contains('%')
+                && cell.variables().into_iter().any(|name| declared.contains(name))
+                && overrides.iter().all(|known| known.label != shown.label)
+            {
+                overrides.push(PanelCell { variable: None, ..shown });
+            }
+        }
+        Ok(OperatorView { active, overrides, keys })
+    }
+
+    /// Whether an operator may have this done: only keys are pressed.
+    ///
+    /// # Errors
+    /// Why not.
+    pub(super) fn check_operator(&mut self, command: &Command) -> Result<(), Refusal> {
+        let is_key = match command {
+            Command::Follow | Command::ConfirmWarning => true,
+            Command::Change { name, .. } => {
+                let view = self.operator_view()?;
+                view.keys
+                    .iter()
+                    .any(|key| key.pressed.is_some() && key.variable.as_ref() == Some(name))
+            }
+            _ => false,
+        };
+        let what =
+            "the operator's screen presses the keys of the program, and changes nothing else";
+        is_key.then_some(()).ok_or_else(|| Refusal::new(what))
     }
 
     /// The variables of panels that this program has.

@@ -641,6 +641,7 @@ fn nothing_is_said_of_what_a_control_allows_that_does_not_answer() {
         socket: Some("/nonexistent/gone.sock".into()),
         state_folder: None,
         speed: 1.0,
+        operator: false,
         rebuilder: None,
     });
     let force = Command::Force { name: "A".into(), value: "1".into() };

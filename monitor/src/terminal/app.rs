@@ -24,6 +24,7 @@ pub(super) enum Page {
     Directory,
     References,
     Why,
+    Operator,
     Help,
 }
 
@@ -81,8 +82,8 @@ impl App {
     pub(super) fn new(session: &Session<'_>) -> Self {
         let status = session.status();
         Self {
-            page: Page::Statements,
-            back: Page::Statements,
+            page: if status.operator { Page::Operator } else { Page::Statements },
+            back: if status.operator { Page::Operator } else { Page::Statements },
             prompt: None,
             message: None,
             warning: None,
@@ -114,6 +115,7 @@ impl App {
             Page::Directory => Screen::Directory,
             Page::References => Screen::References { name: self.references.clone() },
             Page::Why => Screen::Why,
+            Page::Operator => Screen::Operator,
             Page::Help => Screen::Status,
         })
     }
@@ -146,6 +148,9 @@ impl App {
         if self.prompt.is_some() {
             self.typed(session, key);
             return;
+        }
+        if self.page == Page::Operator {
+            return self.operator_key(session, key.code);
         }
         if self.page == Page::Terminal && self.terminal_key(session, key) {
             return;

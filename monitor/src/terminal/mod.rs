@@ -4,6 +4,7 @@
 mod app;
 mod draw;
 mod keys;
+mod operator;
 #[cfg(test)]
 mod tests;
 mod typed;

@@ -7,8 +7,8 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Modifier;
 
 use super::app::App;
-use crate::Session;
 use crate::testing::open;
+use crate::{Command, Session};
 
 /// A terminal of 80 x 24 with a session.
 struct Screen {
@@ -372,4 +372,41 @@ fn the_past_says_so() {
     assert!(screen.drawn().contains("is forced to 1"));
     screen.keys("2");
     assert!(screen.drawn().contains("forced: SOL1=1"));
+}
+
+#[test]
+fn an_operator_sees_messages_and_presses_the_keys_that_the_program_uses() {
+    let program = "$FAULT\nFLT=\"COOLANT LOW\"\n$END\n@CL103=@CP103\nFLT=@CP103\n@FRO=80\n";
+    let mut session = open(Dialect::Pmi, program, "");
+    session.run_to(5);
+    session.operator = true;
+    let app = App::new(&session);
+    let terminal = Terminal::new(TestBackend::new(80, 24)).unwrap();
+    let mut screen = Screen { session, app, terminal };
+    let text = screen.drawn();
+    assert!(text.contains("no fault and no message"), "{text}");
+    // Of the control's many keys the program uses one.
+    assert!(text.contains("103") && !text.contains("104") && text.contains("@FRO % 80"), "{text}");
+    screen.key(KeyCode::Enter);
+    let next = screen.session.status().last_tick + 2;
+    screen.session.operator = false;
+    screen.session.apply(Command::Follow).unwrap();
+    screen.session.run_to(next);
+    screen.session.operator = true;
+    let text = screen.drawn();
+    assert!(text.contains("C O O L A N T   L O W"), "{text}");
+    // Nothing else can be done, by no key and by no command.
+    for keys in ["1", "3", "ez", "g", "y", "S"] {
+        screen.keys(keys);
+        assert_eq!(screen.app.page, super::app::Page::Operator);
+        assert!(screen.app.prompt.is_none());
+    }
+    let set = |name: &str| Command::Change { name: name.into(), value: "1".into() };
+    for command in [set("FLT"), set("@CP104"), set("@FRO"), Command::ReleaseAll, Command::Rollback]
+    {
+        let refused = screen.session.apply(command).unwrap_err();
+        assert!(refused.message.contains("changes nothing else"), "{refused}");
+    }
+    let view = screen.session.view(&crate::view::Screen::Directory);
+    assert!(matches!(view.body, crate::view::Body::Status { reason: Some(_) }));
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use events::{Active, EventKind, EventLine, EventsView};
 pub use io::{IoRow, IoView, IoWindow};
-pub use panels::{Panel, PanelCell, PanelsView};
+pub use panels::{OperatorView, Panel, PanelCell, PanelsView};
 pub use scope::{Channel, Sample, ScopeState, ScopeView};
 pub use statements::{
     DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,
@@ -63,6 +63,8 @@ pub enum Screen {
     Terminal,
     /// Operator panels, displays and tables of the control.
     Panels,
+    /// The operator's screen.
+    Operator,
     /// The scope.
     Scope {
         /// How many samples of a variable at most. A longer time is shown by the smallest and the
@@ -111,6 +113,8 @@ pub enum Body {
     Terminal(TerminalView),
     /// Panels.
     Panels(PanelsView),
+    /// The operator's screen.
+    Operator(OperatorView),
     /// The scope.
     Scope(ScopeView),
 }
@@ -193,6 +197,8 @@ pub struct Status {
     /// How many faults and messages are on at the tick that is shown (the indicator of PMI 3.1.6), as far as the events
     /// that were taken in say.
     pub announced: usize,
+    /// Whether the operator's screen is shown, and nothing else may be done than pressing its keys.
+    pub operator: bool,
     /// Whether variables may be set.
     pub may_write: bool,
     /// Whether inputs and outputs may be forced.

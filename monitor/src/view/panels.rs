@@ -3,11 +3,24 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Active;
+
 /// All panels of the program's control.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PanelsView {
     /// The panels. Those of whose variables the program has none are left out.
     pub panels: Vec<Panel>,
+}
+
+/// What an operator sees: what is announced, and the keys, lamps and overrides that the program uses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperatorView {
+    /// Faults and messages that are on.
+    pub active: Vec<Active>,
+    /// Overrides and other percentages.
+    pub overrides: Vec<PanelCell>,
+    /// Push-buttons and lamps.
+    pub keys: Vec<PanelCell>,
 }
 
 /// A panel: cells in rows from the upper left.

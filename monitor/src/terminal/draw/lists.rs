@@ -101,7 +101,11 @@ pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect
             }
             list.row(format!(" {}_", app.line), Style::new());
         }
-        Body::Status { .. } | Body::Statements(_) | Body::Scope(_) | Body::Panels(_) => {}
+        Body::Status { .. }
+        | Body::Statements(_)
+        | Body::Scope(_)
+        | Body::Panels(_)
+        | Body::Operator(_) => {}
     }
     list.draw(&mut app.selected, frame, area);
 }

@@ -1,6 +1,7 @@
 //! Draws a view with characters. What colours say, underlines, marks or words say too.
 
 mod lists;
+mod operator;
 mod panels;
 mod scope;
 mod statements;
@@ -48,6 +49,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         (Body::Statements(view), _) => statements::draw(view, frame, body),
         (Body::Scope(view), _) => scope::draw(view, frame, body),
         (Body::Panels(view), _) => panels::draw(app, view, frame, body),
+        (Body::Operator(view), _) => operator::draw(app, view, frame, body),
         (Body::Status { reason }, _) => {
             let text = reason.clone().unwrap_or_default();
             frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), body);
@@ -181,6 +183,9 @@ pub(super) fn rows_around(app: &App, width: u16) -> usize {
 
 /// The keys of the page, in as many rows as they need, and the pages.
 fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
+    if app.page == Page::Operator {
+        return vec![Line::raw(super::operator::KEYS)];
+    }
     let width = usize::from(width);
     let mut rows = vec![String::new()];
     let keys = keys::keys(app.page, app.chooses_statements).iter().map(|key| match key.function {

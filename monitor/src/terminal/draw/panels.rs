@@ -54,7 +54,7 @@ fn columns(panel: &Panel, width: usize) -> usize {
     panel.columns.clamp(1, (width / MIN_WIDTH).max(1))
 }
 
-fn style_of(cell: &PanelCell, is_selected: bool) -> Style {
+pub(super) fn style_of(cell: &PanelCell, is_selected: bool) -> Style {
     let mut style = Style::new();
     if cell.light == Some(true) || cell.pressed == Some(true) {
         style = style.add_modifier(Modifier::BOLD);
@@ -68,7 +68,7 @@ fn style_of(cell: &PanelCell, is_selected: bool) -> Style {
     style
 }
 
-fn cell_text(cell: &PanelCell) -> String {
+pub(super) fn cell_text(cell: &PanelCell) -> String {
     let lamp = match cell.light {
         Some(true) => "* ",
         Some(false) => ". ",
