@@ -41,6 +41,7 @@ mod names;
 mod object_args;
 mod output;
 mod plot;
+mod proof;
 pub mod recorded;
 mod replay_input;
 mod report;

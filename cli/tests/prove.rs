@@ -100,3 +100,39 @@ fn wrong_usage_is_exit_2() {
     folder.write("wrong.pmi", "$END\nX = = Y\n");
     folder.plcc("prove wrong.pmi --never X").exits(1);
 }
+
+#[test]
+fn two_versions_are_proved_the_same_or_told_apart() {
+    let folder = folder();
+    let other = VALVES.replace("X = A & /B", "X = /(/A ! B)").replace("Y = B", "Y = A ! B");
+    folder.write("new.pmi", other);
+    let done = folder.plcc("diff valves.pmi new.pmi --prove --message-format json").exits(1);
+    let all: Vec<Json> =
+        done.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let found: Vec<_> = all.iter().map(|it| (it["name"].as_str(), it["result"].as_str())).collect();
+    assert_eq!(
+        found,
+        [(Some("LAMP"), Some("same")), (Some("X"), Some("same")), (Some("Y"), Some("different"))]
+    );
+    let stimulus = all[2]["stimulus"].as_str().unwrap();
+    let last = |program: &str| {
+        let ticks = all[2]["scans"].as_u64().unwrap();
+        let run = format!(
+            "run {program} --engine interp --ticks {ticks} --watch Y --stimulus {stimulus}"
+        );
+        folder
+            .plcc(&run)
+            .exits(0)
+            .stdout
+            .lines()
+            .last()
+            .unwrap()
+            .rsplit(',')
+            .next()
+            .unwrap()
+            .to_owned()
+    };
+    assert_ne!(last("valves.pmi"), last("new.pmi"));
+    let done = folder.plcc("diff valves.pmi valves.pmi --prove").exits(0);
+    assert_eq!(done.stdout, "same       LAMP\nsame       X\nsame       Y\n");
+}

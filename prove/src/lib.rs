@@ -45,6 +45,7 @@
 mod condition;
 pub mod control;
 pub mod logic;
+pub mod product;
 pub mod question;
 pub mod scan;
 pub mod solve;

@@ -11,7 +11,7 @@ use crate::condition::literal;
 use crate::control::Source;
 use crate::logic::{FALSE, Lit};
 use crate::scan::Reason;
-use crate::solve::{Deadline, Found, Trace, invariant, search};
+use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
 use crate::stimulus::{self, Station};
 use crate::system::{System, Time};
 
@@ -118,6 +118,7 @@ impl Subject<'_> {
         let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
             Found::Open(ticks) if ticks == FIRST_TICKS => {
                 known = ticks;
+                correspond(&mut system, &[bad], until(0.5));
                 match invariant(&system, bad, until(0.7)) {
                     Found::Open(_) => search(&system, bad, MOST_TICKS, true, until(1.0)),
                     found => found,
@@ -188,7 +189,7 @@ impl Subject<'_> {
 }
 
 /// Why a run of the logic is not one of the program.
-fn reason(system: &System, trace: &Trace) -> Reason {
+pub(crate) fn reason(system: &System, trace: &Trace) -> Reason {
     let builder = &system.builder;
     let last = trace.ticks.len().saturating_sub(1);
     let escaped = builder.escapes.iter().find(|(lit, _)| {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use plcc_abi::Engine;
-use plcc_runtime::Executive;
 use plcc_runtime::stimulus::{Player, Stimulus};
+use plcc_runtime::{Executive, Names, Purpose};
 
 use crate::solve::Trace;
 use crate::system::{System, Variable};
@@ -22,6 +22,19 @@ pub(crate) struct Row {
     pub(crate) tick: u64,
     name: String,
     value: i64,
+}
+
+impl Row {
+    /// Whether a program has the variable.
+    pub(crate) fn is_known(&self, names: &dyn Names) -> bool {
+        names.find(&self.name, Purpose::Stimulus).is_ok()
+    }
+
+    /// The row with the name that its variable has in another version.
+    pub(crate) fn renamed(&self, names: &BTreeMap<String, String>) -> Self {
+        let name = names.get(&self.name).unwrap_or(&self.name);
+        Self { tick: self.tick, name: name.clone(), value: self.value }
+    }
 }
 
 /// The rows that give a program the inputs of a run. `ticks` says in which tick each tick of the run comes about, and how many

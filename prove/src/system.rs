@@ -1,6 +1,8 @@
 //! A control with its program as a system of states: what it keeps from tick to tick, what comes from outside in each, and
 //! what a tick makes of both.
 
+use rustc_hash::FxHashMap;
+
 use crate::logic::{Graph, Lit, Memory};
 use crate::scan::Builder;
 
@@ -11,6 +13,8 @@ pub enum First {
     Constant(bool),
     /// Anything: it was kept while the power was off.
     Free,
+    /// The same as another bit that was kept, by that one's literal.
+    As(Lit),
 }
 
 /// A bit that the control keeps from tick to tick.
@@ -38,6 +42,8 @@ pub enum Form {
 pub struct Variable {
     /// Its name, as a stimulus takes it.
     pub name: String,
+    /// Another name for it, which all programs of the control have in common.
+    pub key: String,
     /// Its bits, the lowest first.
     pub bits: Vec<Lit>,
     /// How they are a number.
@@ -59,6 +65,18 @@ impl Variable {
             Form::Signed => number.wrapping_shl(spare).wrapping_shr(spare),
         }
     }
+}
+
+/// Something that the machine sees of a program, or that survives power-off.
+#[derive(Clone, Debug)]
+pub struct Observed {
+    /// Its name.
+    pub name: String,
+    /// Whether it is kept while the power is off, rather than seen by the machine.
+    pub is_retained: bool,
+    /// Its bits: what each is called in all programs of the control, where it lies in the image, and its literal at the end of
+    /// a tick.
+    pub bits: Vec<(String, (u32, u8), Lit)>,
 }
 
 /// A time that is abstracted: what goes down to 0 by itself goes down by any amount in a tick.
@@ -98,8 +116,14 @@ pub struct System {
     pub memory: Memory,
     /// Whether the program was still running at the beginning of the tick.
     pub running: Lit,
+    /// Whether the program is stopped in this tick.
+    pub stops: Lit,
     /// The times that are abstracted.
     pub elapses: Vec<Elapse>,
+    /// What is seen of the program.
+    pub observed: Vec<Observed>,
+    /// Latches that are known to be always the same as others, by their nodes.
+    pub same: FxHashMap<u32, Lit>,
 }
 
 impl System {
@@ -126,6 +150,7 @@ pub(crate) struct Maker {
     pub(crate) inputs: Vec<Variable>,
     pub(crate) retained: Vec<Variable>,
     pub(crate) elapses: Vec<Elapse>,
+    pub(crate) observed: Vec<Observed>,
 }
 
 impl Maker {
@@ -169,16 +194,30 @@ impl Maker {
     /// A variable that comes from outside in each tick.
     pub(crate) fn input(&mut self, name: String, width: usize, form: Form) -> Vec<Lit> {
         let bits = self.builder.graph.inputs(width);
-        self.inputs.push(Variable { name, bits: bits.clone(), form, is_pulse: false });
+        let key = name.clone();
+        self.inputs.push(Variable { name, key, bits: bits.clone(), form, is_pulse: false });
         bits
     }
 
     /// The system, whose image is `memory` at the end of a tick.
-    pub(crate) fn finish(mut self, memory: Memory, running: Lit) -> System {
+    pub(crate) fn finish(mut self, memory: Memory, running: Lit, goes_on: Lit) -> System {
         for (index, offset, bit) in std::mem::take(&mut self.image_bits) {
             self.next(index, memory.bit(offset as usize, bit));
         }
-        let Self { builder, latches, inputs, retained, elapses, .. } = self;
-        System { builder, latches, inputs, retained, memory, running, elapses }
+        let Self { mut builder, latches, inputs, retained, elapses, observed, .. } = self;
+        let stops = builder.graph.and(running, !goes_on);
+        let same = FxHashMap::default();
+        System {
+            builder,
+            latches,
+            inputs,
+            retained,
+            memory,
+            running,
+            stops,
+            elapses,
+            observed,
+            same,
+        }
     }
 }

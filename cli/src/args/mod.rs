@@ -52,6 +52,7 @@ Exit status:
   2    wrong usage, or a file that can't be read or written or is not valid
   3    the program was stopped by a run-time fault
   4    an internal error of plcc; please report it
+  5    prove, or diff --prove, could not decide
   130  Ctrl-C or SIGTERM; all outputs are written";
 
 /// Native code for the PLC programs of machine tools: PMI, NCT and PMAC.
@@ -228,9 +229,13 @@ Examples:
   plcc diff lathe-1996.pmi lathe.pmi
   plcc diff lathe.plcx lathe.pmi            does the artifact hold what is on file?
   plcc diff old.pmc new.pmc --html diff.html
+  plcc diff lathe-1996.pmi lathe.pmi --prove
 
-Exit status: 0 both mean the same; 1 a statement differs, or a source has errors; 2 wrong usage, or a file that can't \
-be read.")]
+With --prove it lists no statements, but decides for each output and each retained variable whether it can differ, whatever the \
+inputs are. Where it can, a stimulus with which both versions have been run shows it (STEM-differs-1.csv and so on).
+
+Exit status: 0 both mean the same; 1 a statement or an output differs, or a source has errors; 2 wrong usage, or a file that can't \
+be read; 5 with --prove nothing was found to differ, but something could not be decided.")]
     Diff(DiffArgs),
 
     /// Serves an editor while a program is written: Language Server Protocol on standard input and output

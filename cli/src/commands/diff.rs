@@ -1,6 +1,7 @@
 //! `plcc diff`: which statements of two versions of a program differ in meaning, and what depends on them.
 
 mod page;
+mod proof;
 mod text;
 
 use std::collections::BTreeMap;
@@ -34,6 +35,9 @@ struct Side {
 }
 
 pub(crate) fn diff(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
+    if args.prove {
+        return proof::prove(args, report);
+    }
     let (Some(old), Some(new)) =
         (Side::read(&args.old, args, report)?, Side::read(&args.new, args, report)?)
     else {

@@ -1,31 +1,25 @@
 //! `plcc prove`: whether conditions hold in every scan, for all inputs.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use plcc_abi::{Engine, Program, Tables};
-use plcc_control::ControlArgs;
 use plcc_diag::{Diagnostic, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
-use plcc_frontend::common::Lowered;
 use plcc_plctest::{Plan, parse};
-use plcc_prove::control::{Settings, Source};
-use plcc_prove::{Answer, Question, Station, Subject};
-use plcc_runtime::Executive;
+use plcc_prove::{Answer, Question};
 use serde_json::{Value, json};
 
 use crate::args::{FormatArg, ProveArgs};
-use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::input::{Input, SourceSettings};
 use crate::output;
+use crate::proof::{Bench, stimulus_file};
 use crate::report::{Destination, Report};
 
 /// The exit status if something is refuted or differs.
-const REFUTED: u8 = 1;
+pub(crate) const REFUTED: u8 = 1;
 
 /// The exit status if something could not be decided, and nothing is refuted.
-const UNDECIDED: u8 = 5;
+pub(crate) const UNDECIDED: u8 = 5;
 
 pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     if args.never.is_empty() && args.always.is_empty() && args.script.is_empty() {
@@ -44,7 +38,7 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     let bench = Bench::new(checked, &args.control, &settings, args.retained_as_declared)?;
     let mut questions = vec![];
     for (sources, found) in scripts(args)? {
-        match bench.questions(&sources, found) {
+        match questions_of(&bench, &sources, found) {
             Ok(found) => questions.extend(found),
             Err(mistakes) => {
                 report.show(&sources, &mistakes, to)?;
@@ -57,7 +51,10 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
         let answer = bench.subject().answer(question, args.timeout).map_err(Failure::usage)?;
         status.note(&answer);
         let stimulus = match &answer {
-            Answer::Refuted { stimulus, .. } => Some(write(args, status.refuted, stimulus)?),
+            Answer::Refuted { stimulus, .. } => {
+                let name = format!("refuted-{}", status.refuted);
+                Some(stimulus_file(args.files.first(), args.out.as_deref(), &name, stimulus)?)
+            }
             _ => None,
         };
         show(args.source.message_format, question, &answer, stimulus.as_deref())?;
@@ -90,108 +87,25 @@ impl Status {
     }
 }
 
-/// A program about which questions are asked.
-struct Bench {
-    checked: Checked,
-    lowered: Lowered,
-    image: Vec<u8>,
-    settings: Settings,
-    control: ControlArgs,
-    machine: Option<plcc_frontend::common::Machine>,
-    names: std::sync::Arc<dyn plcc_runtime::Names>,
-}
-
-impl Bench {
-    fn new(
-        checked: Checked,
-        control: &ControlArgs,
-        source: &SourceSettings,
-        as_declared: bool,
-    ) -> Result<Self, Failure> {
-        let lowered = checked.lower()?;
-        let machine = source.machine_file().cloned();
-        let made = executive(&lowered.program, control, machine.as_ref());
-        let made = made.map_err(Failure::usage)?;
-        let settings = settings(&lowered.program, control, machine.as_ref(), as_declared);
-        let (image, names) = (made.image().to_vec(), made.names());
-        let control = control.clone();
-        Ok(Self { checked, lowered, image, settings, control, machine, names })
+/// The questions of a script, or what is wrong with it.
+fn questions_of(
+    bench: &Bench,
+    sources: &SourceMap,
+    file: plcc_diag::FileId,
+) -> Result<Vec<Question>, Vec<Diagnostic>> {
+    let (script, mistakes) = parse(sources, file);
+    if !mistakes.is_empty() {
+        return Err(mistakes);
     }
-
-    fn subject(&self) -> Subject<'_> {
-        let source = Source {
-            program: &self.lowered.program,
-            module: &self.lowered.module,
-            returns: self.lowered.return_stack,
-            image: &self.image,
-            settings: self.settings,
-        };
-        let checked = self.checked.program();
-        Subject { checked, source, names: &*self.names, station: self }
-    }
-
-    /// The questions of a script, or what is wrong with it.
-    fn questions(
-        &self,
-        sources: &SourceMap,
-        file: plcc_diag::FileId,
-    ) -> Result<Vec<Question>, Vec<Diagnostic>> {
-        let (script, mistakes) = parse(sources, file);
-        if !mistakes.is_empty() {
-            return Err(mistakes);
-        }
-        let text = |span: Span| sources.slice(span);
-        let (checked, program) = (self.checked.program(), &self.lowered.program);
-        let plan = Plan::new(&script, &text, checked, program, &*self.names)?;
-        let question = |it: plcc_plctest::Invariant| Question {
-            text: it.text.trim().to_owned(),
-            conditions: it.conditions,
-            holds: it.holds,
-        };
-        Ok(plan.invariants.into_iter().map(question).collect())
-    }
-}
-
-fn executive(
-    program: &Program,
-    control: &ControlArgs,
-    machine: Option<&plcc_frontend::common::Machine>,
-) -> Result<Box<dyn Executive + Send>, String> {
-    plcc_control::executive(program, control, false, machine).map_err(|error| error.to_string())
-}
-
-impl Station for Bench {
-    #[allow(clippy::expect_used, reason = "the same was made when the bench was")]
-    fn executive(&self) -> Box<dyn Executive> {
-        executive(&self.lowered.program, &self.control, self.machine.as_ref())
-            .expect("a control was made before")
-    }
-
-    fn engine(&self) -> Box<dyn Engine> {
-        self.checked.interpreter()
-    }
-}
-
-/// The settings of a control that decide what it does in a tick.
-fn settings(
-    program: &Program,
-    control: &ControlArgs,
-    machine: Option<&plcc_frontend::common::Machine>,
-    as_declared: bool,
-) -> Settings {
-    let period = control.pmi.period.map_or(20_000_000, |period| period.as_nanos() as u64);
-    let nct = match (&program.tables, machine) {
-        (_, Some(machine)) => machine.nct.clone(),
-        (Tables::Nct(tables), None) => tables.settings.clone(),
-        _ => Default::default(),
+    let text = |span: Span| sources.slice(span);
+    let (checked, program) = (bench.checked.program(), &bench.lowered.program);
+    let plan = Plan::new(&script, &text, checked, program, &*bench.names)?;
+    let question = |it: plcc_plctest::Invariant| Question {
+        text: it.text.trim().to_owned(),
+        conditions: it.conditions,
+        holds: it.holds,
     };
-    Settings {
-        period_ns: period,
-        level2_ms: control.nct.control.unwrap_or(nct.control).period_ms(),
-        boards: nct.boards.unwrap_or(4).min(4),
-        level0_safepoints: control.nct.level0_safepoints.unwrap_or(10_000).max(1),
-        as_declared,
-    }
+    Ok(plan.invariants.into_iter().map(question).collect())
 }
 
 /// The scripts with the questions: those that are named, and one of the conditions on the command line.
@@ -216,19 +130,6 @@ fn scripts(args: &ProveArgs) -> Result<Vec<(SourceMap, plcc_diag::FileId)>, Fail
     Ok(all)
 }
 
-/// Writes a stimulus to a file of its own.
-fn write(args: &ProveArgs, number: usize, stimulus: &str) -> Result<PathBuf, Failure> {
-    let folder = args.out.as_deref().unwrap_or(Path::new(""));
-    let first = args.files.first().and_then(|path| path.file_stem());
-    let stem = first.map_or("program".into(), |stem| stem.to_string_lossy());
-    let path = folder.join(format!("{stem}-refuted-{number}.csv"));
-    if args.out.is_some() {
-        fs::create_dir_all(folder).map_err(|error| Failure::file(folder, error))?;
-    }
-    fs::write(&path, stimulus).map_err(|error| Failure::file(&path, error))?;
-    Ok(path)
-}
-
 /// Prints an answer.
 fn show(
     format: FormatArg,
@@ -243,7 +144,7 @@ fn show(
     output::print(text.as_bytes())
 }
 
-fn place_of(reason: &plcc_prove::Reason) -> String {
+pub(crate) fn place_of(reason: &plcc_prove::Reason) -> String {
     match &reason.place {
         Some((file, line)) => format!("{file}:{line} {}", reason.text),
         None => reason.text.clone(),

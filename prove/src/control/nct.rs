@@ -14,7 +14,7 @@ use super::Source;
 use super::writes::Writes;
 use crate::logic::{FALSE, Lit, Memory, TRUE};
 use crate::scan::Code;
-use crate::system::{First, Form, Maker, System, Variable};
+use crate::system::{First, Form, Maker, Observed, System, Variable};
 
 /// Safepoints that :001 and :002 may pass.
 const MAX_SAFEPOINTS: u32 = 1_000_000;
@@ -86,7 +86,8 @@ pub(super) fn system(source: &Source<'_>, tables: &NctTables, code: &Code<'_>) -
         maker.next_all(latches, op);
     }
     maker.next_all(&level0.0, &level0_next);
-    maker.finish(memory, running)
+    observe(tables, &mut maker, &memory);
+    maker.finish(memory, running, goes_on)
 }
 
 /// The bytes of a region.
@@ -161,7 +162,8 @@ impl Slice<'_> {
                 let name = NctName::F { byte: byte as u16, bit: Some(bit) }.to_string();
                 let bits = vec![bit_of(&self.memory, location, bit)];
                 let form = Form::Unsigned;
-                self.maker.retained.push(Variable { name, bits, form, is_pulse: false });
+                let key = name.clone();
+                self.maker.retained.push(Variable { name, key, bits, form, is_pulse: false });
             }
         }
     }
@@ -387,6 +389,35 @@ impl Slice<'_> {
                 let value = bit_of(&self.memory, location, bit);
                 self.memory.set_bit(lines + byte, bit, value);
             }
+        }
+    }
+}
+
+/// Notes what is seen of the program: its outputs and flags to the NC, and what survives power-off.
+fn observe(tables: &NctTables, maker: &mut Maker, memory: &Memory) {
+    let latches: std::collections::BTreeSet<Lit> =
+        maker.latches.iter().map(|latch| latch.lit).collect();
+    let outputs = tables.outputs.iter().enumerate().map(|it| (it, false));
+    let kept = tables.flags.iter().enumerate().skip(RETAINED_FROM).map(|it| (it, true));
+    for ((byte, location), is_retained) in outputs.chain(kept) {
+        for bit in 0..8 {
+            let name = match is_retained {
+                false => NctName::Y { byte: byte as u8, bit: Some(bit) },
+                true => NctName::F { byte: byte as u16, bit: Some(bit) },
+            };
+            let name = name.to_string();
+            let lit = bit_of(memory, location, bit);
+            // What the program does not write says nothing.
+            let is_kept = latches.contains(&lit);
+            if lit == FALSE || is_retained && is_kept {
+                continue;
+            }
+            let place = match location.unpacked {
+                true => (location.offset + u32::from(bit), 0),
+                false => (location.offset, bit),
+            };
+            let bits = vec![(name.clone(), place, lit)];
+            maker.observed.push(Observed { name, is_retained, bits });
         }
     }
 }

@@ -8,7 +8,7 @@ use super::Source;
 use super::writes::Writes;
 use crate::logic::{FALSE, Lit, Memory, TRUE};
 use crate::scan::{Code, Reason};
-use crate::system::{Elapse, First, Form, Maker, System, Time, Variable};
+use crate::system::{Elapse, First, Form, Maker, Observed, System, Time, Variable};
 
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
@@ -84,7 +84,8 @@ pub(super) fn system(
         let latch = counter.value.0.first().and_then(|&index| maker.latches.get(index));
         elapse.runs_on = latch.map_or(FALSE, |latch| latch.next);
     }
-    maker.finish(end, running)
+    observe(source, tables, &writes, &from_outside, &mut maker, &end);
+    maker.finish(end, running, goes_on)
 }
 
 fn byte_of(bit: Lit) -> [Lit; 8] {
@@ -164,7 +165,8 @@ fn keep(
                 None => symbol.name.clone(),
             };
             let form = if symbol.ty == Type::Logical { Form::Unsigned } else { Form::Signed };
-            maker.retained.push(Variable { name, bits, form, is_pulse: false });
+            let key = name.clone();
+            maker.retained.push(Variable { name, key, bits, form, is_pulse: false });
         }
     }
     let counters = tables.timers.iter().map(|&timer| {
@@ -230,6 +232,9 @@ fn inputs(tables: &PmiTables, from_outside: &[&Symbol], maker: &mut Maker, memor
                 _ => format!("PORT{}.{bit}", lines.port),
             };
             let lit = maker.input(name, 1, Form::Unsigned);
+            if let Some(input) = maker.inputs.last_mut() {
+                input.key = format!("PORT{}.{bit}", lines.port);
+            }
             let offset = (tables.ports + u32::from(lines.port)) as usize;
             memory.set_bit(offset, bit, lit.first().copied().unwrap_or(FALSE));
         }
@@ -346,4 +351,44 @@ fn encode(lines: Lines, symbol: &Symbol, maker: &mut Maker, memory: &Memory) -> 
             ones.into_iter().take(4).chain(tens.into_iter().take(4)).collect()
         }
     }
+}
+
+/// Notes what is seen of the program: the lines of its outputs, the variables that it gives to the control, and what survives
+/// power-off.
+fn observe(
+    source: &Source<'_>,
+    tables: &PmiTables,
+    writes: &Writes,
+    from_outside: &[&Symbol],
+    maker: &mut Maker,
+    memory: &Memory,
+) {
+    for symbol in &tables.symbols {
+        let mut bits = vec![];
+        if let Role::Output(lines) = symbol.role {
+            let offset = tables.ports + u32::from(lines.port);
+            for bit in lines.low..(lines.low + lines.count).min(8) {
+                let key = format!("PORT{}.{bit}", lines.port);
+                bits.push((key, (offset, bit), memory.bit(offset as usize, bit)));
+            }
+        } else {
+            let is_given = symbol.role == Role::Variable
+                && symbol.name.starts_with('@')
+                && writes.any(bytes(symbol))
+                && (symbol.retained || !from_outside.iter().any(|it| it.offset == symbol.offset));
+            if !is_given {
+                continue;
+            }
+            let logical = symbol.ty == Type::Logical;
+            for (number, offset) in bytes(symbol).enumerate() {
+                for bit in 0..if logical { 1 } else { 8 } {
+                    let key = format!("{}.{number}.{bit}", symbol.name);
+                    bits.push((key, (offset, bit), memory.bit(offset as usize, bit)));
+                }
+            }
+        }
+        let is_retained = symbol.retained;
+        maker.observed.push(Observed { name: symbol.name.clone(), is_retained, bits });
+    }
+    debug_assert!(source.image.len() >= tables.ports as usize, "the ports are in the image");
 }

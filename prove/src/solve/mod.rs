@@ -1,10 +1,12 @@
 //! Decides conditions about a system of states.
 
+mod correspondence;
 mod induction;
 mod reachability;
 mod sat;
 mod unroll;
 
+pub use correspondence::correspond;
 pub use induction::{Found, search};
 pub use reachability::invariant;
 pub use sat::{Answer, Deadline, Sat};

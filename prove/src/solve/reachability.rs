@@ -27,13 +27,38 @@ const MOST_QUESTIONS: usize = 4_000;
 struct OutOfTime;
 
 /// Looks for an invariant that excludes `bad`. It finds no runs: [`Found::Open`] says that it has found nothing.
+///
+/// Of several things that must not be, each is excluded by itself, since it depends on fewer bits.
 pub fn invariant(system: &System, bad: Lit, deadline: Deadline) -> Found {
-    let mut search = Search::new(system, bad, deadline);
-    match search.run() {
-        Ok(true) => Found::Never(search.frames.len()),
-        Ok(false) | Err(OutOfTime) => Found::Open(0),
+    let mut most = 0;
+    for bad in alternatives(system, bad) {
+        let mut search = Search::new(system, bad, deadline);
+        match search.run() {
+            Ok(true) => most = most.max(search.frames.len()),
+            Ok(false) | Err(OutOfTime) => return Found::Open(0),
+        }
     }
+    Found::Never(most)
 }
+
+/// The literals of which at least one is true where a literal is.
+fn alternatives(system: &System, lit: Lit) -> Vec<Lit> {
+    let (mut open, mut found) = (vec![lit], vec![]);
+    while let Some(lit) = open.pop() {
+        match system.builder.graph.node(lit.node()) {
+            Node::And(a, b) if lit.is_complement() && found.len() < MOST_ALTERNATIVES => {
+                open.extend([!a, !b]);
+            }
+            _ => found.push(lit),
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// Into how many parts a question is split.
+const MOST_ALTERNATIVES: usize = 256;
 
 /// A solver with one tick of the system.
 struct Step<'s> {
@@ -129,7 +154,7 @@ struct Search<'s> {
 }
 
 /// The latches and inputs on which a literal depends, now or in a later tick.
-fn cone(system: &System, lit: Lit) -> (Vec<u32>, Vec<Lit>) {
+pub(super) fn cone(system: &System, lit: Lit) -> (Vec<u32>, Vec<Lit>) {
     let index_of: rustc_hash::FxHashMap<u32, u32> =
         system.latches.iter().zip(0..).map(|(latch, index)| (latch.lit.node(), index)).collect();
     let mut seen: FxHashSet<u32> = FxHashSet::default();
@@ -142,6 +167,9 @@ fn cone(system: &System, lit: Lit) -> (Vec<u32>, Vec<Lit>) {
         match system.builder.graph.node(node) {
             Node::False => {}
             Node::And(a, b) => open.extend([a.node(), b.node()]),
+            Node::Input if system.same.contains_key(&node) => {
+                open.extend(system.same.get(&node).map(|lit| lit.node()));
+            }
             Node::Input => match index_of.get(&node) {
                 Some(&index) => {
                     latches.push(index);

@@ -92,6 +92,16 @@ impl<'s> Unrolling<'s> {
                         None
                     }
                 },
+                Node::Input if system.same.contains_key(&node) => {
+                    let same = system.same.get(&node).copied().unwrap_or(crate::logic::FALSE);
+                    match self.get(tick, same.node()) {
+                        Some(lit) => Some(lit.complement_if(same.is_complement())),
+                        None => {
+                            open.push((tick, same.node()));
+                            None
+                        }
+                    }
+                }
                 Node::Input => {
                     let latch = self.latches.get(&node).and_then(|&at| system.latches.get(at));
                     match (latch, tick.checked_sub(1)) {
@@ -102,10 +112,17 @@ impl<'s> Unrolling<'s> {
                                 None
                             }
                         },
-                        (Some(latch), None) => Some(match (self.start, latch.first) {
-                            (Start::PowerUp, First::Constant(value)) => Lit::constant(value),
-                            _ => self.graph.input(),
-                        }),
+                        (Some(latch), None) => match (self.start, latch.first) {
+                            (Start::PowerUp, First::Constant(value)) => Some(Lit::constant(value)),
+                            (Start::PowerUp, First::As(other)) => match self.get(0, other.node()) {
+                                Some(lit) => Some(lit.complement_if(other.is_complement())),
+                                None => {
+                                    open.push((0, other.node()));
+                                    None
+                                }
+                            },
+                            _ => Some(self.graph.input()),
+                        },
                         (None, _) => Some(self.graph.input()),
                     }
                 }
@@ -171,6 +188,17 @@ impl<'s> Unrolling<'s> {
             Some(&it) => it,
             None => self.sat.variable(),
         }
+    }
+
+    /// Whether two literals of the system can differ in a tick.
+    pub fn can_differ(&mut self, tick: usize, a: Lit, b: Lit) -> Answer {
+        let (a, b) = (self.at(tick, a), self.at(tick, b));
+        let differ = self.graph.xor(a, b);
+        if differ == crate::logic::FALSE {
+            return Answer::No;
+        }
+        let differ = self.tell(differ);
+        self.sat.solve(&[differ])
     }
 
     /// The solver's literal of what a literal of the system is in a tick.

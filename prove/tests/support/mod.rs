@@ -17,6 +17,12 @@ use plcc_runtime::nct::{NctExecutive, NctOptions};
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 use plcc_runtime::{Executive, Purpose, Setting, VariableKey};
 
+/// The seeds of the programs of a test: `PLCC_SEEDS` of them, or else as many as it takes by itself.
+pub(crate) fn seeds(usual: u64) -> std::ops::Range<u64> {
+    let asked = std::env::var("PLCC_SEEDS").ok().and_then(|text| text.parse().ok());
+    0..asked.unwrap_or(usual)
+}
+
 /// A program, ready to be run and asked about.
 pub(crate) struct Bench {
     pub(crate) text: String,
@@ -27,17 +33,22 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(dialect: Dialect, text: &str) -> Self {
+        Self::try_new(dialect, text).unwrap_or_else(|| panic!("{text}"))
+    }
+
+    /// A program; `None` where it has errors.
+    pub(crate) fn try_new(dialect: Dialect, text: &str) -> Option<Self> {
         let mut sources = SourceMap::new();
         let file = sources.add("p", text.as_bytes());
         let options = Options::default();
         let (checked, found) =
             language(dialect).check(&mut sources, &[file], &MemoryLoader::new(), &options);
-        let wrong: Vec<_> = found.iter().filter(|it| it.is_error()).collect();
-        let checked = checked.unwrap_or_else(|| panic!("{text}\n{wrong:?}"));
+        found.iter().filter(|it| it.is_error()).for_each(|it| eprintln!("{it:?}"));
+        let checked = checked?;
         let lowered = checked.lower().unwrap();
         let mut this = Self { text: text.into(), checked, lowered, image: vec![] };
         this.image = this.executive().image().to_vec();
-        this
+        Some(this)
     }
 
     pub(crate) fn source(&self) -> Source<'_> {
@@ -102,7 +113,6 @@ impl Bench {
         let mut engine = self.engine();
         let mut seen: HashSet<Vec<u8>> = HashSet::new();
         let mut open = VecDeque::from([(executive.checkpoint(), 0_u64)]);
-        let masked = masked(executive.as_ref());
         while let Some((state, tick)) = open.pop_front() {
             for choice in 0..1_u32 << keys.len() {
                 executive.resume(&state).unwrap();
@@ -123,12 +133,8 @@ impl Bench {
                 let mut state = vec![];
                 executive.state_into(&mut state);
                 // The number of the tick is no part of the state after the first one.
-                let number = (tick + 1).to_le_bytes();
-                let own = tick_at(&state, tick + 1, number);
+                let own = without_tick(&state, tick + 1);
                 let mut key: Vec<u8> = executive.image().to_vec();
-                for range in &masked {
-                    key[range.start as usize..range.end as usize].fill(0);
-                }
                 key.extend(own);
                 if seen.insert(key) {
                     if seen.len() > most {
@@ -142,20 +148,97 @@ impl Bench {
     }
 }
 
-/// The parts of the image that say nothing about later ticks: lines of inputs, which are given anew in each.
-fn masked(executive: &dyn Executive) -> Vec<std::ops::Range<u32>> {
-    let _ = executive;
-    vec![]
-}
-
 /// A state without the number of the tick, with which it begins.
-fn tick_at(state: &[u8], tick: u64, _: [u8; 8]) -> Vec<u8> {
+fn without_tick(state: &[u8], tick: u64) -> Vec<u8> {
     // A number is written in groups of seven bits.
     let mut length = 1;
     while tick >> (7 * length) != 0 {
         length += 1;
     }
     state[length..].to_vec()
+}
+
+/// A copy of a program of PMI with one operator, contact or constant changed.
+pub(crate) fn changed(rng: &mut Rng, text: &str) -> String {
+    let begin = text.find("$END").unwrap() + 5;
+    let bytes = text.as_bytes();
+    loop {
+        let at = rng.usize(begin..text.len() - 40);
+        let before = &text[..at];
+        let after = &text[at + 1..];
+        let line = before.rfind('\n').map_or(0, |it| it + 1);
+        let is_right = text[line..at].contains('=') || text[line..at].contains('(');
+        let with = match bytes[at] {
+            b'&' => "!",
+            b'!' => "&",
+            b'<' => ">",
+            b'A' | b'B' | b'C' if is_right && bytes[at - 1] == b' ' || bytes[at - 1] == b'/' => {
+                ["A", "B", "C", "L1"][rng.usize(..4)]
+            }
+            b'1'..=b'4' if is_right && bytes[at - 1] == b' ' => {
+                ["1", "2", "3", "4"][rng.usize(..4)]
+            }
+            b'/' if is_right && bytes[at - 1] != b' ' => "",
+            _ => continue,
+        };
+        let changed = format!("{before}{with}{after}");
+        if changed != text {
+            return changed;
+        }
+    }
+}
+
+/// Searches all states of two programs with the same inputs for a difference of one of their outputs; `None` where there
+/// are too many states.
+pub(crate) fn first_difference(
+    old: &Bench,
+    new: &Bench,
+    inputs: &[&str],
+    output: &str,
+    most: usize,
+) -> Option<Option<u64>> {
+    let benches = [old, new];
+    let keys = benches.map(|bench| bench.keys(inputs));
+    let outputs = benches.map(|bench| bench.keys(&[output])[0]);
+    let mut executives = benches.map(|bench| bench.executive());
+    let mut engines = benches.map(|bench| bench.engine());
+    let mut seen: HashSet<Vec<u8>> = HashSet::new();
+    let begin = [executives[0].checkpoint(), executives[1].checkpoint()];
+    let mut open = VecDeque::from([(begin, 0_u64)]);
+    while let Some((states, tick)) = open.pop_front() {
+        for choice in 0..1_u32 << inputs.len() {
+            let mut stopped = [false; 2];
+            let mut key = vec![];
+            for side in 0..2 {
+                let executive = &mut executives[side];
+                executive.resume(&states[side]).unwrap();
+                for (bit, &key) in keys[side].iter().enumerate() {
+                    executive.write(key, Setting::Int((choice >> bit & 1).into()));
+                }
+                stopped[side] = executive.tick(engines[side].as_mut(), &mut vec![]).is_err();
+                let mut state = vec![];
+                executive.state_into(&mut state);
+                key.extend_from_slice(executive.image());
+                key.extend(without_tick(&state, tick + 1));
+            }
+            let values = [0, 1].map(|side| executives[side].read(outputs[side]));
+            // After a stop the lines of outputs are off, whatever the variables are.
+            if stopped[0] != stopped[1] || !stopped[0] && values[0] != values[1] {
+                return Some(Some(tick));
+            }
+            if stopped[0] {
+                continue;
+            }
+            if seen.insert(key) {
+                if seen.len() > most {
+                    return None;
+                }
+                let states = [executives[0].checkpoint(), executives[1].checkpoint()];
+                open.push_back((states, tick + 1));
+            }
+        }
+    }
+    Some(None)
 }
 
 impl Station for Bench {
