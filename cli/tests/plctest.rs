@@ -599,3 +599,23 @@ fn broken_feedbacks_are_told_or_not() {
     folder.write("clamp.plctest", CLAMP_TESTS.replace("simulate\n", "").replace("wait", "# wait"));
     folder.plcc("test clamp.plctest --broken").exits(2).says(&["simulate", "[[simulator.device]]"]);
 }
+
+#[test]
+fn the_record_of_a_simulated_machine_is_run_again() {
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/desk");
+    for (program, goal) in
+        [("turret.pmi", "@MXRDY & /@MXRDY"), ("changer.nct", "I540=9"), ("router.pmc", "P4095=77")]
+    {
+        let goal = if program.ends_with("nct") { "I540 & /I540" } else { goal };
+        let script = format!(
+            "program \"{examples}/{program}\"\nsimulate\ntest \"it\"\nrun 20 ticks\nexpect {goal}\nend\n"
+        );
+        let folder = Folder::with(&[("a.plctest", &script)]);
+        let done = folder.plcc("test a.plctest --records kept --message-format json");
+        assert_eq!((done.status, done.stderr.as_str()), (1, ""), "{program}: {}", done.stdout);
+        let lines = done.json();
+        let record = lines[0]["failure"]["record"].as_str().unwrap();
+        assert!(lines[0]["failure"]["why"].is_string(), "{program}: {}", lines[0]);
+        folder.plcc(&format!("replay {record}")).exits(0);
+    }
+}

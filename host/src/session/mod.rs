@@ -51,7 +51,7 @@ use record::{IdleCheckpoints, Record};
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
-pub use simulated::simulated_executive;
+pub use simulated::{simulated_executive, with_simulation};
 
 /// Runs a program as the options say, with messages on standard error, and gives the exit status.
 ///
@@ -124,7 +124,7 @@ fn session(
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
     let _open_until_the_plot_is_written = args.plot.as_deref().map(check_writable).transpose()?;
     args.retain.as_deref().map_or(Ok(()), check_retained)?;
-    let args = &simulated::with_simulation(program, args, machine)?;
+    let args = &with_simulation(program, args, machine)?;
     let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
     let mut to = Destinations::standard(log);
     if args.realtime && io::stderr().is_terminal() {

@@ -12,18 +12,19 @@ use crate::args::RunArgs;
 use crate::journal::Journal;
 use crate::simulation::{Simulated, Simulation};
 
-/// The options with what the simulator is made from, where something is simulated.
+/// The options with what the simulator is made from, where something is simulated. Options that have it already are not read
+/// again.
 ///
 /// # Errors
 /// When the part program can't be read.
-pub(super) fn with_simulation(
+pub fn with_simulation(
     program: &Program,
     args: &RunArgs,
     machine: Option<&Machine>,
 ) -> Result<RunArgs, SessionError> {
     let mut args = args.clone();
     args.control = with_motors(program, &args.control, args.simulate, machine);
-    if args.simulate {
+    if args.simulate && args.simulation.is_none() {
         let machine = args.machine_path.as_deref().zip(machine);
         let read = Simulation::read(machine, args.part_program.as_deref());
         args.simulation = Some(Arc::new(read.map_err(SessionError)?));

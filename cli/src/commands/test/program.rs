@@ -79,6 +79,9 @@ impl TestProgram {
         let machine_path = settings.machine.clone();
         let control = args.control.clone();
         let run = RunArgs { control, machine_path, simulate, ..RunArgs::default() };
+        // Records of its tests have it too.
+        let run = session::with_simulation(&tables, &run, settings.machine_file());
+        let run = run.map_err(|error| Failure::usage(error.to_string()))?;
         let program = Self { checked, sources, tables, settings, named_files, run, made };
         // What is wrong with the table of the simulator is told before anything runs.
         program.made().map_err(Failure::usage)?;
