@@ -69,7 +69,7 @@ fn mistakes_are_told_with_their_lines() {
     assert!(wrong[1].1.contains("`one` is not a number"), "{wrong:?}");
     assert!(read_table("$date\n").unwrap_err()[0].1.contains("the header"));
     assert!(
-        read_table("tick,name,value\n3,A,1\n2,A,0\n").unwrap_err()[0].1.contains("stands after")
+        read_table("tick,name,value\n3,A,1\n2,A,0\n").unwrap_err()[0].1.contains("comes after")
     );
     let many = format!("tick,name,value\n{}", "?\n".repeat(100));
     let wrong = read_table(&many).unwrap_err();

@@ -94,7 +94,7 @@ fn a_damaged_copy_is_told_and_the_file_is_used() {
     let (file, copy) = (folder.file(), folder.copy());
     store(&file, &[7; 40]).unwrap();
     let good = fs::read(&copy).unwrap();
-    for (bytes, word) in [(&good[..9], "cut short"), (&b"nonsense"[..], "no retained file")] {
+    for (bytes, word) in [(&good[..9], "cut short"), (&b"nonsense"[..], "not a retained file")] {
         fs::write(&copy, bytes).unwrap();
         let found = load(&file).unwrap().unwrap();
         assert_eq!(found.payload, [7; 40]);

@@ -17,7 +17,7 @@ use crate::{Refusal, Reply};
 const WARNING: &str = "Overriding inputs and outputs can be dangerous for people and for the machine. \
 Normally the program checks for dangerous conditions (limit switches, doors, interlocks). These checks \
 are completely bypassed by an override. An override stays when the monitor ends, until it is cleared or \
-the control is started anew.";
+the control is restarted.";
 
 /// What is known of inputs and outputs.
 #[derive(Debug, Default)]
