@@ -56,9 +56,9 @@ impl RetainedTrouble {
 pub(super) struct BufferSize(Arc<AtomicUsize>);
 
 impl BufferSize {
-    /// The size for a state that has so many bytes now.
+    /// The size for a state of this many bytes. A PMAC that nothing has saved yet has none, and more later.
     fn of(state: usize) -> usize {
-        state.saturating_mul(2).max(4096)
+        state.saturating_mul(2).max(1 << 16)
     }
 
     /// Has room made for what an executive keeps. It is called before that one runs.
@@ -302,7 +302,10 @@ impl Writer {
         if size > self.made && self.used.slots() > BUFFERS {
             self.made = size;
             for _ in 0..BUFFERS {
-                let _ = self.used.push(Vec::with_capacity(size));
+                // Its pages are written to here, so that no tick is the first that does it.
+                let mut buffer = vec![u8::MAX; size];
+                buffer.clear();
+                let _ = self.used.push(buffer);
             }
         }
     }
