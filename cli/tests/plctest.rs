@@ -605,7 +605,7 @@ fn the_record_of_a_simulated_machine_is_run_again() {
     let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/desk");
     for (program, goal) in [
         ("turret.pmi", "@MXRDY & /@MXRDY"),
-        ("changer.nct", "I540 A NI540"),
+        ("changer.nct", "I540, NI540"),
         ("router.pmc", "P4095=77"),
     ] {
         let script = format!(
