@@ -606,7 +606,7 @@ fn the_record_of_a_simulated_machine_is_run_again() {
     for (program, goal) in [
         ("turret.pmi", "@MXRDY & /@MXRDY"),
         ("changer.nct", "I540, NI540"),
-        ("router.pmc", "P4095=77"),
+        ("router.pmc", "P1023=77"),
     ] {
         let script = format!(
             "program \"{examples}/{program}\"\nsimulate\ntest \"it\"\nrun 20 ticks\nexpect {goal}\nend\n"

@@ -16,7 +16,7 @@ pub use nct::NctArgs;
 pub use pmac::PmacArgs;
 pub use pmi::PmiArgs;
 
-/// The settings of the control; part of [`RunArgs`](plcc_host::args::RunArgs), and of other commands that execute programs.
+/// The settings of the control: a part of the options of `plcc run` and `plcrt`, and of other commands that execute programs.
 /// Each language has its own options.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 #[command(next_help_heading = "Control")]
