@@ -136,3 +136,13 @@ fn two_versions_are_proved_the_same_or_told_apart() {
     let done = folder.plcc("diff valves.pmi valves.pmi --prove").exits(0);
     assert_eq!(done.stdout, "same       LAMP\nsame       X\nsame       Y\n");
 }
+
+#[test]
+fn a_language_that_is_not_followed_is_undecided() {
+    let folder = Folder::with(&[("a.pmc", "M1->Y:$FFC2,8\nI5=2\nOPEN PLC 1 CLEAR\nM1=1\nCLOSE\n")]);
+    let done = folder.plcc("prove a.pmc --never M1=1").exits(5);
+    assert_eq!(
+        done.stdout,
+        "undecided  never M1=1\n           a.pmc:1 programs in pmac are not followed yet\n"
+    );
+}

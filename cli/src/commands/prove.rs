@@ -5,7 +5,7 @@ use std::path::Path;
 use plcc_diag::{Diagnostic, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_plctest::{Plan, parse};
-use plcc_prove::{Answer, Question};
+use plcc_prove::{Answer, Question, Reason};
 use serde_json::{Value, json};
 
 use crate::args::{FormatArg, ProveArgs};
@@ -48,7 +48,11 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     }
     let mut status = Status::default();
     for question in &questions {
-        let answer = bench.subject().answer(question, args.timeout).map_err(Failure::usage)?;
+        let answer = bench.subject().answer(question, args.timeout);
+        let answer = answer.unwrap_or_else(|text| {
+            let place = args.files.first().map(|file| (file.display().to_string(), 1));
+            Answer::Undecided { scans: 0, reason: Reason { text, place } }
+        });
         status.note(&answer);
         let stimulus = match &answer {
             Answer::Refuted { stimulus, .. } => {
@@ -144,7 +148,7 @@ fn show(
     output::print(text.as_bytes())
 }
 
-pub(crate) fn place_of(reason: &plcc_prove::Reason) -> String {
+pub(crate) fn place_of(reason: &Reason) -> String {
     match &reason.place {
         Some((file, line)) => format!("{file}:{line} {}", reason.text),
         None => reason.text.clone(),
@@ -178,9 +182,11 @@ fn as_text(question: &Question, answer: &Answer, stimulus: Option<&Path>) -> Str
         }
         Answer::Undecided { scans, reason } => {
             let reason = place_of(reason);
-            format!(
-                "undecided  {condition}\n           {reason}; it is so in the first {scans} scans\n"
-            )
+            let so_far = match scans {
+                0 => String::new(),
+                _ => format!("; it is so in the first {scans} scans"),
+            };
+            format!("undecided  {condition}\n           {reason}{so_far}\n")
         }
     }
 }

@@ -53,7 +53,7 @@ impl Source<'_> {
         match &self.program.tables {
             Tables::Pmi(tables) => Ok(pmi::system(self, tables, &code, time, named)),
             Tables::Nct(tables) => Ok(nct::system(self, tables, &code)),
-            Tables::Pmac(_) => Err("programs of PMAC can't be taken yet".into()),
+            other => Err(format!("programs in {} are not followed yet", other.dialect().name())),
         }
     }
 }
