@@ -101,6 +101,39 @@ fn a_name_is_changed_where_the_machine_code_stays() {
     assert_eq!(editor.leave(), Some(0));
 }
 
+/// A script is checked against its program as `plcc test` does it, from the text in the editor.
+#[test]
+fn mistakes_of_a_script_are_told_at_their_places() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.pmi"), "$INPUT\nDOOR = 1/0\n$END\nLAMP = DOOR\n").unwrap();
+    std::fs::write(folder.path().join("bad.pmi"), "$END\nLAMP = DOOR +\n").unwrap();
+    let script = folder.path().join("x.plctest");
+    let uri = format!("file://{}", script.display());
+    for (program, statement, code, line) in [
+        ("a.pmi", "set DOR = 1", "TEST-3", 2),
+        ("a.pmi", "sett DOOR = 1", "TEST-1", 2),
+        ("bad.pmi", "run 1 tick", "TEST-6", 0),
+        ("none.pmi", "run 1 tick", "TEST-6", 0),
+    ] {
+        let text = format!("program \"{program}\"\ntest \"it\"\n{statement}\nend\n");
+        let mut editor = Editor::start();
+        editor.tell(
+            "textDocument/didOpen",
+            json!({"textDocument": {"uri": uri, "languageId": "plctest", "version": 1, "text": text}}),
+        );
+        let told = loop {
+            let message = editor.receive();
+            if message["method"] == "textDocument/publishDiagnostics" {
+                break message["params"]["diagnostics"].clone();
+            }
+        };
+        assert_eq!(told[0]["code"], code, "{told}");
+        assert_eq!(told[0]["range"]["start"]["line"], line, "{told}");
+        assert_eq!(editor.leave(), Some(0));
+    }
+    assert!(!script.exists(), "the text is the editor's");
+}
+
 /// What is not the protocol ends the server with a word about it, and not with a panic.
 #[test]
 fn other_input_is_refused() {

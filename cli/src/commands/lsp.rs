@@ -37,7 +37,7 @@ impl Compiler for WholeCompiler<'_> {
 
     fn mistakes_of_script(&self, path: &Path, text: &str) -> Vec<Diagnostic> {
         // As `plcc test` with its own settings, but nothing is compiled.
-        let words = ["plcc", "test", "--engine=interpreter", "--"].map(AsRef::<Path>::as_ref);
+        let words = ["plcc", "test", "--engine=interp", "--"].map(AsRef::<Path>::as_ref);
         match Cli::try_parse_from(words.into_iter().chain([path])).map(|cli| cli.command) {
             Ok(Command::Test(args)) => scripts::mistakes(path, text, &args, self.report),
             _ => vec![],
