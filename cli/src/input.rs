@@ -16,7 +16,7 @@ use crate::compile::{self, Checked};
 use crate::disk::{self, Below, Disk, existing_path};
 use crate::failure::Failure;
 use crate::names;
-use crate::report::Report;
+use crate::report::{Destination, Report};
 
 /// The settings with which a program is compiled, and the machine file that some of them come from.
 pub(crate) struct SourceSettings {
@@ -265,6 +265,22 @@ impl Input {
 }
 
 impl Program {
+    /// The checked program with its sources; `None` if it has errors, which are shown.
+    ///
+    /// # Errors
+    /// When they can't be shown.
+    pub(crate) fn without_errors(
+        self,
+        to: Destination,
+        report: &Report,
+    ) -> Result<Option<(Checked, SourceMap)>, Failure> {
+        let errors: Vec<_> = self.diagnostics.into_iter().filter(Diagnostic::is_error).collect();
+        match self.checked {
+            Some(checked) if errors.is_empty() => Ok(Some((checked, self.sources))),
+            _ => report.show(&self.sources, &errors, to).map(|_| None),
+        }
+    }
+
     /// What to say of a program with errors whose text looks like a program in another language, such as an
     /// NCT program in a file `x.pmi`; `None` if it does not.
     pub(crate) fn other_language(&self) -> Option<String> {

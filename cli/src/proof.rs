@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::{Engine, Program, Tables};
 use plcc_control::ControlArgs;
+use plcc_diag::SourceMap;
 use plcc_frontend::common::Lowered;
 use plcc_prove::control::{Settings, Source};
 use plcc_prove::{Station, Subject};
@@ -13,6 +14,7 @@ use plcc_runtime::Executive;
 use crate::compile::Checked;
 use crate::failure::Failure;
 use crate::input::SourceSettings;
+use crate::output;
 
 /// A program about which questions are asked.
 pub(crate) struct Bench {
@@ -107,22 +109,23 @@ fn settings(
     }
 }
 
-/// Writes a stimulus to a file of its own, `STEM-NAME.csv`, in a folder or else in the current one.
+/// Writes a stimulus to a file of its own, `STEM-NAME.csv`, in a folder or else in the current one. The stem is that of the first
+/// of the files that were read, none of which is overwritten.
 ///
 /// # Errors
 /// When it can't be written.
 pub(crate) fn stimulus_file(
-    source: Option<&PathBuf>,
+    read: &[PathBuf],
     folder: Option<&Path>,
     name: &str,
     stimulus: &str,
 ) -> Result<PathBuf, Failure> {
-    let stem = source.and_then(|path| path.file_stem());
+    let stem = read.first().and_then(|path| path.file_stem());
     let stem = stem.map_or("program".into(), |stem| stem.to_string_lossy());
     if let Some(folder) = folder {
         fs::create_dir_all(folder).map_err(|error| Failure::file(folder, error))?;
     }
     let path = folder.unwrap_or(Path::new("")).join(format!("{stem}-{name}.csv"));
-    fs::write(&path, stimulus).map_err(|error| Failure::file(&path, error))?;
+    output::write(&path, stimulus.as_bytes(), &SourceMap::new(), read)?;
     Ok(path)
 }

@@ -145,4 +145,11 @@ fn a_language_that_is_not_followed_is_undecided() {
         done.stdout,
         "undecided  never M1=1\n           a.pmc:1 programs in pmac are not followed yet\n"
     );
+    let done = folder.plcc("diff a.pmc a.pmc --prove").exits(5);
+    assert!(done.stdout.starts_with("undecided  "), "{}", done.stdout);
+    assert!(
+        done.stdout.contains("a.pmc:1 programs in pmac are not followed yet"),
+        "{}",
+        done.stdout
+    );
 }

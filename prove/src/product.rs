@@ -12,7 +12,7 @@ use crate::logic::{FALSE, Lit, Node};
 use crate::question::reason;
 use crate::scan::Reason;
 use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
-use crate::stimulus::{Row, Station, csv, rows};
+use crate::stimulus::{Row, Station, csv, rows, without_needless};
 use crate::system::{First, Latch, System, Time, Variable};
 
 /// How many ticks are looked at before invariants are looked for.
@@ -135,21 +135,11 @@ fn different(
     old_names: &BTreeMap<String, String>,
 ) -> Option<Comparison> {
     let ticks: Vec<u64> = (0..trace.ticks.len() as u64).collect();
-    let mut rows = rows(system, trace, &ticks);
-    let last = ticks.len() as u64;
-    let run = |rows: &[Row]| run(rows, pair, old, new, old_names, last);
-    let mut found = run(&rows)?;
-    if rows.len() <= 200 && last <= 3_000 {
-        for index in (0..rows.len()).rev() {
-            let mut fewer = rows.clone();
-            fewer.remove(index);
-            if let Some(tick) = run(&fewer) {
-                (rows, found) = (fewer, tick);
-            }
-        }
-    }
-    rows.retain(|row| row.tick <= found);
-    Some(Comparison::Different { scans: found + 1, stimulus: csv(&rows) })
+    let rows = rows(system, trace, &ticks);
+    let run = |rows: &[Row], last| run(rows, pair, old, new, old_names, last + 1);
+    let found = run(&rows, *ticks.last()?)?;
+    let (rows, last) = without_needless(rows, found, &run);
+    Some(Comparison::Different { scans: last + 1, stimulus: csv(&rows) })
 }
 
 /// Runs both versions, and gives the first tick in which they differ.

@@ -12,7 +12,7 @@ use crate::control::Source;
 use crate::logic::{FALSE, Lit};
 use crate::scan::Reason;
 use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
-use crate::stimulus::{self, Station};
+use crate::stimulus::{self, Row, Station};
 use crate::system::{System, Time};
 
 /// How many ticks are looked at at most.
@@ -95,7 +95,7 @@ impl Subject<'_> {
         if !exact_only {
             let mut system = self.source.system(Time::Abstract, &named)?;
             if !system.elapses.is_empty() {
-                let (bad, _) = self.bad(&mut system, question);
+                let bad = self.bad(&mut system, question);
                 match search(&system, bad, 2 * FIRST_TICKS, true, until(0.25)) {
                     Found::Never(scans) => return Ok(Answer::Proved { scans: scans as u64 }),
                     Found::Run(trace) => {
@@ -114,7 +114,7 @@ impl Subject<'_> {
             }
         }
         let mut system = self.source.system(Time::Exact, &named)?;
-        let (bad, escape) = self.bad(&mut system, question);
+        let bad = self.bad(&mut system, question);
         let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
             Found::Open(ticks) if ticks == FIRST_TICKS => {
                 known = ticks;
@@ -133,13 +133,12 @@ impl Subject<'_> {
                 let text = "the time was up".to_owned();
                 Ok(Answer::Undecided { scans, reason: Reason { text, place: None } })
             }
-            Found::Run(trace) => Ok(self.after_run(&system, &trace, escape, question, until(1.0))),
+            Found::Run(trace) => Ok(self.after_run(&system, &trace, question)),
         }
     }
 
-    /// The literal that a tick is one that must not be, or one in which the logic does not follow the program; and the
-    /// second alone.
-    fn bad(&self, system: &mut System, question: &Question) -> (Lit, Lit) {
+    /// The literal that a tick is one that must not be, or one in which the logic does not follow the program.
+    fn bad(&self, system: &mut System, question: &Question) -> Lit {
         let memory = system.memory.clone();
         let mut bad = FALSE;
         for condition in &question.conditions {
@@ -150,7 +149,7 @@ impl Subject<'_> {
         let running = system.running;
         let bad = system.graph().and(bad, running);
         let escape = system.escape();
-        (system.graph().or(bad, escape), escape)
+        system.graph().or(bad, escape)
     }
 
     /// The answer where the interpreter comes to a tick that must not be, with the inputs of a run.
@@ -164,25 +163,19 @@ impl Subject<'_> {
         let rows = stimulus::rows(system, trace, ticks);
         let last = *ticks.last()?;
         let wrong = |executive: &dyn Executive| question.is_broken(executive);
-        let found = stimulus::run(self.station, &stimulus::csv(&rows), last, &wrong)?;
-        let (rows, last) = stimulus::without_needless(self.station, rows, found, &wrong);
+        let run =
+            |rows: &[Row], last| stimulus::run(self.station, &stimulus::csv(rows), last, &wrong);
+        let found = run(&rows, last)?;
+        let (rows, last) = stimulus::without_needless(rows, found, &run);
         Some(Answer::Refuted { scans: last + 1, stimulus: stimulus::csv(&rows) })
     }
 
     /// The answer after a run of the logic that follows time exactly.
-    fn after_run(
-        &self,
-        system: &System,
-        trace: &Trace,
-        escape: Lit,
-        question: &Question,
-        deadline: Deadline,
-    ) -> Answer {
+    fn after_run(&self, system: &System, trace: &Trace, question: &Question) -> Answer {
         let ticks: Vec<u64> = (0..trace.ticks.len() as u64).collect();
         if let Some(answer) = self.tried(system, trace, &ticks, question) {
             return answer;
         }
-        let _ = (escape, deadline);
         let scans = ticks.len().saturating_sub(1) as u64;
         Answer::Undecided { scans, reason: reason(system, trace) }
     }

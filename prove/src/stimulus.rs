@@ -42,25 +42,22 @@ impl Row {
 pub(crate) fn rows(system: &System, trace: &Trace, ticks: &[u64]) -> Vec<Row> {
     let mut rows = vec![];
     let mut known: BTreeMap<&str, i64> = BTreeMap::new();
-    let put = |rows: &mut Vec<Row>, variable: &'_ Variable, at: usize, tick: u64| {
-        if variable.bits.iter().all(|&bit| trace.value(at, bit).is_none()) {
-            return None;
-        }
-        let value = variable.number(|bit| trace.value(at, bit).unwrap_or(false));
-        Some((rows.len(), value, tick))
+    // The value of a variable in a tick of the run, if the run says one.
+    let value_of = |variable: &Variable, at: usize| {
+        let is_known = variable.bits.iter().any(|&bit| trace.value(at, bit).is_some());
+        is_known.then(|| variable.number(|bit| trace.value(at, bit).unwrap_or(false)))
     };
     for variable in &system.retained {
-        if let Some((_, value, tick)) = put(&mut rows, variable, 0, 0).filter(|it| it.1 != 0) {
-            rows.push(Row { tick, name: variable.name.clone(), value });
+        if let Some(value) = value_of(variable, 0).filter(|value| *value != 0) {
+            rows.push(Row { tick: 0, name: variable.name.clone(), value });
         }
     }
     for (at, &tick) in ticks.iter().enumerate().take(trace.ticks.len()) {
         for variable in &system.inputs {
-            let Some((_, value, tick)) = put(&mut rows, variable, at, tick) else { continue };
-            let before = if variable.is_pulse {
-                0
-            } else {
-                known.get(variable.name.as_str()).copied().unwrap_or(0)
+            let Some(value) = value_of(variable, at) else { continue };
+            let before = match variable.is_pulse {
+                true => 0,
+                false => known.get(variable.name.as_str()).copied().unwrap_or(0),
             };
             if before != value {
                 rows.push(Row { tick, name: variable.name.clone(), value });
@@ -81,11 +78,11 @@ pub(crate) fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// When each tick of a run comes about if its timers take their time: so many ticks after the first that each timer runs as
+/// When each tick of a run comes about if its timers take their time: as many ticks after the first as let each timer run as
 /// long as it takes, and that none runs down which the run leaves running. `None` if that cannot be.
 pub(crate) fn schedule(system: &System, trace: &Trace) -> Option<Vec<u64>> {
     let count = trace.ticks.len();
-    // Tick `b` comes at least so many ticks after tick `a`.
+    // Pairs of ticks, and how many ticks the second comes after the first at least.
     let mut least: Vec<(usize, usize, i64)> = (1..count).map(|at| (at - 1, at, 1)).collect();
     for elapse in &system.elapses {
         let mut since = None;
@@ -222,21 +219,20 @@ pub(crate) fn run(
     None
 }
 
-/// Leaves out the rows without which the same comes about, where there are few.
+/// Leaves out the rows without which the same comes about, where there are few. `run` runs rows, up to a tick, and gives the tick
+/// in which it does.
 pub(crate) fn without_needless(
-    station: &dyn Station,
     mut rows: Vec<Row>,
     mut last: u64,
-    wrong: &dyn Fn(&dyn Executive) -> bool,
+    run: &dyn Fn(&[Row], u64) -> Option<u64>,
 ) -> (Vec<Row>, u64) {
-    if rows.len() > FEW.0 || last > FEW.1 {
-        return (rows, last);
-    }
-    for index in (0..rows.len()).rev() {
-        let mut fewer = rows.clone();
-        fewer.remove(index);
-        if let Some(tick) = run(station, &csv(&fewer), last, wrong) {
-            (rows, last) = (fewer, tick);
+    if rows.len() <= FEW.0 && last <= FEW.1 {
+        for index in (0..rows.len()).rev() {
+            let mut fewer = rows.clone();
+            fewer.remove(index);
+            if let Some(tick) = run(&fewer, last) {
+                (rows, last) = (fewer, tick);
+            }
         }
     }
     rows.retain(|row| row.tick <= last);

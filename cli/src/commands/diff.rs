@@ -86,10 +86,8 @@ impl Side {
         let (sources, words) = input.words(&settings.options);
         let dialect = input.dialect;
         let program = input.check(&settings)?;
-        let errors: Vec<_> = program.diagnostics.into_iter().filter(|it| it.is_error()).collect();
         let to = Destination::from(args.source.message_format);
-        report.show(&program.sources, &errors, to)?;
-        let Some(checked) = program.checked.filter(|_| errors.is_empty()) else { return Ok(None) };
+        let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(None) };
         let lowered = checked.lower();
         let program = lowered.map_err(|error| Failure::file(path, error))?.program;
         let version = Version { sources, words };

@@ -1,6 +1,6 @@
 //! `plcc prove`: whether conditions hold in every scan, for all inputs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plcc_diag::{Diagnostic, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
@@ -16,10 +16,10 @@ use crate::proof::{Bench, stimulus_file};
 use crate::report::{Destination, Report};
 
 /// The exit status if something is refuted or differs.
-pub(crate) const REFUTED: u8 = 1;
+const REFUTED: u8 = 1;
 
 /// The exit status if something could not be decided, and nothing is refuted.
-pub(crate) const UNDECIDED: u8 = 5;
+const UNDECIDED: u8 = 5;
 
 pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     if args.never.is_empty() && args.always.is_empty() && args.script.is_empty() {
@@ -29,12 +29,8 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings)?;
-    let errors: Vec<_> = program.diagnostics.iter().filter(|it| it.is_error()).cloned().collect();
     let to = Destination::from(args.source.message_format);
-    let Some(checked) = program.checked.filter(|_| errors.is_empty()) else {
-        report.show(&program.sources, &errors, to)?;
-        return Ok(ERRORS);
-    };
+    let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(ERRORS) };
     let bench = Bench::new(checked, &args.control, &settings, args.retained_as_declared)?;
     let mut questions = vec![];
     for (sources, found) in scripts(args)? {
@@ -46,49 +42,42 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
             }
         }
     }
-    let mut status = Status::default();
+    let (mut refuted, mut undecided) = (0, 0);
     for question in &questions {
         let answer = bench.subject().answer(question, args.timeout);
-        let answer = answer.unwrap_or_else(|text| {
-            let place = args.files.first().map(|file| (file.display().to_string(), 1));
-            Answer::Undecided { scans: 0, reason: Reason { text, place } }
+        let answer = answer.unwrap_or_else(|text| Answer::Undecided {
+            scans: 0,
+            reason: not_followed(text, args.files.first()),
         });
-        status.note(&answer);
         let stimulus = match &answer {
             Answer::Refuted { stimulus, .. } => {
-                let name = format!("refuted-{}", status.refuted);
-                Some(stimulus_file(args.files.first(), args.out.as_deref(), &name, stimulus)?)
+                refuted += 1;
+                let name = format!("refuted-{refuted}");
+                Some(stimulus_file(&args.files, args.out.as_deref(), &name, stimulus)?)
             }
-            _ => None,
+            Answer::Undecided { .. } => {
+                undecided += 1;
+                None
+            }
+            Answer::Proved { .. } => None,
         };
         show(args.source.message_format, question, &answer, stimulus.as_deref())?;
     }
-    Ok(status.code())
+    Ok(status(refuted, undecided))
 }
 
-/// What came of all questions.
-#[derive(Default)]
-pub(crate) struct Status {
-    refuted: usize,
-    undecided: usize,
+/// The exit status, where a number of things are refuted or differ, and others could not be decided.
+pub(crate) fn status(refuted: usize, undecided: usize) -> u8 {
+    match (refuted, undecided) {
+        (0, 0) => DONE,
+        (0, _) => UNDECIDED,
+        _ => REFUTED,
+    }
 }
 
-impl Status {
-    fn note(&mut self, answer: &Answer) {
-        match answer {
-            Answer::Proved { .. } => {}
-            Answer::Refuted { .. } => self.refuted += 1,
-            Answer::Undecided { .. } => self.undecided += 1,
-        }
-    }
-
-    fn code(&self) -> u8 {
-        match (self.refuted, self.undecided) {
-            (0, 0) => DONE,
-            (0, _) => UNDECIDED,
-            _ => REFUTED,
-        }
-    }
+/// Why nothing is known of a program whose language is not followed; the place is where it begins.
+pub(crate) fn not_followed(text: String, file: Option<&PathBuf>) -> Reason {
+    Reason { text, place: file.map(|file| (file.display().to_string(), 1)) }
 }
 
 /// The questions of a script, or what is wrong with it.

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use plcc_diag::Diagnostic;
 use plcc_prove::product::{Comparison, Version, compare};
 use serde_json::json;
 
 use crate::args::{DiffArgs, FormatArg};
-use crate::commands::prove::{REFUTED, UNDECIDED, place_of};
-use crate::failure::{DONE, ERRORS, Failure};
+use crate::commands::prove::{not_followed, place_of, status};
+use crate::failure::{ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::proof::{Bench, stimulus_file};
@@ -29,7 +28,11 @@ pub(super) fn prove(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
         )));
     }
     let version = |bench| Version { source: Bench::source(bench), station: bench };
-    let answers = compare(version(&old), version(&new), args.timeout).map_err(Failure::usage)?;
+    let answers = compare(version(&old), version(&new), args.timeout).unwrap_or_else(|text| {
+        let undecided =
+            || Comparison::Undecided { reason: not_followed(text.clone(), Some(&args.new)) };
+        new.names.outputs().into_iter().map(|(name, _)| (name, undecided())).collect()
+    });
     let (mut different, mut undecided) = (0, 0);
     for (name, answer) in answers {
         let (text, json) = match answer {
@@ -39,7 +42,12 @@ pub(super) fn prove(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
             Comparison::Different { scans, stimulus } => {
                 different += 1;
                 let file = format!("differs-{different}");
-                let path = stimulus_file(Some(&args.new), args.out.as_deref(), &file, &stimulus)?;
+                let path = stimulus_file(
+                    &[args.new.clone(), args.old.clone()],
+                    args.out.as_deref(),
+                    &file,
+                    &stimulus,
+                )?;
                 let path = path.to_string_lossy();
                 let text =
                     format!("different  {name}\n           in scan {} with {path}\n", scans - 1);
@@ -61,11 +69,7 @@ pub(super) fn prove(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
         };
         output::print(text.as_bytes())?;
     }
-    Ok(match (different, undecided) {
-        (0, 0) => DONE,
-        (0, _) => UNDECIDED,
-        _ => REFUTED,
-    })
+    Ok(status(different, undecided))
 }
 
 /// A version; `None` if it has errors, which have been told.
@@ -73,9 +77,7 @@ fn bench(path: &Path, args: &DiffArgs, report: &Report) -> Result<Option<Bench>,
     let files = [path.to_owned()];
     let settings = SourceSettings::for_files(&args.source, &files, report)?;
     let program = Input::read(&files, &args.source)?.check(&settings)?;
-    let errors: Vec<Diagnostic> =
-        program.diagnostics.into_iter().filter(Diagnostic::is_error).collect();
-    report.show(&program.sources, &errors, Destination::from(args.source.message_format))?;
-    let Some(checked) = program.checked.filter(|_| errors.is_empty()) else { return Ok(None) };
+    let to = Destination::from(args.source.message_format);
+    let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(None) };
     Bench::new(checked, &args.control, &settings, false).map(Some)
 }

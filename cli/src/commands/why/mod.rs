@@ -86,14 +86,10 @@ fn of_source(args: &WhyArgs, report: &Report) -> Result<Option<Explanation>, Fai
     }
     let settings = SourceSettings::for_files(&args.source, &args.target, report)?;
     let program = Input::read(&args.target, &args.source)?.check(&settings)?;
-    let errors: Vec<_> =
-        program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
-    let Some(checked) = program.checked.filter(|_| errors.is_empty()) else {
-        report.show(&program.sources, &errors, Destination::from(args.source.message_format))?;
-        return Ok(None);
-    };
+    let to = Destination::from(args.source.message_format);
+    let Some((checked, sources)) = program.without_errors(to, report)? else { return Ok(None) };
     let command = run_command(args)?;
-    let session = launch_checked(&command, checked, program.sources, &settings)?;
+    let session = launch_checked(&command, checked, sources, &settings)?;
     let last = match (args.tick, command.run.ticks, &args.stimulus) {
         (Some(tick), _, _) => tick,
         (None, Some(ticks), _) => ticks.saturating_sub(1),

@@ -3,6 +3,8 @@
 //! With the program's source, an executive of the program is given all of the control's values and runs on for a scan, so that
 //! what holds a value now is found as in any other run. Since when it has the value is not known.
 
+use std::collections::BTreeSet;
+
 use plcc_frontend::CheckedProgram;
 use plcc_host::args::RunArgs;
 use plcc_host::run::{Player, Stimulus};
@@ -45,12 +47,8 @@ pub(super) fn explanation(
     }
     let settings = SourceSettings::for_files(&args.source, files, report)?;
     let program = Input::read(files, &args.source)?.check(&settings)?;
-    let errors: Vec<_> =
-        program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
-    let Some(checked) = program.checked.filter(|_| errors.is_empty()) else {
-        report.show(&program.sources, &errors, Destination::from(args.source.message_format))?;
-        return Ok(None);
-    };
+    let to = Destination::from(args.source.message_format);
+    let Some((checked, sources)) = program.without_errors(to, report)? else { return Ok(None) };
     let tables = checked.lower().map_err(Failure::from)?.program;
     let command = run_command(args)?;
     let run = RunArgs { machine_path: settings.machine.clone(), ..command.run.clone() };
@@ -63,7 +61,7 @@ pub(super) fn explanation(
     // The first scan after power-up is another one.
     let _ = executive.tick(engine.as_mut(), &mut vec![]);
     let file = files.first().map(|file| file.display().to_string()).unwrap_or_default();
-    let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
+    let program = DebuggedProgram::new(checked.into_program(), sources, tables);
     let ticks = take_over(executive.as_mut(), program.checked(), control, &file)?;
     let last = if executive.tick_ns() < WHOLE_SCAN_NS { SHORT_TICKS - 1 } else { 0 };
     let player = Player::new(Stimulus::default(), false);
@@ -140,14 +138,12 @@ fn take_over(
     }
     let names = executive.names();
     let mut wanted: Vec<String> = names.declared().into_iter().map(|(name, _)| name).collect();
-    // What is no variable of its own in a dump, such as the counters of timers.
+    // Parts that a dump does not show as variables, such as the counters of timers.
     let parts = wanted.iter().flat_map(|name| program.parts(name, executive.image()));
-    let further: Vec<String> = parts.map(|part| part.name).collect();
-    for name in further {
-        if !wanted.contains(&name) {
-            wanted.push(name);
-        }
-    }
+    let known: BTreeSet<&String> = wanted.iter().collect();
+    let further: BTreeSet<String> =
+        parts.map(|part| part.name).filter(|name| !known.contains(name)).collect();
+    wanted.extend(further);
     let (ticks, values) = control.values(&wanted).map_err(refused)?;
     // The second time, since to set one can act on others: a clock on its flip-flop.
     for name in wanted.iter().chain(&wanted) {
