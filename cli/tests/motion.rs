@@ -378,7 +378,7 @@ fn a_transformation_turns_what_is_programmed_and_moves_nothing_by_itself() {
     assert_eq!((at(&trace, "&1.X", done), at(&trace, "&1.Y", done)), (13.0, 4.0));
     // That place, (4, -3), is (3, 4) turned, and (13, 4) when it is displaced by 10 too; X3 is 10 back along programmed X, which is 10 along Y.
     assert_eq!(rows(&trace, "#2.CMD").last().unwrap().1, 700.0);
-    // There is no third one.
+    // A third one does not exist.
     assert!(events(&folder, "e.jsonl")[1].contains(r#""state":"error","reason":"unsupported""#));
 }
 

@@ -19,7 +19,7 @@ pub struct Told {
 }
 
 impl Told {
-    /// Nothing yet, of a test in which so many variables are looked at.
+    /// Nothing yet, of a test in which this many variables are looked at.
     pub(crate) fn of(variables: usize) -> Self {
         Self { values: vec![vec![]; variables], ..Self::default() }
     }

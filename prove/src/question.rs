@@ -42,7 +42,7 @@ impl Question {
 /// The answer.
 #[derive(Clone, Debug)]
 pub enum Answer {
-    /// It is so in every tick. So many ticks were looked at.
+    /// It is so in every tick.
     Proved {
         /// The ticks.
         scans: u64,
@@ -56,7 +56,7 @@ pub enum Answer {
     },
     /// It is not known whether it is.
     Undecided {
-        /// In so many ticks it is.
+        /// In how many ticks it is.
         scans: u64,
         /// Why more is not known.
         reason: Reason,

@@ -223,7 +223,7 @@ impl Explanation {
         });
     }
 
-    /// Makes it the answer for the present of a control of which nothing else is known than its values after so many
+    /// Makes it the answer for the present of a control of which only the values are known, after a number of
     /// ticks: since when these are what they are is not known.
     pub fn of_present(mut self, ticks: u64) -> Self {
         self.tick = ticks;

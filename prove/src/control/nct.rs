@@ -131,7 +131,7 @@ impl Slice<'_> {
         });
         if calls_host {
             for (number, location) in self.tables.flags.iter().enumerate() {
-                debug_assert!(number < FLAG_BYTES, "there are so many flags");
+                debug_assert!(number < FLAG_BYTES, "the flag is outside the image");
                 let count = if location.unpacked { 8 } else { 1 };
                 kept.extend(location.offset..location.offset + count);
             }

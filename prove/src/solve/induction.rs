@@ -44,7 +44,7 @@ pub fn search(system: &System, bad: Lit, most: usize, induct: bool, deadline: De
     Found::Open(most)
 }
 
-/// Whether induction is tried after so many ticks: it is after few, and then ever more seldom.
+/// Whether induction is tried after this number of ticks: after each of the first ones, and then ever more seldom.
 fn worth(tick: usize) -> bool {
     tick < 8 || tick.is_power_of_two() || tick.is_multiple_of(16)
 }

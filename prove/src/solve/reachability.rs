@@ -2,7 +2,7 @@
 //!
 //! The invariant is found as clauses about the bits of the state. `frames[i]` holds the clauses that are true in all states
 //! which are reached in `i` ticks at most, and are not in a later frame; when the clauses of a frame hold in the next one too,
-//! they are the invariant. Clauses come from states that lead to what is asked for: each is shown not to be reachable in so many
+//! they are the invariant. Clauses come from states that lead to what is asked for: each is shown not to be reachable in that many
 //! ticks, and then as much of it is left out as can be (Eén, Mishchenko and Brayton, 2011).
 
 use std::cmp::Reverse;
@@ -20,7 +20,7 @@ use crate::system::{First, System};
 /// Some bits of the state with values: the latch, and its value.
 type Cube = Vec<(u32, bool)>;
 
-/// After so many questions the solver is made anew, since each leaves a variable in it.
+/// After how many questions the solver is made anew, since each leaves a variable in it.
 const MOST_QUESTIONS: usize = 4_000;
 
 /// What could not be found out in time.

@@ -135,7 +135,7 @@ pub enum MotionAction {
     ProgramHold,
     /// `%n`.
     TimeBase(f64),
-    /// `DEFINE TBUF`: there are so many axis transformations.
+    /// `DEFINE TBUF`: how many axis transformations there are.
     Transformations(u16),
     /// `PMATCH`.
     Match,
