@@ -44,7 +44,7 @@ impl Question {
 pub enum Answer {
     /// It is so in every tick.
     Proved {
-        /// The ticks.
+        /// How many ticks were looked at.
         scans: u64,
     },
     /// It is not so.
@@ -56,7 +56,7 @@ pub enum Answer {
     },
     /// It is not known whether it is.
     Undecided {
-        /// In how many ticks it is.
+        /// In how many ticks it is so.
         scans: u64,
         /// Why more is not known.
         reason: Reason,
