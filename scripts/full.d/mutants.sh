@@ -13,7 +13,7 @@ most=${FULL_TEST_SECONDS:-1200}
 # The unit tests of the crates that the patch touches run before them.
 quick_tests() {
   cat <<'LIST'
--p plcc-tests --test ir
+-p plcc-ir-tests
 -p plcc-codegen --test ops --test dispatch
 -p plcc-tests --test all_languages conformance
 -p plcc-tests --test pmi

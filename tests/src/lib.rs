@@ -20,12 +20,9 @@
 //! ```
 #![allow(clippy::indexing_slicing)]
 
-use plcc_codegen::Optimization;
-
 pub mod arithmetic;
 pub mod compile;
 pub mod drive;
-pub mod gen_ir;
 pub mod gen_motion;
 pub mod gen_nct;
 pub mod gen_pmac;
@@ -38,13 +35,6 @@ pub mod no_fault;
 pub mod promises;
 pub mod shrink;
 pub mod tools;
-
-/// What is done in long programs, also in short ones.
-pub fn as_if_long() -> Optimization {
-    let mut as_if_long = Optimization::ALL;
-    as_if_long.passes.by_length = false;
-    as_if_long
-}
 
 #[cfg(test)]
 mod tests {

@@ -128,6 +128,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         ],
     ),
     ("plcc-random", &[]),
+    ("plcc-ir-tests", &["plcc-abi", "plcc-codegen", "plcc-ir", "plcc-random"]),
     ("plcc-tests", EVERYTHING),
     ("plcc-benches", EVERYTHING),
 ];
@@ -146,6 +147,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-host",
     "plcc-image",
     "plcc-ir",
+    "plcc-ir-tests",
     "plcc-load",
     "plcc-monitor",
     "plcc-motion",
@@ -166,6 +168,7 @@ const TESTS_MAY_USE: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-runtime"]),
     ("libplcrt", &["plcc", "plcc-codegen", "plcc-diag", "plcc-frontend"]),
     ("plcc-monitor", &["plcc-control"]),
+    ("plcc-ir-tests", &["plcc-diag", "plcc-frontend", "plcc-runtime"]),
 ];
 
 /// The only files that may hold `unsafe`.

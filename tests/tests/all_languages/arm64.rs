@@ -13,12 +13,13 @@ use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, Program, Scan, Tables};
 use plcc_codegen::{CodegenOptions, OptLevel, Optimization, Target, compile, emit};
 use plcc_frontend::common::Options;
 use plcc_ir::Module;
+use plcc_ir_tests::gen_ir;
 use plcc_random::seeds;
 use plcc_runtime::NativeEngine;
 use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
+use plcc_tests::gen_program;
 use plcc_tests::tools::is_there;
-use plcc_tests::{gen_ir, gen_program};
 
 const REPLAY: &str = include_str!("arm64_replay.c");
 const TARGET: &str = "aarch64-unknown-linux-gnu";

@@ -135,7 +135,7 @@ fn artifact_corpus_has_the_present_format() {
 
 #[test]
 fn ir_text_keeps_its_promises_on_saved_and_changed_inputs() {
-    replay("ir_text", &["tests/filetests"], &["ir"], 5000);
+    replay("ir_text", &["tests/ir/filetests"], &["ir"], 5000);
 }
 
 #[test]

@@ -3,12 +3,14 @@
 #![allow(clippy::indexing_slicing)]
 
 mod arm64;
+mod bound;
 mod checkpoint;
 mod conformance;
 mod cut_ticks;
 mod documented_objects;
 mod engine_change;
 mod fuzz_replay;
+mod ir_rules;
 mod lints;
 mod loader;
 mod no_fault;

@@ -11,9 +11,10 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_frontend::{pmac, pmi};
 use plcc_ir::Module;
+use plcc_ir_tests::gen_ir;
 use plcc_tests::compile::compile;
 use plcc_tests::no_fault::faults;
-use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
+use plcc_tests::{gen_pmac, gen_pmi};
 
 /// Checks the code of a module for x86-64 and ARM64.
 fn check(name: &str, module: &Module, options: CodegenOptions) {

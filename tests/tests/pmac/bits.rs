@@ -140,7 +140,7 @@ fn is_changed(source: &str) -> bool {
     let (loader, options) = (MemoryLoader::new(), Options::default());
     let program = pmac::check(&mut sources, &[file], &loader, &options).0.unwrap();
     let mut module = program.lower().unwrap().module;
-    passes::optimize(&mut module, plcc_tests::as_if_long().passes);
+    passes::optimize(&mut module, plcc_ir_tests::as_if_long().passes);
     module.funcs().any(|(_, func)| func.local_bits() > 0)
 }
 

@@ -10,12 +10,12 @@ use plcc_frontend::{
     common::{Controller, MemoryLoader, Options},
     pmac,
 };
+use plcc_ir_tests::as_if_long;
 use plcc_load::Artifact;
 use plcc_random::seeds;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, Purpose, Value};
-use plcc_tests::as_if_long;
 use plcc_tests::gen_pmac::{generate, generate_for};
 use plcc_tests::idioms::Failure;
 

@@ -12,10 +12,10 @@ use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel, Pass, PassOptions};
 use plcc_ir::text::{parse, print};
 use plcc_ir::{Module, verify};
+use plcc_ir_tests::as_if_long;
+use plcc_ir_tests::gen_ir::{generate, trace};
 use plcc_random::{Rng, seeds};
 use plcc_runtime::native::NativeEngine;
-use plcc_tests::as_if_long;
-use plcc_tests::gen_ir::{generate, trace};
 
 /// What can be left out apart from passes, by their names on the command line.
 const TECHNIQUES: [&str; 5] =
@@ -57,7 +57,7 @@ fn each_pass_keeps_what_a_program_does() {
     }
 }
 
-/// The modules of `tests/filetests`, and random ones.
+/// The modules of `tests/ir/filetests`, and random ones.
 fn modules() -> Vec<Module> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("filetests");
     let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

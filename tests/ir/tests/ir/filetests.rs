@@ -1,7 +1,7 @@
-//! Runs the files of `tests/filetests`. A file of IR says in its comments what the program does and
+//! Runs the files of `tests/ir/filetests`. A file of IR says in its comments what the program does and
 //! what the passes make of it; a file of NCT stands beside the IR that it becomes.
 //!
-//! In `tests/filetests/*.ir` these comments are directives:
+//! In `tests/ir/filetests/*.ir` these comments are directives:
 //!
 //! - `; before REGION:OFFSET BYTE…` puts bytes (hexadecimal) into the image before the first scan.
 //! - `; after OUTCOME REGION:OFFSET BYTE…` is what the next scan of the first task gives (`end`,
@@ -15,7 +15,7 @@
 //! Every file has scans; a comment in front of the module that begins with a word in small letters is a
 //! directive, so that one which is misspelt fails.
 //!
-//! Beside each `tests/filetests/nct/*.nct` stands its optimised IR, `*.ir`.
+//! Beside each `tests/ir/filetests/nct/*.nct` stands its optimised IR, `*.ir`.
 //!
 //! `BLESS=1` writes the results into the files; look at them before you commit them.
 #![allow(clippy::unwrap_used, clippy::panic)]
@@ -94,7 +94,7 @@ fn engines(module: &Module, changed: Option<&Module>) -> Vec<(&'static str, Box<
     let speed = Optimization::ALL.run(&mut best).0;
     // With what is done in long programs only.
     let mut as_if_long = module.clone();
-    let long = plcc_tests::as_if_long().run(&mut as_if_long).0;
+    let long = plcc_ir_tests::as_if_long().run(&mut as_if_long).0;
     let program = |module: &Module| Program {
         image_size: module.image_size,
         regions: module.regions.clone(),

@@ -2,7 +2,6 @@
 //! is made of it.
 #![allow(clippy::indexing_slicing)]
 
-mod bound;
 mod counters;
 mod decoders;
 mod divide;
@@ -11,7 +10,6 @@ mod integer_variables;
 mod ir_text;
 mod passes;
 mod rows;
-mod rules;
 mod states;
 mod text;
 mod toggles;

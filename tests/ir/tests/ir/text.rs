@@ -5,8 +5,8 @@ use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel};
 use plcc_ir::text::{parse, print};
 use plcc_ir::verify::verify;
+use plcc_ir_tests::gen_ir::{generate, trace};
 use plcc_random::Rng;
-use plcc_tests::gen_ir::{generate, trace};
 
 #[test]
 fn printed_modules_read_back_unchanged() {

@@ -1,0 +1,17 @@
+//! What tests of the IR share: random modules ([`gen_ir`]), and the passes as they are for long
+//! programs ([`as_if_long`]). The tests are in `tests/ir/`, the programs in `filetests/`.
+//!
+//! They are a package of their own, so that after a change of a pass the compiler alone is built
+//! again before they run, and not all that is made with it.
+#![allow(clippy::indexing_slicing)]
+
+use plcc_codegen::Optimization;
+
+pub mod gen_ir;
+
+/// What is done in long programs, also in short ones.
+pub fn as_if_long() -> Optimization {
+    let mut as_if_long = Optimization::ALL;
+    as_if_long.passes.by_length = false;
+    as_if_long
+}
