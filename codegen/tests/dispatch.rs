@@ -137,6 +137,35 @@ fn a_loop_over_several_chunks_suspends_and_resumes() {
     }
 }
 
+/// The engine keeps where the first tasks start apart from the others.
+#[test]
+fn tasks_start_where_they_say_however_many_there_are() {
+    for count in 1..5 {
+        let make = |b: &mut ChunkBuilder| {
+            for number in 0..count {
+                let place = b.place();
+                b.bind(place);
+                b.task("task", place);
+                let v = b.func().constant(Type::I32, 100 + number);
+                b.func().store(at(0), v);
+                b.ret();
+            }
+        };
+        for (name, mut engine) in engines(make) {
+            for task in 0..count + 2 {
+                let mut image = [0; IMAGE as usize];
+                let mut host = NoHost;
+                let outcome =
+                    engine.call(task as usize, None, &mut Scan::new(&mut image, &mut host));
+                assert_eq!(outcome, Outcome::End, "{name}");
+                // A task that does not exist executes nothing.
+                let wanted = if task < count { 100 + task as i32 } else { 0 };
+                assert_eq!(image::read_i32(&image, 0), wanted, "{name}, {task} of {count}");
+            }
+        }
+    }
+}
+
 /// `goto_indirect` and `switch` by every number, in range and out.
 #[test]
 fn switch_and_goto_indirect_choose_by_number() {

@@ -26,10 +26,20 @@ use crate::mapped_code::MappedCode;
 pub use crate::native_error::NativeError;
 use crate::perf;
 
-/// Compiled code in executable memory.
+/// How many tasks' starts lie in the engine itself: a PMI program has one task, NCT's module of a time slice is the second.
+const NEAR: usize = 2;
+
+/// Compiled code in executable memory. What each call reads stands first, on one cache line: when a tick comes after
+/// much other work, each further line is a further wait for memory.
+#[repr(C, align(64))]
 pub struct NativeEngine {
+    /// The size of the image for which the code was made; [`usize::MAX`], which no image has, when a host
+    /// function has panicked, after which no further scan is executed.
+    image_size: usize,
     /// What gdb knows of the code, if it was told.
     shown: Option<ShownCode>,
+    /// The first of `starts`; [`no_task`] where there are fewer.
+    near_starts: [Start; NEAR],
     /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
     /// scan can be in it: a scan borrows the engine.
     code: LoadedCode,
@@ -48,9 +58,6 @@ pub struct NativeEngine {
     label_lines: Arc<Vec<Option<SourceLine>>>,
     /// The names of the source files if the profiler `perf` is to know the code.
     perf_files: Option<Vec<String>>,
-    /// The size of the image for which the code was made; [`usize::MAX`], which no image has, when a host
-    /// function has panicked, after which no further scan is executed.
-    image_size: usize,
 }
 
 /// Where a scan begins or goes on.
@@ -92,6 +99,12 @@ fn starts(entries: &[ChunkFn], labels: impl Iterator<Item = u32>) -> Option<Vec<
     labels.map(|label| Some(Start { entry: *entries.get(label as usize)?, label })).collect()
 }
 
+/// The first of these starts.
+fn near(starts: &[Start]) -> [Start; NEAR] {
+    let none = Start { entry: no_task, label: 0 };
+    std::array::from_fn(|task| starts.get(task).copied().unwrap_or(none))
+}
+
 impl NativeEngine {
     /// Copies a program's code into executable memory.
     ///
@@ -128,7 +141,9 @@ impl NativeEngine {
             perf::write_map(code, files, loaded.extent().0);
         }
         Ok(Self {
+            image_size: code.image_size as usize,
             shown: None,
+            near_starts: near(&starts),
             code: loaded,
             later_code: None,
             maker: None,
@@ -138,7 +153,6 @@ impl NativeEngine {
             trap_sites: Arc::clone(&code.trap_sites),
             label_lines: Arc::clone(&code.label_lines),
             perf_files,
-            image_size: code.image_size as usize,
         })
     }
 
@@ -169,6 +183,7 @@ impl NativeEngine {
             }
             let labels: Vec<u32> = self.starts.iter().map(|start| start.label).collect();
             if let Some(starts) = starts(&self.entries, labels.into_iter()) {
+                self.near_starts = near(&starts);
                 self.starts = starts;
             }
             for (line, &made) in
@@ -252,7 +267,10 @@ impl NativeEngine {
     /// Where a task's scan begins, or goes on that was suspended.
     #[inline]
     fn start(&self, task: usize, from: Option<ResumePoint>) -> Option<Start> {
-        let Some(point) = from else { return self.starts.get(task).copied() };
+        let Some(point) = from else {
+            let near = self.near_starts.get(task);
+            return near.or_else(|| self.starts.get(task)).copied();
+        };
         let label = self.tasks.get(task)?.label(Some(point))?;
         Some(Start { entry: *self.entries.get(label as usize)?, label })
     }
@@ -263,7 +281,7 @@ impl NativeEngine {
         match task < self.starts.len() {
             true if self.host_panicked() => Outcome::trap(TrapCode::HostPanic),
             true => Outcome::trap(TrapCode::Internal),
-            // A task that does not exist has nothing to execute.
+            // As no_task.
             false => Outcome::End,
         }
     }
@@ -382,6 +400,14 @@ impl Engine for NativeEngine {
         // SAFETY: as above.
         unsafe { Call::go_on(call, task, raw) }
     }
+}
+
+/// What a task executes that does not exist: nothing.
+///
+/// # Safety
+/// It uses none of its arguments.
+unsafe extern "C" fn no_task(_: *const ScanContext, _: u32) -> u64 {
+    RawOutcome::new(RawOutcome::END, 0).0
 }
 
 /// Stands in the place of the functions that have no code yet: has it made, and gives the label back, for the engine
