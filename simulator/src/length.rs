@@ -73,8 +73,12 @@ pub(crate) fn root(square: u128) -> i128 {
 
 /// Nanometres as counts of an axis, cut off toward zero.
 pub(crate) fn counts(nanometres: i128, counts: i64, unit: i128) -> i64 {
-    let product = nanometres.saturating_mul(counts.into());
-    (product / unit.max(1)).clamp(i64::MIN.into(), i64::MAX.into()) as i64
+    let (product, unit) = (nanometres.saturating_mul(counts.into()), unit.max(1));
+    // Each axis asks in each tick, and a division of 64 bits takes a fraction of the time of one of 128.
+    if let (Ok(product), Ok(unit)) = (i64::try_from(product), i64::try_from(unit)) {
+        return product / unit;
+    }
+    (product / unit).clamp(i64::MIN.into(), i64::MAX.into()) as i64
 }
 
 #[cfg(test)]
@@ -102,5 +106,8 @@ mod tests {
         assert_eq!((ticks(40_000_000, 20_000_000), ticks(41_000_000, 20_000_000)), (2, 3));
         assert_eq!(counts(-1_999, 1000, 1_000_000), -1);
         assert_eq!(counts(INCH, 10_000, INCH), 10_000);
+        // Products beyond 64 bits.
+        assert_eq!(counts(-(3 << 70) - 1, 1024, 1 << 40), -(3 << 40));
+        assert_eq!((counts(i128::MAX, 9, 1), counts(i128::MIN, 9, 1)), (i64::MAX, i64::MIN));
     }
 }

@@ -53,6 +53,14 @@ struct Step<'a, 'c> {
     strobes: Flags,
 }
 
+/// Where an axis is, in increments.
+#[derive(Clone, Copy, Default)]
+struct Increments {
+    actual: i64,
+    /// By how much it is behind the commanded position.
+    lag: i64,
+}
+
 impl Step<'_, '_> {
     /// Whether the output flag Ypqr is 1: byte `pq`, bit `r`.
     fn y(&self, byte: usize, bit: usize) -> bool {
@@ -137,15 +145,22 @@ impl Nct {
 
     /// Writes everything that the control holds.
     fn write(&self, state: &State, step: &mut Step<'_, '_>) {
+        let increments = std::array::from_fn(|axis| self.increments(state, axis));
         let mut flags = Flags::default();
-        self.nc_flags(state, step, &mut flags);
+        self.nc_flags(state, step, &increments, &mut flags);
         let mut registers = Registers::default();
-        self.registers(state, &mut registers);
+        self.registers(state, &increments, &mut registers);
         self.variables.write(step.now.access, &flags, &registers);
         self.variables.write_message(step.now.access, state.shown_flag());
     }
 
-    fn nc_flags(&self, state: &State, step: &Step<'_, '_>, flags: &mut Flags) {
+    fn nc_flags(
+        &self,
+        state: &State,
+        step: &Step<'_, '_>,
+        increments: &[Increments; state::AXES],
+        flags: &mut Flags,
+    ) {
         *flags = step.strobes;
         let faulty = state.fault.is_some();
         for (byte, bit, on) in [
@@ -183,8 +198,8 @@ impl Nct {
         let [by_hand, by_hand_rapidly] = state.moved_by_hand();
         let moves = state.moves | by_hand;
         let moves_rapidly = state.moves_rapidly | by_hand_rapidly;
-        for (axis, of_plc) in state.plc_axes.iter().enumerate() {
-            let (_, lag) = self.increments(state, axis);
+        let axes = state.plc_axes.iter().zip(increments).enumerate();
+        for (axis, (of_plc, Increments { lag, .. })) in axes {
             flags.set(56, axis, lag.abs() <= self.setup.in_position);
             let [plc_moves, plc_moves_rapidly] = of_plc.moves();
             flags.set(61, axis, moves >> axis & 1 != 0 || plc_moves);
@@ -197,15 +212,19 @@ impl Nct {
         }
     }
 
-    /// The actual position of an axis in increments, and by how much it lags.
-    fn increments(&self, state: &State, axis: usize) -> (i64, i64) {
-        let Some(entry) = self.setup.axes.get(axis) else { return (0, 0) };
+    fn increments(&self, state: &State, axis: usize) -> Increments {
+        let Some(entry) = self.setup.axes.get(axis) else { return Increments::default() };
         let of = |position| crate::length::counts(position, entry.counts, entry.unit);
         let actual = of(state.positions.actual(axis));
-        (actual, of(state.positions.command(axis)) - actual)
+        Increments { actual, lag: of(state.positions.command(axis)) - actual }
     }
 
-    fn registers(&self, state: &State, registers: &mut Registers) {
+    fn registers(
+        &self,
+        state: &State,
+        increments: &[Increments; state::AXES],
+        registers: &mut Registers,
+    ) {
         for (number, value) in state.registers.iter().enumerate() {
             registers.set(number, *value);
         }
@@ -222,8 +241,7 @@ impl Nct {
         registers.set(30, if is_executed || state.interrupted { number } else { 0 });
         registers.set(31, number);
         registers.set(32, 0);
-        for axis in 0..state::AXES {
-            let (actual, lag) = self.increments(state, axis);
+        for (axis, &Increments { actual, lag }) in increments.iter().enumerate() {
             let first = 100 + 5 * axis;
             for (at, word) in [actual, actual >> 16, lag, lag >> 16].into_iter().enumerate() {
                 registers.set(first + at, word as u16);
