@@ -399,3 +399,163 @@ fn steps_end_behind_moves_or_with_i53_behind_lines() {
         assert_eq!(reached, expected, "I53={i53}");
     }
 }
+
+#[test]
+fn the_time_base_may_be_any_word() {
+    // Ix93 names X:$07F0, to which a PLC writes half of the servo cycle's time, then all of it.
+    let text = format!(
+        "{MOTOR}I193=$7F0\nI194=8388607\nM1->X:$07F0,0,24\nM2->X:$0808,0,24\n#1->X\nOPEN PLC 0 CLEAR\nP1=P1+1\n\
+         M1=2097152\nIF (P1>50) M1=4194304 ENDIF\nIF (P1=1) CMD\"#1J=200\" ENDIF\nIF (P1=3) CMD\"%\" ENDIF\nCLOSE\n"
+    );
+    let folder = Folder::with(&[("b.pmc", &text)]);
+    let done = folder
+        .plcc(
+            "run b.pmc --simulate --ticks 100 --watch #1.CMD,M2,&1.BASE --trace - --events e.jsonl",
+        )
+        .exits(0);
+    let trace = done.stdout;
+    assert_eq!(rows(&trace, "&1.BASE"), [(0, 0.0), (1, 50.0), (51, 100.0)]);
+    assert_eq!(rows(&trace, "M2").last().unwrap().1, 4_194_304.0);
+    // Time 0 is tick 2. 20 cycles of a quarter ms, half of the ramp of 10 ms: 12.5 counts.
+    assert_eq!(at(&trace, "#1.CMD", 22), 12.5);
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap().1, 200.0);
+    assert!(folder.read("e.jsonl").contains(r#""kind":"answer","text":"50""#));
+}
+
+/// Two motors of a Turbo PMAC whose kinematics turn and stretch X and Y.
+const ARM: &str = "I100=1 I200=1 I111=0 I211=0 I220=10 I221=0 I219=100 I222=10 I116=1000 I216=1000 I117=100 I217=100\n\
+    I5190=1000 I5187=20 I5188=0 I5113=0 I5150=1\n&1 #1->I #2->I\n\
+    OPEN FORWARD CLEAR\nQ7=P1/100\nQ8=(P2-P1)/50\nP50=P50+1\nCLOSE\n\
+    OPEN INVERSE CLEAR\nP1=Q7*100\nP2=Q7*100+Q8*50\nP51=P51+1\nIF (Q10=1)\nP101=Q17*100\nP102=Q17*100+Q18*50\nENDIF\nCLOSE\n";
+
+#[test]
+fn kinematics_give_motors_from_axes_and_axes_from_motors() {
+    let program = "OPEN PROG 1 CLEAR\nLINEAR ABS F20\nX10\nX20 Y10\nDWELL0\nP2=0\nP60=P51\nRAPID X0\nP61=P51\nDWELL0\n\
+        PVT100\nX5:50 Y2\nX10\nDWELL0\nP62=P51\nCLOSE\n&1B1R\n";
+    let text = format!("{MOTOR}{ARM}{program}").replace("P2=0\n", "");
+    let folder = Folder::with(&[("k.pmc", &text)]);
+    let run = |engine: &str| {
+        let command = format!(
+            "run k.pmc --controller turbo --simulate --ticks 4000 --engine {engine} --watch \
+             #1.CMD,#2.CMD,&1.X,&1.Y,P50,P60,P61,P62 --trace - --events e.jsonl"
+        );
+        folder.plcc(&command).exits(0).stdout
+    };
+    let trace = run("interp");
+    for engine in ["jit", "aot"] {
+        assert_eq!(run(engine), trace);
+    }
+    // R matches once. Each move's end asks the inverse program once: two lines, then RAPID, then two PVT moves.
+    let last = |name| rows(&trace, name).last().unwrap().1;
+    assert_eq!(["P50", "P60", "P61", "P62"].map(last), [1.0, 2.0, 3.0, 5.0]);
+    let second = rows(&trace, "P60")[1].0;
+    assert_eq!((at(&trace, "#1.CMD", second), at(&trace, "#2.CMD", second)), (2000.0, 2500.0));
+    assert_eq!((at(&trace, "&1.X", second), at(&trace, "&1.Y", second)), (20.0, 10.0));
+    // The first PVT move ends at X5 with 50 units a second, which is 5 counts/ms of both motors.
+    let third = rows(&trace, "P61")[1].0;
+    assert!(third > second);
+    assert_eq!((last("#1.CMD"), last("#2.CMD")), (1000.0, 1100.0));
+    assert_eq!((last("&1.X"), last("&1.Y")), (10.0, 2.0));
+}
+
+#[test]
+fn kinematics_are_asked_for_each_point_of_a_path_in_segments() {
+    let program = "OPEN PROG 1 CLEAR\nABS TA20 F100\nX10\nCLOSE\n&1B1R\n";
+    let text = format!("{MOTOR}{ARM}I5113=10\n{program}");
+    let folder = Folder::with(&[("k.pmc", &text)]);
+    let command =
+        "run k.pmc --controller turbo --simulate --ticks 400 --watch #1.CMD,#2.CMD,P51 --trace -";
+    let trace = folder.plcc(command).exits(0).stdout;
+    // As the line without kinematics: its first waypoints are 25/6 and 200/6 counts.
+    assert_eq!(at(&trace, "#1.CMD", 20), 25.0 / 6.0);
+    assert!((at(&trace, "#2.CMD", 40) - 200.0 / 6.0).abs() < 1e-9);
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(280, 1000.0));
+    // 120 ms of path and two segments more: a point each.
+    assert_eq!(rows(&trace, "P51").last().unwrap().1, 14.0);
+    assert_eq!(at(&trace, "P51", 1), 1.0);
+}
+
+#[test]
+fn a_kinematic_program_without_an_end_and_one_that_moves_are_told() {
+    let text = format!(
+        "{MOTOR}{}OPEN PROG 1 CLEAR\nX10\nCLOSE\n&1B1R\n",
+        ARM.replace("P51=P51+1\n", "WHILE (P51=0)\nENDWHILE\n")
+    );
+    let folder = Folder::with(&[("k.pmc", &text)]);
+    let command = "run k.pmc --controller turbo --simulate --ticks 5 --events e.jsonl";
+    folder.plcc(command).exits(0);
+    let events = folder.read("e.jsonl");
+    assert!(events.contains(r#""state":"error","reason":"late""#), "{events}");
+    folder.write("k.pmc", &text.replace("P50=P50+1\n", "CMD\"#1J+\"\n"));
+    folder.plcc(command).exits(1).says(&["a kinematic program only calculates", "PLC"]);
+    folder
+        .plcc("check k.pmc --controller turbo")
+        .exits(0)
+        .says(&["PMAC-W19", "the forward kinematic program of coordinate system 1 has errors"]);
+    // A PMAC has none.
+    folder.write("p.pmc", "OPEN FORWARD CLEAR\nQ7=P1\nCLOSE\n");
+    folder.plcc("check p.pmc").exits(0).says(&["PMAC-N1"]);
+}
+
+#[test]
+fn prelude_calls_in_front_of_words() {
+    let text = format!(
+        "{MOTOR}{SYSTEM}OPEN PROG 500 CLEAR\nP1=P1+1\nREAD(X)\nIF (Q100>0) P3=P3+Q124\nRETURN\nN100 P2=P2+1\nRETURN\nCLOSE\n\
+         OPEN PROG 1 CLEAR\nABS F200\nX1 Y1\nPRELUDE1 CALL500\nX10 Y20\nX5\nP4=P1 P5=P3\nGOSUB 9 Y4\nY3 F50 Y1\nP6=P1\n\
+         PRELUDE1 CALL500.001\nN7 X3 Y2 X2\nPRELUDE0\nX1\nRETURN\nN9 Y7\nRETURN\nCLOSE\n&1B1R\n"
+    );
+    let folder = Folder::with(&[("p.pmc", &text)]);
+    let run = |engine: &str| {
+        let command = format!(
+            "run p.pmc --simulate --ticks 4000 --engine {engine} --watch #1.CMD,#2.CMD,P1,P2,P3,P4,P5,P6 --trace -"
+        );
+        folder.plcc(&command).exits(0).stdout
+    };
+    let trace = run("interp");
+    for engine in ["jit", "aot"] {
+        assert_eq!(run(engine), trace);
+    }
+    let last = |name| rows(&trace, name).last().unwrap().1;
+    // In front of X10, which READ takes; of Y20, which is a move then; and of X5, which is taken too.
+    assert_eq!((last("P4"), last("P5")), (3.0, 15.0));
+    // In front of Y4, not of the move in the subroutine; of Y3, which goes on with F50, and of Y1.
+    assert_eq!(last("P6"), 6.0);
+    // In front of X3 Y2, which is one move, and of X2.
+    assert_eq!((last("P1"), last("P2")), (6.0, 2.0));
+    // X never went to 10 or 5.
+    let highest = rows(&trace, "#1.CMD").iter().fold(0.0, |a: f64, row| a.max(row.1));
+    assert!((200.0..=300.0).contains(&highest), "{highest}");
+    assert_eq!((last("#1.CMD"), last("#2.CMD")), (100.0, 200.0));
+}
+
+#[test]
+fn the_panel_jogs_homes_starts_and_holds() {
+    let text = format!(
+        "{MOTOR}{SYSTEM}I2=0 I902=4\nM28->Y:$FFC0,16,4\nM20->Y:$FFC0,8\nM21->Y:$FFC0,9\nM23->Y:$FFC0,11\nM24->Y:$FFC0,12\nM25->Y:$FFC0,13\n\
+         M26->Y:$FFC0,14\nM180->X:$0818,0\nOPEN PROG 1 CLEAR\nINC F100\nX20\nX20\nX20\nCLOSE\n&1B1\n"
+    );
+    // Motor 1 and coordinate system 1 are selected, then: J+ for 100 ticks, HM, start, and quit by the button of steps.
+    let rows_of = "tick,name,value\n1,M28,14\n10,M21,0\n110,M21,1\n300,M26,0\n302,M26,1\n600,M23,0\n603,M23,1\n650,M24,0\n";
+    let folder = Folder::with(&[("p.pmc", &text), ("s.csv", rows_of)]);
+    let command = "run p.pmc --simulate --ticks 2000 --stimulus s.csv --watch #1.CMD,#1.VEL,M180,M20 --trace - --events e.jsonl";
+    let trace = folder.plcc(command).exits(0).stdout;
+    assert_eq!(rows(&trace, "M20"), [(0, 1.0)]);
+    // The jog begins two cycles after the housekeeping of tick 10, and is at its speed after 10 ms.
+    assert_eq!(at(&trace, "#1.VEL", 12), 0.0);
+    assert_eq!(at(&trace, "#1.VEL", 60), 10.0);
+    assert_eq!(at(&trace, "#1.VEL", 112), 10.0);
+    assert_eq!(at(&trace, "#1.VEL", 140), 0.0);
+    let events: Vec<String> = events(&folder, "e.jsonl");
+    let kinds =
+        [r#""kind":"home","motor":1"#, r#""state":"started""#, r#""state":"stopped","reason":"Q""#];
+    assert_eq!(events.len(), 3, "{events:?}");
+    for (event, kind) in events.iter().zip(kinds) {
+        assert!(event.contains(kind), "{event}");
+    }
+    // Nobody is selected: nothing happens. Without I2=0 neither.
+    folder.write("s.csv", "tick,name,value\n1,M28,15\n10,M21,0\n");
+    assert_eq!(rows(&folder.plcc(command).exits(0).stdout, "#1.CMD").len(), 1);
+    folder.write("s.csv", rows_of);
+    folder.write("p.pmc", &text.replace("I2=0", "I2=1"));
+    assert_eq!(rows(&folder.plcc(command).exits(0).stdout, "#1.CMD").len(), 1);
+}

@@ -4,6 +4,7 @@
 use plcc_abi::image::write_f64;
 use plcc_abi::pmac::motion::{MotionKind, MotionStatement};
 
+use crate::calculation::Jump;
 use crate::machine::Machine;
 use crate::system::{Argument, MAX_ARGUMENTS};
 
@@ -67,6 +68,51 @@ impl Machine<'_> {
             }
         }
         first as u32
+    }
+
+    /// In front of a letter-number word: the call of PRELUDE1, if there is one, which is made anew in front of the next
+    /// word where its program has taken this one. None is made in subroutines.
+    pub(crate) fn before_word(
+        &mut self,
+        system: usize,
+        statement: &MotionStatement,
+        values: &[f64],
+    ) -> bool {
+        let this = &mut self.state.systems[system];
+        let returned = std::mem::take(&mut this.prelude.returned);
+        if !returned && statement.words.first().is_some_and(|word| word.ordinal == 1) {
+            this.read = 0;
+            this.prelude.done = 0;
+        }
+        let Some((code, value)) = this.prelude.call.filter(|_| this.stack.is_empty()) else {
+            return false;
+        };
+        let read = this.read;
+        let Some(next) = statement.words.iter().position(|word| word.ordinal > read) else {
+            return false;
+        };
+        let ordinal = statement.words[next].ordinal;
+        if ordinal <= this.prelude.done {
+            return false;
+        }
+        this.prelude.done = ordinal;
+        let first = this.arguments.len();
+        for (&word, &value) in statement.words.iter().zip(values).skip(next) {
+            if this.arguments.len() < MAX_ARGUMENTS {
+                this.arguments.push(Argument { word, value });
+            }
+        }
+        self.state.calculation.first_argument = first as u32;
+        self.state.calculation.by_prelude = true;
+        let suspended = match code {
+            Some(code) => self.code(system, code, value),
+            None => self.call(system, value),
+        };
+        if !matches!(self.state.calculation.jump, Jump::Into(_)) {
+            self.state.calculation.by_prelude = false;
+            self.state.systems[system].arguments.truncate(first);
+        }
+        suspended
     }
 
     /// READ: words whose letters are asked for go to Q101 to Q126, up to the first other one. Q100 says which.

@@ -84,23 +84,30 @@ impl Look<'_> {
         Some(self.scaled(motor, axes)? - self.bias(motor))
     }
 
-    /// Where matching takes a motor to be: at the goal of its last calculated move while it is in a sequence.
+    /// Where matching takes a motor to be, in counts without bias: at the goal of its last calculated move while it is in
+    /// a sequence.
     fn matched_position(&self, system: usize, motor: usize) -> f64 {
         let goal = self.state.systems[system].sequence.goal(motor);
-        goal.unwrap_or(self.state.motors[motor].commanded) + self.bias(motor)
+        goal.unwrap_or(self.state.motors[motor].commanded)
     }
 
     /// The axes' positions by the formula of matching, for displays: of the commanded positions, now or in the
     /// cycle before.
     pub(crate) fn shown_axes(&self, system: usize, before: bool) -> [f64; 9] {
-        self.matched(system, |this, motor| {
+        let counts = |this: &Self, motor: usize| {
             let motor_state = &this.state.motors[motor];
-            let position = if before { motor_state.before } else { motor_state.commanded };
-            position + this.bias(motor)
-        })
+            if before { motor_state.before } else { motor_state.commanded }
+        };
+        match self.tried_forward(system, &counts) {
+            Some(axes) => {
+                self.programmed_axes(system, axes).map(plcc_abi::pmac::arithmetic::finite)
+            }
+            None => self.matched(system, counts),
+        }
     }
 
-    fn matched(&self, system: usize, position: impl Fn(&Self, usize) -> f64) -> [f64; 9] {
+    fn matched(&self, system: usize, counts: impl Fn(&Self, usize) -> f64) -> [f64; 9] {
+        let position = |this: &Self, motor: usize| counts(this, motor) + this.bias(motor);
         let mut axes = self.base_axes(system, &self.state.systems[system].axes);
         for axis in [Axis::A, Axis::B, Axis::C] {
             let lowest = self.motors_of(system).find_map(|motor| {
@@ -219,8 +226,13 @@ impl Machine<'_> {
     /// Matches the axes of a coordinate system to its motors.
     pub(crate) fn match_axes(&mut self, system: usize) {
         self.state.systems[system].rematch = false;
-        let look = self.look();
-        let axes = look.matched(system, |look, motor| look.matched_position(system, motor));
+        let axes = match self.forward(system) {
+            Some(axes) => axes,
+            None => {
+                let look = self.look();
+                look.matched(system, |look, motor| look.matched_position(system, motor))
+            }
+        };
         self.state.systems[system].axes = axes;
         for axis in Axis::ALL {
             self.show_axis(system, axis);

@@ -42,7 +42,9 @@ pub(crate) struct Calculation {
     statements: u64,
     pub(crate) jump: Jump,
     /// The first argument of the call that is made.
-    first_argument: u32,
+    pub(crate) first_argument: u32,
+    /// It is made by PRELUDE1, so that it returns in front of its statement.
+    pub(crate) by_prelude: bool,
     /// It is over.
     pub(crate) stop: bool,
     /// The program has ended or stopped, and its counter is set.
@@ -74,6 +76,9 @@ impl Machine<'_> {
         this.idle = false;
         if this.rematch {
             self.match_axes(index);
+            if !self.state.systems[index].running {
+                return Next::Done;
+            }
         }
         let Counter::At(at) = self.state.systems[index].counter else { return Next::Done };
         let calculation = &mut self.state.calculation;
@@ -115,14 +120,19 @@ impl Machine<'_> {
                 place
             }
             Jump::Into(place) => {
-                let first = calculation.first_argument;
-                this.stack.push(Frame { place: here, first, next: first });
+                let (first, read) = (calculation.first_argument, this.read);
+                let prelude = std::mem::take(&mut calculation.by_prelude);
+                let point = here.point - u32::from(prelude && here.point > 0);
+                let back = Place { point, ..here };
+                this.stack.push(Frame { place: back, first, next: first, read, prelude });
                 place
             }
             Jump::Back => match this.stack.pop() {
                 Some(frame) => {
                     let last = this.arguments.get(frame.first as usize..frame.next as usize);
-                    this.read = last.and_then(<[_]>::last).map_or(0, |last| last.word.ordinal);
+                    let last = last.and_then(<[_]>::last);
+                    this.read = last.map_or(frame.read, |last| last.word.ordinal);
+                    this.prelude.returned = frame.prelude;
                     this.arguments.truncate(frame.first as usize);
                     frame.place
                 }
@@ -176,6 +186,9 @@ impl Machine<'_> {
             }
         }
         self.state.systems[system].last = line;
+        if statement.kind == MotionKind::BeforeWord {
+            return true;
+        }
         if self.words_read(system, statement) == Some(statement.words.len()) {
             return true;
         }
@@ -211,7 +224,14 @@ impl Machine<'_> {
         let system = self.state.calculation.system;
         self.state.systems[system].last = (statement.file, statement.line);
         let mut values = std::mem::take(&mut self.state.calculation.values);
-        let suspended = match self.words_read(system, statement) {
+        let read = match statement.kind {
+            MotionKind::BeforeWord => None,
+            _ => self.words_read(system, statement),
+        };
+        let suspended = match read {
+            None if statement.kind == MotionKind::BeforeWord => {
+                self.before_word(system, statement, &values)
+            }
             Some(read) if read == statement.words.len() => false,
             Some(read) => self.rest_of_words(system, statement, read, &values),
             None => {
@@ -337,7 +357,16 @@ impl Machine<'_> {
                 self.read_arguments(system, *letters);
                 false
             }
-            MotionKind::Argument => false,
+            // Where PRELUDE1 may call is seen before this.
+            MotionKind::Argument | MotionKind::BeforeWord => false,
+            MotionKind::Prelude(code) => {
+                self.state.systems[system].prelude.call = Some((*code, value));
+                false
+            }
+            MotionKind::PreludeOff => {
+                self.state.systems[system].prelude.call = None;
+                false
+            }
             MotionKind::Spindle => {
                 self.write_q(system, 127, value);
                 false

@@ -29,6 +29,7 @@ impl Machine<'_> {
         this.stack.clear();
         this.arguments.clear();
         this.read = 0;
+        (this.prelude.done, this.prelude.returned) = (0, false);
         Ok(())
     }
 
@@ -54,9 +55,6 @@ impl Machine<'_> {
             }
         }
         let place = self.may_run(system)?;
-        if self.turbo() || self.i(14) == 1.0 {
-            self.match_axes(system);
-        }
         let continuous = !step && self.system_i(system, 92) == 0.0;
         let this = &mut self.state.systems[system];
         this.counter = Counter::At(place);
@@ -76,6 +74,9 @@ impl Machine<'_> {
             reason: None,
             place: None,
         });
+        if self.turbo() || self.i(14) == 1.0 {
+            self.match_axes(system);
+        }
         Ok(())
     }
 

@@ -19,6 +19,8 @@
 //! | `axes` | targets of motors, matching |
 //! | `arguments` | words of a line with a call |
 //! | `transform` | transformations of axes |
+//! | `kinematics` | kinematic programs |
+//! | `panel` | the control panel |
 //! | `calculation`, `flow`, `modes`, `moves` | statements of motion programs |
 //! | `names` | what users can watch and set |
 //!
@@ -76,12 +78,14 @@ mod commands;
 mod control;
 mod events;
 mod flow;
+mod kinematics;
 mod linear;
 mod machine;
 mod modes;
 mod motor;
 mod moves;
 mod names;
+mod panel;
 mod pieces;
 mod plant;
 mod queries;

@@ -56,6 +56,8 @@ pub struct Setup {
     /// The texts of the commands of the tables, and of those that are done after the load.
     pub(crate) texts: Vec<Arc<str>>,
     pub(crate) start_texts: Vec<Arc<str>>,
+    /// The texts of the panel's commands.
+    pub(crate) panel: Vec<Arc<str>>,
     /// The ranges of I-variables.
     pub(crate) ranges: Vec<(u32, Range)>,
 }
@@ -119,6 +121,7 @@ impl Setup {
             systems: (1..=layout.systems()).map(system).collect(),
             texts: tables.commands.iter().map(|command| command.text.as_str().into()).collect(),
             start_texts: tables.start.iter().map(|s| s.command.text.as_str().into()).collect(),
+            panel: crate::panel::texts(),
             ranges: ranges.to_vec(),
         }
     }
@@ -144,10 +147,15 @@ pub struct State {
     pub(crate) transformations: Vec<Transformation>,
     /// The number of the next command.
     pub(crate) age: u64,
+    /// The word of the panel at the last housekeeping.
+    pub(crate) panel: u32,
     #[serde(skip)]
     pub(crate) overlays: Vec<Overlay>,
     #[serde(skip)]
     pub(crate) calculation: Calculation,
+    /// The operands of the expression that a kinematic program computes; empty between two runs.
+    #[serde(skip)]
+    pub(crate) operands: Vec<f64>,
 }
 
 impl State {
@@ -159,6 +167,8 @@ impl State {
             systems: (0..setup.systems.len()).map(|_| System::new(count)).collect(),
             transformations: vec![Transformation::NONE; usize::from(tables.transformations)],
             age: 1,
+            panel: 0,
+            operands: Vec::new(),
             overlays: Vec::with_capacity(MAX_OVERLAYS),
             calculation: Calculation::default(),
         };
@@ -215,6 +225,7 @@ impl State {
     /// Gives queues the room that they have at power-up, so that nothing is allocated in a tick.
     pub fn make_room(&mut self) {
         self.overlays.reserve(MAX_OVERLAYS);
+        self.operands.reserve(64);
         for motor in &mut self.motors {
             motor.waiting.reserve(crate::motor::MAX_WAITING + 1 - motor.waiting.len().min(32));
             motor.history.reserve(crate::motor::FILTER + 1 - motor.history.len().min(80));
@@ -433,6 +444,7 @@ impl Machine<'_> {
             this.active = active;
             this.mode = if active { Loop::Closed } else { Loop::Killed };
         }
+        self.open_panel();
         self.write_inputs();
         self.read_inputs();
         for motor in &mut self.state.motors {

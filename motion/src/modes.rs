@@ -1,7 +1,7 @@
 //! Moves of the modes: which calculation each takes, and those of PVT and SPLINE.
 
 use plcc_abi::pmac::arithmetic::finite;
-use plcc_abi::pmac::motion::{Axis, Mode};
+use plcc_abi::pmac::motion::{Axis, AxisSet, Mode};
 
 use crate::events::Reason;
 use crate::machine::Machine;
@@ -10,8 +10,17 @@ use crate::sequence::{Progress, SequenceKind};
 use crate::units::units;
 
 impl Machine<'_> {
-    /// A move of the present mode.
+    /// A move of the present mode. Says whether the calculation is over.
     pub(crate) fn programmed_move(&mut self, system: usize, words: &Words) -> bool {
+        // A kinematic program that does not end stops the motion program in front of the move, or at it.
+        if !self.state.systems[system].running {
+            return true;
+        }
+        let is_over = self.move_by_mode(system, words);
+        is_over || !self.state.systems[system].running
+    }
+
+    fn move_by_mode(&mut self, system: usize, words: &Words) -> bool {
         if self.motors_of(system).any(|motor| self.motor_i(motor, 6) == 1.0) {
             return self.stop_with_error(system, Reason::Unsupported);
         }
@@ -95,6 +104,8 @@ impl Machine<'_> {
             duration => duration,
         };
         let per = self.system_i(system, 90);
+        let moved = self.look().moved_axes(system, words.axes);
+        let kinematic = moved != AxisSet::NONE && self.look().has_inverse(system);
         let velocities = self.look().base_velocities(system, &words.velocities);
         for motor in 0..self.motor_count() {
             let mut v = 0.0;
@@ -103,6 +114,9 @@ impl Machine<'_> {
                 if velocity != 0.0 {
                     v += velocity * self.scale(motor, axis) / per;
                 }
+            }
+            if kinematic && self.state.is_kinematic(motor) {
+                v = self.kinematic_velocity(motor) / per;
             }
             let sequence = &mut self.state.systems[system].sequence;
             let v = if sequence.member[motor] { finite(v) } else { 0.0 };

@@ -229,7 +229,7 @@ impl Machine<'_> {
         this.next_move += 1;
         let (axes, line) = (this.axes, this.last);
         let k = this.sequence.calculated + 1;
-        self.move_targets(system, words, &axes, k);
+        self.move_targets(system, words, &axes, k, kind);
         let moved = self.look().moved_axes(system, words.axes);
         let this = self.state.systems[system].sequence.at_mut(k);
         (this.number, this.line) = (number, line);
@@ -324,8 +324,20 @@ impl Machine<'_> {
     }
 
     /// The positions at the end of move k and the ways to them.
-    fn move_targets(&mut self, system: usize, words: &Words, axes: &[f64; 9], k: u32) {
+    fn move_targets(
+        &mut self,
+        system: usize,
+        words: &Words,
+        axes: &[f64; 9],
+        k: u32,
+        kind: SequenceKind,
+    ) {
         let moved = self.look().moved_axes(system, words.axes);
+        // With segmentation the points of the path are what the motors follow.
+        let velocities = Some(&words.velocities).filter(|_| kind == SequenceKind::Pvt);
+        let kinematic = kind != SequenceKind::Segmented
+            && moved != AxisSet::NONE
+            && self.inverse(system, axes, velocities);
         for motor in 0..self.motor_count() {
             let own = self.system_of(motor) == Some(system) && self.state.motors[motor].active;
             let commanded = self.state.motors[motor].commanded;
@@ -340,9 +352,12 @@ impl Machine<'_> {
             }
             let sequence = &self.state.systems[system].sequence;
             let last = if k > 1 { sequence.at(k - 1).p[motor] } else { sequence.start[motor] };
-            let target = match own && self.follows(motor, moved) {
-                true => self.motor_target(motor, axes).unwrap_or(last),
-                false => last,
+            let target = if own && kinematic && self.state.is_kinematic(motor) {
+                self.kinematic_position(motor)
+            } else if own && self.follows(motor, moved) {
+                self.motor_target(motor, axes).unwrap_or(last)
+            } else {
+                last
             };
             let this = self.state.systems[system].sequence.at_mut(k);
             this.p[motor] = finite(target);
@@ -388,10 +403,15 @@ impl Machine<'_> {
         let number = self.state.systems[system].next_move;
         let moved = self.look().moved_axes(system, words.axes);
         let mut ratio: f64 = 0.0;
+        let kinematic = moved != AxisSet::NONE && self.inverse(system, &axes, None);
         let way = |this: &Self, motor: usize| {
-            let target = this.motor_target(motor, &axes)?;
+            let target = if kinematic && this.state.is_kinematic(motor) {
+                this.kinematic_position(motor)
+            } else {
+                this.motor_target(motor, &axes).filter(|_| this.follows(motor, moved))?
+            };
             let way = target - this.state.motors[motor].commanded;
-            (this.state.motors[motor].active && this.follows(motor, moved)).then_some((target, way))
+            this.state.motors[motor].active.then_some((target, way))
         };
         for motor in self.motors_of(system) {
             let Some((_, way)) = way(self, motor) else { continue };

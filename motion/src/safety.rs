@@ -17,6 +17,7 @@ impl Machine<'_> {
         for index in 0..self.motor_count() {
             self.in_position(index);
         }
+        self.panel();
         self.show_status();
     }
 

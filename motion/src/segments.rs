@@ -144,6 +144,10 @@ impl Machine<'_> {
                 break;
             }
             self.take_point(system, j, point);
+            // A kinematic program has not ended.
+            if !self.state.systems[system].sequence.runs() {
+                break;
+            }
         }
         advance
     }
@@ -172,6 +176,11 @@ impl Machine<'_> {
         sequence.segments.taken = point;
         let (length, time) = (sequence.segments.length, sequence.segments.ms);
         let named = sequence.segments.named;
+        let kinematic = named != AxisSet::NONE && self.inverse(system, &axes, None);
+        let sequence = &mut self.state.systems[system].sequence;
+        if !sequence.runs() {
+            return;
+        }
         sequence.begin_piece(length);
         sequence.next_piece += 1;
         for motor in 0..self.motor_count() {
@@ -179,9 +188,18 @@ impl Machine<'_> {
             if !sequence.member[motor] {
                 continue;
             }
-            let (start, end) = (sequence.start[motor], sequence.last().p[motor]);
+            let (start, mut end) = (sequence.start[motor], sequence.last().p[motor]);
+            let kinematic = kinematic && self.state.is_kinematic(motor);
+            if kinematic && at_end {
+                // The goal is known only now.
+                end = plcc_abi::pmac::arithmetic::finite(self.kinematic_position(motor));
+                let sequence = &mut self.state.systems[system].sequence;
+                let last = sequence.calculated;
+                sequence.at_mut(last).p[motor] = end;
+            }
             let new = match at_end {
                 true => end,
+                false if kinematic => self.kinematic_position(motor),
                 false if self.follows(motor, named) => {
                     self.motor_target(motor, &axes).unwrap_or(end)
                 }

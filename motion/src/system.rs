@@ -42,6 +42,10 @@ pub(crate) struct Frame {
     /// The first of its arguments, and the next one that READ takes.
     pub(crate) first: u32,
     pub(crate) next: u32,
+    /// Up to which word of its line READ had taken the words when it was made.
+    pub(crate) read: u16,
+    /// Whether PRELUDE1 has made it.
+    pub(crate) prelude: bool,
 }
 
 /// A word of the line of a call.
@@ -49,6 +53,17 @@ pub(crate) struct Frame {
 pub(crate) struct Argument {
     pub(crate) word: LineWord,
     pub(crate) value: f64,
+}
+
+/// The calls that PRELUDE1 makes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Prelude {
+    /// The call: its code, or none for CALL, and its value.
+    pub(crate) call: Option<(Option<u8>, f64)>,
+    /// Up to which word of the line it was called.
+    pub(crate) done: u16,
+    /// Its program has just returned.
+    pub(crate) returned: bool,
 }
 
 /// How many arguments all calls that have not returned have at most.
@@ -97,6 +112,7 @@ pub(crate) struct System {
     pub(crate) arguments: Vec<Argument>,
     /// Up to which word of its line the call that returned last has read.
     pub(crate) read: u16,
+    pub(crate) prelude: Prelude,
     pub(crate) running: bool,
     /// Single step (S).
     pub(crate) step: bool,
@@ -151,6 +167,7 @@ impl System {
             stack: Vec::with_capacity(MAX_DEPTH),
             arguments: Vec::with_capacity(MAX_ARGUMENTS),
             read: 0,
+            prelude: Prelude::default(),
             running: false,
             step: false,
             stepped: None,

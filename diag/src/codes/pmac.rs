@@ -280,7 +280,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W19",
         "a motion program with errors is left out",
-        "Motion programs are read and checked always, and run with --simulate. The text of this one has an error, the first of which is shown. Without --simulate nothing runs it, so the PLCs run all the same; with it the errors are errors.",
+        "Motion programs, and kinematic programs of Turbo PMAC, are read and checked always, and run with --simulate. The text of this one has an error, the first of which is shown. Without --simulate nothing runs it, so the PLCs run all the same; with it the errors are errors.",
         "Wrong:\n  OPEN PROG 1 CLEAR\n  X=10\nRight:\n  OPEN PROG 1 CLEAR\n  X10",
     ),
     code(
@@ -322,7 +322,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-N1",
         "buffer skipped",
-        "OPEN ROTARY, OPEN SERVO, OPEN FORWARD and OPEN INVERSE hold programs that nothing here runs. They are skipped up to their CLOSE.",
+        "OPEN ROTARY and OPEN SERVO hold programs that nothing here runs, as do OPEN FORWARD and OPEN INVERSE of a PMAC, which has no kinematics. They are skipped up to their CLOSE.",
         "There is nothing to fix.",
     ),
     code(

@@ -278,6 +278,8 @@ pub(crate) struct Download {
     pub(crate) plccs: Vec<Buffer>,
     /// The motion programs, by number.
     pub(crate) progs: std::collections::BTreeMap<u32, Buffer>,
+    /// The kinematic programs, by coordinate system and whether they are inverse ones.
+    pub(crate) kinematics: std::collections::BTreeMap<(u8, bool), Buffer>,
     /// The statements of motion of all motion programs.
     pub(crate) motion: Vec<MotionStmt>,
     /// On-line commands, in order.
@@ -318,10 +320,11 @@ impl Download {
         plcs.chain(plccs)
     }
 
-    /// All statements: of PLCs, of PLCCs, of motion programs, and those that COMMANDs execute.
+    /// All statements: of PLCs, of PLCCs, of motion programs, of kinematic programs, and those that COMMANDs execute.
     pub(crate) fn statements(&self) -> impl Iterator<Item = &Stmt> {
         let plcs = self.programs().map(|(_, _, buffer)| &buffer.code);
-        let motion = self.progs.values().map(|buffer| &buffer.code);
+        let buffers = self.progs.values().chain(self.kinematics.values());
+        let motion = buffers.map(|buffer| &buffer.code);
         plcs.chain(motion).chain(&self.commands).flatten()
     }
 

@@ -1,6 +1,8 @@
 //! Fills the tables that the executive needs of a download.
 
-use plcc_abi::pmac::motion::{MotionProgram, MotionStatement, MotionTables};
+use plcc_abi::pmac::motion::{
+    KinematicStep, Kinematics, MotionProgram, MotionStatement, MotionTables,
+};
 use plcc_abi::pmac::{CommandStep, Kind, PmacTables, Program as PlcProgram, Run, Text, Variable};
 use plcc_abi::{Program, Tables, Task};
 use plcc_diag::SourceMap;
@@ -38,6 +40,8 @@ pub(crate) fn program(
             add_named(download, code, &mut named);
         }
     }
+    let kinematics = || download.kinematics.values().map(|buffer| buffer.code.as_slice());
+    kinematics().for_each(|code| add_named(download, code, &mut named));
     named.sort_unstable();
     named.dedup();
     let mut texts = download.texts.clone();
@@ -62,7 +66,10 @@ pub(crate) fn program(
         sparse: loaded.sparse.clone(),
         save: loaded.save,
         motion: motion_tables(download, loaded, &tasks, sources),
-        outputs: outputs::outputs(download, loaded, tasks.iter().map(|(_, code)| *code)),
+        outputs: {
+            let tasks = tasks.iter().map(|(_, code)| *code);
+            outputs::outputs(download, loaded, tasks.chain(kinematics()))
+        },
     };
     Program {
         files,
@@ -115,6 +122,7 @@ fn motion_tables(
         });
     }
     MotionTables {
+        kinematics: kinematics(download),
         programs,
         statements,
         commands: download.motion_commands.clone(),
@@ -125,6 +133,37 @@ fn motion_tables(
         image: motion.image.clone(),
         sparse: motion.sparse.clone(),
     }
+}
+
+/// The kinematic programs that have statements.
+fn kinematics(download: &Download) -> Vec<Kinematics> {
+    let ops = |expr| download.ops(expr).to_vec();
+    let step = |stmt: &Stmt| {
+        Some(match stmt.kind {
+            StmtKind::Assign(Target::Indirect(kind, number), value) => {
+                KinematicStep::AssignIndirect { kind, number: ops(number), value: ops(value) }
+            }
+            StmtKind::Assign(Target::Var(kind, first), value) => {
+                KinematicStep::Assign { kind, first, count: 1, step: 1, value: ops(value) }
+            }
+            StmtKind::Assign(Target::Range { kind, first, count, step }, value) => {
+                KinematicStep::Assign { kind, first, count, step, value: ops(value) }
+            }
+            StmtKind::If(condition, to) | StmtKind::While(condition, to) => {
+                KinematicStep::Unless(ops(condition), to)
+            }
+            StmtKind::Jump(to) | StmtKind::EndWhile(to) => KinematicStep::Jump(to),
+            // The reader has refused all others.
+            _ => return None,
+        })
+    };
+    let programs = download.kinematics.iter().filter(|(_, buffer)| !buffer.code.is_empty());
+    let program = |(&(system, inverse), buffer): (&(u8, bool), &Buffer)| Kinematics {
+        system,
+        inverse,
+        steps: buffer.code.iter().filter_map(step).collect(),
+    };
+    programs.map(program).collect()
 }
 
 /// The labels of a motion program by rising number, each with its resume point. The first of a number counts.

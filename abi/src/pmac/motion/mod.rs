@@ -15,6 +15,6 @@ pub use name::{MotionName, MotorValue, SystemValue};
 pub use plant::Plant;
 pub use registers::{MotorRegisters, SystemRegisters};
 pub use tables::{
-    LineWord, Mode, Modes, MotionKind, MotionProgram, MotionStatement, MotionTables, MoveWord,
-    StartCommand, SyncOp, TimeWord, TransformationWord,
+    KinematicStep, Kinematics, LineWord, Mode, Modes, MotionKind, MotionProgram, MotionStatement,
+    MotionTables, MoveWord, StartCommand, SyncOp, TimeWord, TransformationWord,
 };

@@ -5,7 +5,8 @@ use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisDefinition, AxisSet, MotionCommand, axis::Axis};
-use crate::pmac::{Run, SparseMemory};
+use crate::pmac::expression::Op;
+use crate::pmac::{Kind, Run, SparseMemory};
 
 /// How moves are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -141,6 +142,14 @@ pub enum MotionKind {
     Argument,
     /// S behind a call on its line: Q127. One value.
     Spindle,
+    /// PRELUDE1: a call in front of each letter-number word from here on, of a program (`None`) or by a code as in
+    /// [`Code`](Self::Code). One value.
+    Prelude(Option<u8>),
+    /// PRELUDE0: no such calls.
+    PreludeOff,
+    /// In front of a letter-number word, where PRELUDE1 may call. Its values are those of the words from there to the
+    /// end of the line.
+    BeforeWord,
     /// TSELECT and its kind: one value but for TINIT.
     Transformation(TransformationWord),
     /// What is not simulated: to come here is a run-time error.
@@ -196,6 +205,48 @@ impl MotionProgram {
     }
 }
 
+/// A statement of a kinematic program. Branches name statements by their index in the program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum KinematicStep {
+    /// An assignment to `count` variables from `first` on, `step` apart.
+    Assign {
+        /// Their kind.
+        kind: Kind,
+        /// The first one's number.
+        first: u16,
+        /// How many.
+        count: u16,
+        /// The difference between the numbers of two neighbours.
+        step: u16,
+        /// The value, in postfix order.
+        value: Vec<Op>,
+    },
+    /// An assignment to the variable whose number is computed.
+    AssignIndirect {
+        /// Its kind.
+        kind: Kind,
+        /// Its number.
+        number: Vec<Op>,
+        /// The value.
+        value: Vec<Op>,
+    },
+    /// IF and WHILE: where the condition does not hold the program goes on at the statement.
+    Unless(Vec<Op>, u32),
+    /// The program goes on at the statement.
+    Jump(u32),
+}
+
+/// A kinematic program of Turbo PMAC (OPEN FORWARD, OPEN INVERSE).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kinematics {
+    /// Its coordinate system, from 1.
+    pub system: u8,
+    /// Whether it gives motors from axes, and not axes from motors.
+    pub inverse: bool,
+    /// Its statements.
+    pub steps: Vec<KinematicStep>,
+}
+
 /// An on-line command of the download that moves, runs or answers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StartCommand {
@@ -230,6 +281,8 @@ pub struct MotionTables {
     pub programs: Vec<MotionProgram>,
     /// Their statements that the control's motion carries out.
     pub statements: Vec<MotionStatement>,
+    /// The kinematic programs that have statements.
+    pub kinematics: Vec<Kinematics>,
     /// The commands for motors and coordinate systems in texts of COMMAND.
     pub commands: Vec<MotionCommand>,
     /// The commands of the download that are done after the load.

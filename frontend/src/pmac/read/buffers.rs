@@ -42,6 +42,9 @@ impl Reader<'_> {
         match words::find(self.cur, OPENED) {
             Some((word, after)) => {
                 self.cur = after;
+                if self.is_turbo() && matches!(word.spelling, "FORWARD" | "FWD" | "INVERSE") {
+                    return Ok(OnlineCommand::OpenKinematics(word.spelling == "INVERSE"));
+                }
                 let numbered = word.spelling == "PROGRAM";
                 let clears = words::find(self.cur, ONLINE)
                     .is_some_and(|(word, _)| word.keyword == Keyword::Clear);

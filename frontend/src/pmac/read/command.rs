@@ -263,7 +263,9 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
         }
         match reader.online(&mut table)? {
             OnlineCommand::Do(more) => actions.extend(more),
-            OnlineCommand::OpenPlc { .. } | OnlineCommand::OpenMotion(_) => {
+            OnlineCommand::OpenPlc { .. }
+            | OnlineCommand::OpenMotion(_)
+            | OnlineCommand::OpenKinematics(_) => {
                 let text = reader.cur.text_at(reader.cur.since(start)).to_owned();
                 let action = MotionAction::Refused("PMAC-X9".to_owned());
                 actions.push(Action::Motion(MotionCommand { text, action }));

@@ -4,6 +4,7 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::expr::Reader;
+use super::kinematics::kinematics_name;
 use super::motion_program::PendingMove;
 use super::online::OnlineCommand;
 use super::preprocess::Preprocessed;
@@ -34,6 +35,8 @@ pub(crate) struct Open {
     pub(crate) else_if: Option<TextRange>,
     /// Of a motion program its number; its lines are read by rules of their own.
     pub(crate) program: Option<u32>,
+    /// Of a kinematic program its coordinate system and whether it is the inverse one; it is read as a PLC is.
+    pub(crate) kinematics: Option<(u8, bool)>,
     /// The axis words of its present line.
     pub(crate) pending: Option<PendingMove>,
     /// Its last IF that ended with its line: the index of the branch, and that behind its statements.
@@ -69,6 +72,10 @@ pub(crate) struct DownloadReader<'a> {
     pub(crate) replacement_budget: usize,
     /// Whether the program will run with its motion simulated, so that errors of motion programs are errors.
     pub(crate) simulates: bool,
+    /// The coordinate system that on-line commands have addressed last.
+    system: u8,
+    /// Whether there is a PRELUDE, so that each letter-number word of motion programs may have a call in front of it.
+    pub(crate) has_prelude: bool,
 }
 
 /// Reads a download. PLCs whose IF and WHILE do not match their ends are reported and left empty.
@@ -83,6 +90,7 @@ pub(crate) fn read<'a>(preprocessed: &'a Preprocessed, options: &Options) -> Dow
             plcs: vec![Buffer::default(); 32],
             plccs: vec![Buffer::default(); 32],
             progs: std::collections::BTreeMap::new(),
+            kinematics: std::collections::BTreeMap::new(),
             motion: Vec::new(),
             online: Vec::new(),
             texts: Vec::new(),
@@ -103,6 +111,8 @@ pub(crate) fn read<'a>(preprocessed: &'a Preprocessed, options: &Options) -> Dow
         suppressed_errors: 0,
         replacement_budget: 16 << 20,
         simulates: options.simulate,
+        system: 1,
+        has_prelude: has_prelude(&preprocessed.text),
     };
     reader.run();
     reader
@@ -119,10 +129,13 @@ impl DownloadReader<'_> {
             if self.open.as_ref().is_some_and(|open| open.program.is_some()) {
                 self.motion_line();
             } else if self.open.is_some() {
-                let start = self.reader.cur.pos;
-                if let Err(error) = self.statement() {
-                    self.report(error);
-                    self.recover(start);
+                let (start, first) = (self.reader.cur.pos, self.next_index());
+                match self.statement() {
+                    Ok(()) => self.only_calculates(first, start),
+                    Err(error) => {
+                        self.report(error);
+                        self.recover(start);
+                    }
                 }
                 self.note_l_uses();
             } else {
@@ -200,6 +213,9 @@ impl DownloadReader<'_> {
             OnlineCommand::Do(actions) => {
                 for action in actions {
                     self.note_i5(&action);
+                    if let Action::System(system) = action {
+                        self.system = system;
+                    }
                     self.download.online.push(Online { action, at });
                 }
             }
@@ -209,6 +225,10 @@ impl DownloadReader<'_> {
                 }
             }
             OnlineCommand::OpenMotion(None) => self.skip_motion(at),
+            OnlineCommand::OpenKinematics(inverse) => {
+                self.open_kinematics(self.system, inverse, at);
+                return true;
+            }
             OnlineCommand::OpenMotion(Some(number)) => {
                 self.open_program(number, at);
                 return true;
@@ -245,6 +265,9 @@ impl DownloadReader<'_> {
         }
         if let Some(number) = open.program {
             return Some(self.download.progs.entry(number).or_default());
+        }
+        if let Some(of) = open.kinematics {
+            return Some(self.download.kinematics.entry(of).or_default());
         }
         let buffers =
             if open.compiled { &mut self.download.plccs } else { &mut self.download.plcs };
@@ -293,11 +316,13 @@ impl DownloadReader<'_> {
     /// Closes the buffer. Errors of its structure are reported at `at`, the place of the CLOSE.
     pub(crate) fn close(&mut self, at: TextRange) {
         let Some(open) = &self.open else { return };
+        let (kinematics, first) = (open.kinematics, open.first_diagnostic);
         let is_lost = open.discarded || open.has_unknown_names;
         if let Some((guilty, message)) = open.structure_error().filter(|_| !is_lost) {
-            let name = match open.program {
-                Some(number) => format!("motion program {number}"),
-                None => program_name(open.compiled, open.number.into()),
+            let name = match (open.program, open.kinematics) {
+                (Some(number), _) => format!("motion program {number}"),
+                (None, Some(of)) => kinematics_name(of),
+                (None, None) => program_name(open.compiled, open.number.into()),
             };
             let (place, _) = self.preprocessed.origins.place(guilty);
             let else_if = open.else_if;
@@ -324,5 +349,15 @@ impl DownloadReader<'_> {
         self.note_l_uses();
         self.open = None;
         self.reader.l_used = None;
+        if let Some(of) = kinematics {
+            self.leave_out(first, at, &kinematics_name(of), |download| {
+                download.kinematics.get_mut(&of)
+            });
+        }
     }
+}
+
+/// Whether a text has the word PRELUDE.
+fn has_prelude(text: &str) -> bool {
+    text.as_bytes().windows(7).any(|word| word.eq_ignore_ascii_case(b"PRELUDE"))
 }

@@ -293,7 +293,8 @@ impl DownloadReader<'_> {
                 self.with_data(kind, start)
             }
             "READ" => self.read_words(start),
-            "PRELUDE" | "CC1" | "CC2" | "CC3" | "LEARN" | "LRN" => {
+            "PRELUDE" => self.prelude(start),
+            "CC1" | "CC2" | "CC3" | "LEARN" | "LRN" => {
                 self.reader.cur.skip_line();
                 self.plain(MotionKind::Unsupported, start)
             }

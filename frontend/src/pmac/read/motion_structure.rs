@@ -7,7 +7,7 @@ use plcc_diag::Diagnostic;
 use super::cursor::Parsed;
 use super::download::DownloadReader;
 use super::structure::{Frame, FrameKind, MAX_NESTING};
-use crate::pmac::ast::{MotionStmt, StmtKind};
+use crate::pmac::ast::{Buffer, Download, MotionStmt, StmtKind};
 use crate::pmac::origin::TextRange;
 
 impl DownloadReader<'_> {
@@ -129,12 +129,28 @@ impl DownloadReader<'_> {
         let Some(program) = self.open.as_ref().and_then(|open| open.program) else { return };
         let first = self.open.as_ref().map_or(0, |open| open.first_diagnostic);
         self.close(at);
+        self.leave_out(first, at, &format!("motion program {program}"), |download| {
+            download.progs.get_mut(&program)
+        });
+    }
+
+    /// Empties a buffer that is closed now, at `at`, if one of the diagnostics from `first` on is an error. Where motion
+    /// is not simulated, a warning says so in the place of them all.
+    pub(crate) fn leave_out(
+        &mut self,
+        first: usize,
+        at: TextRange,
+        name: &str,
+        buffer: impl Fn(&mut Download) -> Option<&mut Buffer>,
+    ) {
         let first_error = self.diagnostics.iter().skip(first).position(Diagnostic::is_error);
         let Some(error) = first_error else { return };
-        if let Some(buffer) = self.download.progs.get_mut(&program) {
+        let mut opened = None;
+        if let Some(buffer) = buffer(&mut self.download) {
             buffer.code.clear();
             buffer.labels.clear();
             buffer.broken = true;
+            opened = buffer.opened;
         }
         if self.simulates {
             return;
@@ -143,9 +159,8 @@ impl DownloadReader<'_> {
         let Some(error) = found.into_iter().nth(error) else { return };
         let place = error.span;
         let message = error.message;
-        let opened = self.download.progs.get(&program).and_then(|buffer| buffer.opened);
         self.tell(opened.unwrap_or(at), |span| {
-            let what = format!("motion program {program} has errors and is left out");
+            let what = format!("{name} has errors and is left out");
             Diagnostic::warning("PMAC-W19", span, what)
                 .label(place, message.clone())
                 .note(message)

@@ -6,12 +6,14 @@ use plcc_abi::pmac::motion::{Axis, LineWord, MotionKind, MoveWord, TimeWord};
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::download::DownloadReader;
+use super::motion_calls::code_of;
 use super::motion_program::PendingMove;
 use crate::pmac::ast::{Expr, Op, StmtKind, Target};
 
 impl DownloadReader<'_> {
     /// A word of one letter with its data, whose letter is taken.
     pub(super) fn letter_word(&mut self, letter: u8, start: usize) -> Parsed<()> {
+        self.before_word(letter, start);
         if let Some(axis) = Axis::from_letter(letter) {
             let again = self.open.as_ref().and_then(|open| open.pending.as_ref());
             if again.is_some_and(|pending| pending.words.contains(&MoveWord::Axis(axis))) {
@@ -75,13 +77,7 @@ impl DownloadReader<'_> {
             }
             b'G' | b'M' | b'T' | b'D' => {
                 self.flush_move();
-                let code = match letter {
-                    b'G' => 0,
-                    b'M' => 1,
-                    b'T' => 2,
-                    _ => 3,
-                };
-                self.call_with_words(MotionKind::Code(code), letter, start)?;
+                self.call_with_words(MotionKind::Code(code_of(letter)), letter, start)?;
             }
             _ if self.is_behind_call() => {
                 self.flush_move();

@@ -31,6 +31,8 @@ pub(crate) enum OnlineCommand {
     },
     /// The buffer of a motion program is opened, with its number; without one another buffer of motion.
     OpenMotion(Option<u32>),
+    /// The buffer of a kinematic program of the addressed coordinate system is opened: of the inverse one or not.
+    OpenKinematics(bool),
     /// L-variables are defined: the first one's number, and how many there are.
     DefineL(u16, u16, Definition),
 }
