@@ -559,3 +559,97 @@ fn the_panel_jogs_homes_starts_and_holds() {
     folder.write("p.pmc", &text.replace("I2=0", "I2=1"));
     assert_eq!(rows(&folder.plcc(command).exits(0).stdout, "#1.CMD").len(), 1);
 }
+
+/// A program of long lines in segments of 10 ms, and what PLC 1 sends in some ticks.
+fn halted(commands: &[(u32, &str)]) -> String {
+    let sends: String = commands
+        .iter()
+        .map(|(tick, text)| format!("IF (P1={tick}) CMD\"{text}\" ENDIF\n"))
+        .collect();
+    format!(
+        "{MOTOR}{SYSTEM}I13=10 I52=20972 I195=1000\nM123->Y:$0817,23\nM180->X:$0818,0\nOPEN PROG 1 CLEAR\nINC TA20 F100\nX10\nX10\nX10\nP2=1\n\
+         CLOSE\nOPEN PLC 1 CLEAR\nP1=P1+1\n{sends}CLOSE\n&1B1R\n"
+    )
+}
+
+#[test]
+fn a_slash_ends_behind_the_move_and_keeps_the_next_one() {
+    let folder = Folder::with(&[("h.pmc", &halted(&[(100, "&1/"), (700, "&1R")]))]);
+    let command = "run h.pmc --simulate --ticks 1600 --watch #1.CMD,P2 --trace - --events e.jsonl";
+    let trace = folder.plcc(command).exits(0).stdout;
+    // The first move is made to its end: 120 ms of path and two segments.
+    assert_eq!(rows(&trace, "#1.CMD").iter().rfind(|row| row.0 < 690).unwrap(), &(280, 1000.0));
+    let events = events(&folder, "e.jsonl");
+    assert!(events[2].contains(r#""state":"stopped","reason":"Q""#), "{events:?}");
+    // R goes on with the second, which was calculated; none is lost.
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap().1, 3000.0);
+    assert_eq!(rows(&trace, "P2").last().unwrap().1, 1.0);
+    assert!(events.last().unwrap().contains(r#""state":"ended""#), "{events:?}");
+}
+
+#[test]
+fn a_backslash_stops_on_the_path_and_the_motors_may_jog_away_and_back() {
+    let commands = [(100, "&1\\"), (500, "#1J:100"), (700, "&1R"), (710, "#1J:-100"), (900, "&1R")];
+    let folder = Folder::with(&[("h.pmc", &halted(&commands))]);
+    let command = "run h.pmc --simulate --ticks 2200 --watch #1.CMD,M123,M180,&1.BASE,P2 --trace - --events e.jsonl";
+    let trace = folder.plcc(command).exits(0).stdout;
+    // I10 is 4194304, so that I52=20972 takes 200 cycles.
+    let (stop, _) = rows(&trace, "M123")[1];
+    assert_eq!(stop, 299);
+    assert_eq!(
+        rows(&trace, "M180"),
+        [(0, 1.0), (299, 0.0), (899, 1.0), (rows(&trace, "M180")[3].0, 0.0)]
+    );
+    let held = at(&trace, "#1.CMD", stop);
+    assert!(held > 100.0 && held < 2000.0 && at(&trace, "#1.CMD", 490) == held, "{held}");
+    assert_eq!(at(&trace, "#1.CMD", 690), held + 100.0);
+    assert!((at(&trace, "#1.CMD", 890) - held).abs() < 1e-9);
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap().1, 3000.0);
+    let told: Vec<String> =
+        events(&folder, "e.jsonl").into_iter().filter(|e| !e.contains("command")).collect();
+    let expected = [
+        r#""state":"started""#,
+        r#""state":"stopped","reason":"\\""#,
+        r#""text":"R","system":1,"error":"ERR017""#,
+        r#""state":"started""#,
+        r#""state":"ended""#,
+    ];
+    assert_eq!(told.len(), expected.len(), "{told:#?}");
+    for (event, part) in told.iter().zip(expected) {
+        assert!(event.contains(part), "{event}: {part}");
+    }
+}
+
+#[test]
+fn what_is_not_simulated_is_told_at_load() {
+    let text = "I5=0\nI100=1 I101=1 I160=1 I186=16 I125=$3440 I51=1\nI201=1\n";
+    let folder = Folder::with(&[("n.pmc", text)]);
+    folder.plcc("run n.pmc --simulate --ticks 1").exits(0).says(&[
+        "motor 1: commutation is not simulated (I101=1)",
+        "has no switches",
+        "(I160=1)",
+        "motor 1: backlash is not simulated (I186=16)",
+        "compensation tables are not simulated (I51=1)",
+    ]);
+    let quiet = folder.plcc("run n.pmc --ticks 1").exits(0);
+    assert!(!quiet.stderr.contains("simulated"), "{}", quiet.stderr);
+    let other = folder.plcc("run n.pmc --simulate --ticks 1").stderr;
+    assert!(!other.contains("motor 2"), "{other}");
+}
+
+#[test]
+fn conditions_of_test_scripts_name_positions() {
+    let text = format!("{MOTOR}{SYSTEM}OPEN PROG 1 CLEAR\nINC F20 X5\nP1=1\nCLOSE\n&1B1R\n");
+    let script = "program \"w.pmc\"\nsimulate\nnever #1.CMD > 501\nnever #1.CMD - 100*&1.X > 1 OR &1.X > 6\ntest \"a\"\n\
+        wait until #1.CMD >= 250 within 1 s\nexpect #1.VEL > 1.5, &1.X < 3\nexpect #1.CMD + 1 > 250 AND P1 = 1\n\
+        wait until &1.X = 5 within 1 s\nexpect ABS(#1.FE) < 1 AND #1.CMD = 500\nend\n";
+    let folder = Folder::with(&[("w.pmc", &text), ("w.plctest", script)]);
+    folder.plcc("test w.plctest").exits(0);
+    folder.write("w.plctest", &script.replace("#1.CMD = 500", "#1.CMD = 501"));
+    let failed = folder.plcc("test w.plctest").exits(1).stdout;
+    assert!(failed.contains("#1.CMD = 500"), "{failed}");
+    let why = folder.plcc("why w.pmc #1.CMD --simulate --ticks 200").exits(0).stdout;
+    assert!(why.contains("#1.CMD is") && why.contains("the control"), "{why}");
+    folder.write("w.plctest", &script.replace("#1.FE", "#1.NONE"));
+    folder.plcc("test w.plctest").exits(2).says(&["#"]);
+}

@@ -80,6 +80,9 @@ impl Machine<'_> {
                 return Next::Done;
             }
         }
+        if self.go_on_with_kept(index) {
+            return Next::Done;
+        }
         let Counter::At(at) = self.state.systems[index].counter else { return Next::Done };
         let calculation = &mut self.state.calculation;
         calculation.values.reserve(MAX_VALUES);

@@ -76,9 +76,9 @@ impl Machine<'_> {
                 _ => Err(Error::NotActivated),
             };
         }
-        let runs = self.system_of(motor).is_some_and(|system| {
-            let system = &self.state.systems[system];
-            system.running || system.sequence.runs()
+        let runs = self.system_of(motor).is_some_and(|of| {
+            let system = &self.state.systems[of];
+            system.running || system.sequence.runs() && !self.is_paused(of)
         });
         if runs || self.state.motors[motor].has_programmed() {
             return Err(Error::Running);
@@ -156,8 +156,10 @@ impl Machine<'_> {
             MotionAction::Run => return self.run(system, false),
             MotionAction::Step => return self.run(system, true),
             MotionAction::Abort => self.abort(system, Reason::Abort),
-            MotionAction::Hold | MotionAction::ProgramHold => self.hold(system),
-            MotionAction::Quit | MotionAction::Halt => self.quit(system, Reason::Quit),
+            MotionAction::Hold => self.hold(system),
+            MotionAction::ProgramHold => self.hold_program(system),
+            MotionAction::Quit => self.quit(system, Reason::Quit),
+            MotionAction::Halt => self.halt(system),
             MotionAction::TimeBase(percent) => {
                 if percent < 0.0 {
                     return Err(Error::Unfit);

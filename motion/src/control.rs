@@ -6,6 +6,7 @@ use plcc_abi::pmac::Controller;
 
 use crate::axes::Look;
 use crate::events::{Error, MotionEvent, Reason, State};
+use crate::halt::Pause;
 use crate::machine::Machine;
 use crate::motor::{Loop, Start, Waiting};
 use crate::registers::{Latch, SystemLatch};
@@ -24,6 +25,12 @@ impl Machine<'_> {
         if this.running {
             return Err(Error::Running);
         }
+        if matches!(this.pause, Pause::Stopped(_)) {
+            this.sequence.clear();
+            this.sync.clear();
+        }
+        this.pause = Pause::None;
+        this.kept.clear();
         this.counter = Counter::Label(program, label);
         this.chosen = Some(program);
         this.stack.clear();
@@ -55,6 +62,10 @@ impl Machine<'_> {
             }
         }
         let place = self.may_run(system)?;
+        if let Pause::Stopped(wanted) = self.state.systems[system].pause {
+            self.resume(system, wanted, step);
+            return Ok(());
+        }
         let continuous = !step && self.system_i(system, 92) == 0.0;
         let this = &mut self.state.systems[system];
         this.counter = Counter::At(place);
@@ -88,7 +99,9 @@ impl Machine<'_> {
             || this.search.is_some()
             || self.system_of(motor).is_some_and(|system| {
                 let sequence = &self.state.systems[system].sequence;
-                sequence.progress != Progress::None && sequence.member[motor]
+                !self.is_paused(system)
+                    && sequence.progress != Progress::None
+                    && sequence.member[motor]
             })
     }
 
@@ -111,6 +124,9 @@ impl Machine<'_> {
         any |= is(&|_| true);
         if !any {
             return Err(Error::NoMotors);
+        }
+        if is(&|m| self.is_elsewhere(m)) {
+            return Err(Error::Elsewhere);
         }
         let (number, label) = match self.state.systems[system].counter {
             Counter::At(place) => return Ok(place),
@@ -170,6 +186,8 @@ impl Machine<'_> {
         let this = &mut self.state.systems[system];
         this.sequence.clear();
         this.sync.clear();
+        this.kept.clear();
+        this.pause = Pause::None;
         this.wait = Wait::None;
         this.line = (0, 0);
     }

@@ -19,6 +19,7 @@
 //! | `axes` | targets of motors, matching |
 //! | `arguments` | words of a line with a call |
 //! | `transform` | transformations of axes |
+//! | `halt` | `/` and `\\` |
 //! | `kinematics` | kinematic programs |
 //! | `panel` | the control panel |
 //! | `calculation`, `flow`, `modes`, `moves` | statements of motion programs |
@@ -78,6 +79,7 @@ mod commands;
 mod control;
 mod events;
 mod flow;
+mod halt;
 mod kinematics;
 mod linear;
 mod machine;

@@ -219,6 +219,7 @@ impl State {
                     && system.stack.iter().all(|frame| place(&frame.place))
                     && system.arguments.len() <= crate::system::MAX_ARGUMENTS
                     && system.sync.len() <= crate::system::MAX_SYNC
+                    && system.kept.len() <= crate::system::MAX_KEPT
             })
     }
 
@@ -234,6 +235,7 @@ impl State {
         for system in &mut self.systems {
             system.sync.reserve(crate::system::MAX_SYNC.saturating_sub(system.sync.len()));
             system.stack.reserve(crate::system::MAX_DEPTH.saturating_sub(system.stack.len()));
+            system.kept.reserve(crate::system::MAX_KEPT.saturating_sub(system.kept.len()));
             let arguments = system.arguments.len();
             system.arguments.reserve(crate::system::MAX_ARGUMENTS.saturating_sub(arguments));
         }

@@ -28,6 +28,21 @@ pub(crate) struct Words {
     pub(crate) center: [Option<f64>; 3],
 }
 
+impl Words {
+    /// The words of a move whose time is known and whose targets are set.
+    pub(crate) fn between(axes: AxisSet, from: [f64; 9]) -> Self {
+        Self {
+            axes,
+            from,
+            distance: [0.0; 9],
+            triggers: [None; 9],
+            velocities: [0.0; 9],
+            radius: None,
+            center: [None; 3],
+        }
+    }
+}
+
 /// What a LINEAR or CIRCLE move is asked to be.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shape {
@@ -47,15 +62,7 @@ impl Machine<'_> {
         if self.state.systems[system].rematch {
             self.match_axes(system);
         }
-        let mut out = Words {
-            axes: AxisSet::NONE,
-            from: self.state.systems[system].axes,
-            distance: [0.0; 9],
-            triggers: [None; 9],
-            velocities: [0.0; 9],
-            radius: None,
-            center: [None; 3],
-        };
+        let mut out = Words::between(AxisSet::NONE, self.state.systems[system].axes);
         for (word, &value) in words.iter().zip(values) {
             match *word {
                 MoveWord::Axis(axis) => {
@@ -315,7 +322,7 @@ impl Machine<'_> {
             }
         }
         let this = sequence.at_mut(k);
-        (this.ta, this.ts, this.tm) = (whole, half, tm);
+        (this.ta, this.ts, this.tm, this.time) = (whole, half, tm, asked);
         for motor in 0..this.d.len() {
             this.v[motor] = this.d[motor] / ms(tm);
         }

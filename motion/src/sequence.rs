@@ -64,7 +64,7 @@ pub(crate) struct Move {
     pub(crate) p: Vec<f64>,
     pub(crate) d: Vec<f64>,
     pub(crate) v: Vec<f64>,
-    /// The time of a spline's segment in ms.
+    /// The time of a spline's segment in ms; of a LINEAR or CIRCLE move the time that its words ask for.
     pub(crate) time: f64,
     /// Where the axes are at its beginning and at its end, which it names, and the arc that it goes.
     pub(crate) from: [f64; 9],

@@ -5,12 +5,13 @@ use plcc_abi::pmac::motion::SyncOp;
 use plcc_abi::pmac::{Space, fixed};
 
 use crate::events::{MotionEvent, Reason};
+use crate::halt::Pause;
 use crate::machine::Machine;
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
 use crate::registers::Latch;
 use crate::sequence::{Advance, SequenceKind};
 use crate::shape::Shape;
-use crate::system::Wait;
+use crate::system::{System, Wait};
 use crate::units::{Row, rnd};
 
 impl Machine<'_> {
@@ -56,18 +57,24 @@ impl Machine<'_> {
             let commanded = self.commanded_base(system);
             let this = &self.state.systems[system];
             let goal = if this.held { 0 } else { commanded };
-            if this.base == goal {
-                self.state.systems[system].returning = false;
-            } else {
+            if matches!(this.pause, Pause::Stopped(_)) && !this.held {
+                // The motors may jog, as fast as the time base lets them.
+                self.state.systems[system].base = goal;
+            } else if this.base != goal {
                 let slow = this.held || this.returning;
-                let step = self.system_i(system, if slow { 95 } else { 94 }) as i64;
-                let step = step.max(0);
+                let step = match slow {
+                    true => self.hold_rate(system),
+                    false => self.system_i(system, 94),
+                };
+                let step = (step as i64).max(0);
                 let this = &mut self.state.systems[system];
                 let way = (goal - this.base).clamp(-step, step);
                 this.base = (this.base + way).max(0);
-                if this.base == goal {
-                    this.returning = false;
-                }
+            }
+            let this = &mut self.state.systems[system];
+            if this.base == goal {
+                this.returning = false;
+                self.base_reached(system);
             }
             let base = self.state.systems[system].base as u32;
             self.set_word(self.setup.systems[system].present_base, base);
@@ -109,7 +116,9 @@ impl Machine<'_> {
 
     /// The coordinate system whose sequence moves a motor.
     pub(crate) fn sequence_of(&self, motor: usize) -> Option<usize> {
-        self.state.systems.iter().position(|s| s.sequence.runs() && s.sequence.member[motor])
+        let systems = self.state.systems.iter();
+        let moves = |s: &System| !matches!(s.pause, Pause::Stopped(_)) && s.sequence.runs();
+        systems.into_iter().position(|s| moves(s) && s.sequence.member[motor])
     }
 
     fn system_trajectory(&mut self, system: usize, units: i64) {
@@ -127,6 +136,9 @@ impl Machine<'_> {
         }
         if !this.sequence.runs() {
             self.start_sequence(system);
+            return;
+        }
+        if matches!(this.pause, Pause::Stopped(_)) {
             return;
         }
         let base = this.base;

@@ -6,6 +6,7 @@ use plcc_abi::pmac::motion::{AxisSet, LineWord, Mode, Modes, SyncOp};
 use serde::{Deserialize, Serialize};
 
 use crate::circle::Normal;
+use crate::halt::{Kept, Pause};
 use crate::sequence::Sequence;
 
 /// How deep GOSUB and CALL nest (guide, Subroutines).
@@ -54,6 +55,9 @@ pub(crate) struct Argument {
     pub(crate) word: LineWord,
     pub(crate) value: f64,
 }
+
+/// How many moves `/` keeps at most: so many are calculated ahead.
+pub(crate) const MAX_KEPT: usize = 2;
 
 /// The calls that PRELUDE1 makes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -105,6 +109,10 @@ pub(crate) struct System {
     pub(crate) held: bool,
     /// Coming back from a feed hold, by Ix95.
     pub(crate) returning: bool,
+    /// The halt by `\\`.
+    pub(crate) pause: Pause,
+    /// The moves that `/` has kept for R.
+    pub(crate) kept: Vec<Kept>,
     pub(crate) counter: Counter,
     /// The number of the chosen program; the one of Ix91 before the first B.
     pub(crate) chosen: Option<u32>,
@@ -162,6 +170,8 @@ impl System {
             base: 0,
             held: false,
             returning: false,
+            pause: Pause::None,
+            kept: Vec::with_capacity(MAX_KEPT),
             counter: Counter::Default,
             chosen: None,
             stack: Vec::with_capacity(MAX_DEPTH),

@@ -1,6 +1,7 @@
 //! Conditions of a script, in the program's own language, and the values that are shown of them.
 
 use plcc_abi::Program;
+use plcc_abi::image::write_f64;
 use plcc_diag::{Diagnostic, Span};
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{EvaluationError, Expression, Value};
@@ -25,6 +26,16 @@ pub struct Condition {
     comparison: Option<Comparison>,
     /// The variables that it names, for people.
     shown: Vec<(String, VariableKey)>,
+    /// Values that the process image does not have, such as the position of a simulated motor.
+    outside: Vec<Outside>,
+}
+
+/// A value outside the process image. In the expression a variable of the control stands for it, into whose place in a copy of
+/// the image it is written.
+#[derive(Clone, Copy, Debug)]
+struct Outside {
+    key: VariableKey,
+    offset: u32,
 }
 
 /// A variable, compared with a number.
@@ -87,6 +98,7 @@ impl Condition {
     /// What is wrong with it, at its place in the script.
     pub fn new(piece: &Piece, around: Surroundings<'_>) -> Result<Self, Diagnostic> {
         let (text, origin) = canonical(&piece.text, around);
+        let (mut outside, mut named_outside) = (vec![], vec![]);
         let comparison = Comparison::parse(&text, around.names);
         // A variable and a number are compared as they are, since a language may read such a text as something else.
         let expression = match &comparison {
@@ -94,7 +106,16 @@ impl Condition {
             other => match (around.checked.expression(&text), other) {
                 (Ok(expression), _) => Some(expression),
                 (Err(_), Some(_)) => None,
-                (Err(found), None) => return Err(moved(found, piece, &origin)),
+                (Err(found), None) => match stood_for(&text, around) {
+                    Some((expression, all)) => {
+                        for (name, place) in all {
+                            named_outside.push((name, place.key));
+                            outside.push(place);
+                        }
+                        Some(expression)
+                    }
+                    None => return Err(moved(found, piece, &origin)),
+                },
             },
         };
         let comparison = comparison.map(|(comparison, _)| comparison);
@@ -110,17 +131,24 @@ impl Condition {
         }
         let mut shown: Vec<(String, VariableKey)> = vec![];
         let named = expression.iter().flat_map(|expression| expression.variables());
+        let hidden = |key: VariableKey| {
+            let value = around.names.properties(key).value;
+            value.is_some_and(|place| outside.iter().any(|own| own.offset == place.offset))
+        };
         for name in named {
-            if let Ok(key) = around.names.find(name, Purpose::Watch) {
+            if let Ok(key) = around.names.find(name, Purpose::Watch)
+                && !hidden(key)
+            {
                 shown.push((name.clone(), key));
             }
         }
+        shown.append(&mut named_outside);
         if let (true, Some(comparison)) = (shown.is_empty(), &comparison) {
             shown.push((around.names.canonical(comparison.key), comparison.key));
         }
         let canonical = text;
         let (text, span) = (piece.text.clone(), piece.span);
-        Ok(Self { text, canonical, span, expression, comparison, shown })
+        Ok(Self { text, canonical, span, expression, comparison, shown, outside })
     }
 
     /// The expression of the program's language that it is; `None` where it only compares a variable with a number.
@@ -138,8 +166,22 @@ impl Condition {
     /// # Errors
     /// When it has no value then, as with an index outside its array.
     pub fn holds(&self, executive: &dyn Executive) -> Result<bool, String> {
-        let value =
-            self.expression.as_ref().map(|expression| expression.evaluate(executive.image()));
+        let evaluate = |expression: &Expression| {
+            if self.outside.is_empty() {
+                return expression.evaluate(executive.image());
+            }
+            let mut image = executive.image().to_vec();
+            for outside in &self.outside {
+                let value = match executive.read(outside.key) {
+                    value::Value::Int(number) => number as f64,
+                    value::Value::Float(number) => number,
+                    value::Value::Array(_) => 0.0,
+                };
+                write_f64(&mut image, outside.offset, value);
+            }
+            expression.evaluate(&image)
+        };
+        let value = self.expression.as_ref().map(evaluate);
         match (value, &self.comparison) {
             (Some(Ok(value)), _) => Ok(value.is_true()),
             (None | Some(Err(EvaluationError::OutsideImage { .. })), Some(comparison)) => {
@@ -205,6 +247,45 @@ impl Comparison {
             Relation::AtLeast => value >= self.number,
         }
     }
+}
+
+/// A condition in which names such as `#1.CMD` stand, which no language has: the expression with the last P-variables of the
+/// control in their place, and the values for these. `None` where there is no such name.
+fn stood_for(text: &str, around: Surroundings<'_>) -> Option<(Expression, Vec<(String, Outside)>)> {
+    let last = ["P8191", "P1023"].into_iter().find(|name| place_of(name, around).is_some())?;
+    let last: u32 = last.get(1..)?.parse().ok()?;
+    let (mut out, mut found) = (String::new(), Vec::<(String, Outside)>::new());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '.';
+        let behind = rest.get(1..).unwrap_or_default();
+        let length = 1 + behind.find(|c| !is_name(c)).unwrap_or(behind.len());
+        let name = rest.get(..length).unwrap_or_default();
+        let key = match first {
+            '#' | '&' if name.contains('.') => around.names.find(name, Purpose::Watch).ok(),
+            _ => None,
+        };
+        let Some(key) = key else {
+            out.push(first);
+            rest = rest.get(first.len_utf8()..).unwrap_or_default();
+            continue;
+        };
+        let index = found.iter().position(|(_, own)| own.key == key).unwrap_or(found.len());
+        let variable = format!("P{}", last.checked_sub(u32::try_from(index).ok()?)?);
+        if index == found.len() {
+            found.push((name.to_owned(), Outside { key, offset: place_of(&variable, around)? }));
+        }
+        out.push_str(&variable);
+        rest = rest.get(length..).unwrap_or_default();
+    }
+    let expression = around.checked.expression(&out).ok().filter(|_| !found.is_empty())?;
+    Some((expression, found))
+}
+
+/// Where a variable's value lies in the process image.
+fn place_of(name: &str, around: Surroundings<'_>) -> Option<u32> {
+    let key = around.names.find(name, Purpose::Watch).ok()?;
+    around.names.properties(key).value.map(|place| place.offset)
 }
 
 /// Where a part of the canonical text comes from: its start there, and that in the text as it was written.

@@ -85,6 +85,10 @@ impl Names for WithGiven {
         self.own.shown_in_image()
     }
 
+    fn is_simulated(&self, key: VariableKey) -> bool {
+        self.own.is_simulated(key)
+    }
+
     fn lines(&self, key: VariableKey) -> Vec<VariableKey> {
         self.own.lines(key)
     }

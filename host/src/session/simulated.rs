@@ -44,6 +44,10 @@ pub(super) fn executive(
     journal: &Journal,
 ) -> Result<Box<dyn Executive + Send>, SessionError> {
     let made = plcc_control::executive(program, &args.control, args.realtime, machine)?;
+    if args.control.pmac.motors.is_some() {
+        let left_out = plcc_runtime::pmac::not_simulated(program);
+        left_out.into_iter().for_each(|what| journal.warn(what));
+    }
     let strict = Strictness::Refuse;
     let failed = |errors: Vec<String>| SessionError(errors.join("\nerror: "));
     let Some(simulation) = &args.simulation else {

@@ -11,6 +11,7 @@ mod host;
 mod motion;
 mod names;
 mod outputs;
+mod plant;
 mod save;
 mod state;
 #[cfg(test)]
@@ -44,6 +45,8 @@ use crate::watchdog::Watchdog;
 use crate::{
     ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
+pub use plant::not_simulated;
+
 use host::PmacHost;
 use names::PmacNames;
 use state::{State, Status};

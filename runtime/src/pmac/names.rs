@@ -31,6 +31,8 @@ pub(super) struct PmacNames {
     pub(super) outputs: Vec<Output>,
     /// Whether motors and coordinate systems are simulated, so that their names mean something.
     simulated: bool,
+    /// The bits that their plant writes.
+    plant: Vec<Definition>,
 }
 
 /// The key of a variable.
@@ -57,13 +59,14 @@ impl PmacNames {
             named: tables.named.clone(),
             outputs: tables.outputs.clone(),
             simulated: false,
+            plant: vec![],
             layout,
         }
     }
 
     /// The names of a control whose motors and coordinate systems are simulated.
     pub(super) fn simulated(tables: &PmacTables) -> Self {
-        Self { simulated: true, ..Self::new(tables) }
+        Self { simulated: true, plant: super::plant::written(tables), ..Self::new(tables) }
     }
 
     /// Finds what a name means.
@@ -194,6 +197,11 @@ impl Names for PmacNames {
             can_be_forced: matches!(definition, Some(Definition::X { .. } | Definition::Y { .. })),
             ..Properties::internal(Class::Fraction, self.place(name))
         }
+    }
+
+    fn is_simulated(&self, key: VariableKey) -> bool {
+        let definition = name(key).and_then(|name| self.definition(name));
+        definition.is_some_and(|own| self.plant.iter().any(|bits| share_bits(*bits, own)))
     }
 
     /// A PMAC has no arrays.
@@ -384,6 +392,28 @@ mod tests {
         assert_eq!(lines("Y:$C000,20,2"), ["Y:$C000,20", "Y:$C000,21"]);
         assert_eq!(lines("Y:$C000").len(), 24);
         assert_eq!(lines("Q5"), [""; 0]);
+    }
+
+    #[test]
+    fn what_the_plant_writes_is_simulated() {
+        let layout = Layout::new(plcc_abi::pmac::Controller::Pmac);
+        let channel = |motor: u32, address: f64| Run {
+            offset: layout.i_offset(100 * motor + 25),
+            bytes: address.to_le_bytes().to_vec(),
+        };
+        // Motor 1 has the first channel, the others none.
+        let tables = PmacTables { initial: vec![channel(1, 49152.0)], ..PmacTables::default() };
+        let names = PmacNames::simulated(&tables);
+        let is = |name: &str| names.is_simulated(names.find(name, Purpose::Watch).unwrap());
+        for name in ["X:$C000,20", "X:$C000", "X:$C000,17", "X:$C001", "X:$C003"] {
+            assert!(is(name), "{name}");
+        }
+        for name in ["X:$C000,18", "X:$C000,12", "Y:$C000", "X:$C004", "Y:$FFC2,0", "#1.CMD", "P1"]
+        {
+            assert!(!is(name), "{name}");
+        }
+        let names = PmacNames::new(&tables);
+        assert!(!names.is_simulated(names.find("X:$C000,20", Purpose::Watch).unwrap()));
     }
 
     #[test]

@@ -162,9 +162,10 @@ impl Names for SimulatedNames {
 
     fn is_simulated(&self, key: VariableKey) -> bool {
         let bits = Bits::of(key, &*self.program);
-        self.written.iter().any(|(written, own)| {
-            *written == key || own.zip(bits).is_some_and(|(own, bits)| own.overlap(bits))
-        })
+        self.program.is_simulated(key)
+            || self.written.iter().any(|(written, own)| {
+                *written == key || own.zip(bits).is_some_and(|(own, bits)| own.overlap(bits))
+            })
     }
 
     fn has_keys(&self) -> bool {
