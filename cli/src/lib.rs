@@ -86,6 +86,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Diff(args) => commands::diff::diff(&args, report),
         args::Command::Lsp => commands::lsp::lsp(report),
         args::Command::Explain(args) => commands::explain::explain(&args),
+        args::Command::Export(args) => commands::export::export(&args, report),
         args::Command::Io(args) => commands::io::io(&args, report),
         args::Command::Why(args) => commands::why::why(&args, report),
         args::Command::Prove(args) => commands::prove::prove(&args, report),

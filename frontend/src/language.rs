@@ -9,8 +9,8 @@ use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
-    Controller, CrossReference, Expression, ExpressionCode, FileLoader, Logic, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
+    LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::presentation::{Presentation, Terminal};
 use crate::{nct, pmac, pmi};
@@ -266,6 +266,19 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     /// timer whose control contact is TC by the name `TC#DELAY`, a constant that is an INTEGER or LONG by its own name, an
     /// element of an array of them as `A[3]`. `None` for all other names, and in the other languages.
     fn place_of_value(&self, _name: &str) -> Option<Span> {
+        None
+    }
+
+    /// The program in IEC 61131-3, under a name, with what the control does around it. `given` says what people say of the
+    /// variables. `None` for languages that are not written so.
+    ///
+    /// # Errors
+    /// The statements that can't be written so.
+    fn export(
+        &self,
+        _name: &str,
+        _given: &[GivenName],
+    ) -> Option<Result<Exported, Vec<Diagnostic>>> {
         None
     }
 

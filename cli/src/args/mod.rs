@@ -2,6 +2,7 @@
 
 mod build;
 mod diff;
+mod export;
 mod machine;
 mod names;
 mod plot;
@@ -21,6 +22,7 @@ use plcc_host::args::RunArgs;
 
 pub(crate) use build::{BuildArgs, CheckArgs, Emit, KeyCommand};
 pub(crate) use diff::DiffArgs;
+pub(crate) use export::{ExportArgs, ExportFormat};
 pub(crate) use machine::{HalArgs, IoArgs, IoFormat};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
@@ -303,6 +305,20 @@ Examples:
 Exit status: 0 all are proved; 1 one is refuted, or the source has errors; 2 wrong usage, or a file that can't be read or is \
 not valid; 5 one could not be decided, and none is refuted.")]
     Prove(Box<ProveArgs>),
+
+    /// Writes a program in Structured Text of IEC 61131-3, or as PLCopen XML
+    #[command(after_help = "\
+Names, comments and the addresses of inputs and outputs stay. What the control does around the program, timers and flip-flops \
+above all, is written out, so that each call of the exported program is a scan, a slice or a servo cycle. What can't be said in IEC \
+61131-3 is told with its line, and then nothing is written; what is only left out, such as the texts of messages, is told by notes.
+
+Examples:
+  plcc export lathe.pmi --to st                 lathe.st, for compilers of Structured Text
+  plcc export sample.plc --to plcopen -o iec    iec/sample.xml, for the import of other systems
+
+Exit status: 0 the file is written; 1 the source has errors, or statements that can't be exported; 2 wrong usage, or a file that \
+can't be read or written.")]
+    Export(Box<ExportArgs>),
 
     /// Lists what is wired to a program: a template of the entries [[io]], or the terminals to tick off
     #[command(after_help = "\

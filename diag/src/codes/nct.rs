@@ -489,6 +489,18 @@ pub static CODES: &[CodeInfo] = &[
         "Put what is alike into subroutines.",
     ),
     page(
+        "NCT-X4",
+        "statement that can't be exported",
+        "An error of `plcc export`. HF, PF, MR, MW, ADD, SUB, MUL, DIV and CMP work on register areas at computed addresses, or on memory of the NC, and are not written in IEC 61131-3.",
+        "wrong: ADD220\nright: LF222 + LF224 SF226",
+    ),
+    page(
+        "NCT-X5",
+        "texts that are not exported",
+        "A note of `plcc export`. The original control shows the texts of :197 to :200, and the messages of Y700 to Y897. IEC 61131-3 has nothing for that; the flags are variables of the exported program.",
+        "Let the display of the new control show the texts.",
+    ),
+    page(
         "NCT-W1",
         "text longer than the control shows",
         "The control shows 9 characters of a caption and 20 of a message.",

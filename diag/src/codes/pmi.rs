@@ -299,6 +299,12 @@ pub static CODES: &[CodeInfo] = &[
         fix: "Divide the program, or keep what is alike in arrays.",
     },
     CodeInfo {
+        code: "PMI-X6",
+        title: "text that is not exported",
+        meaning: "A note of `plcc export`. The original control shows the text of a fault or message when its variable comes on. IEC 61131-3 has nothing for that, so the text is a comment of the variable.",
+        fix: "Let the display of the new control show the text while the variable is on.",
+    },
+    CodeInfo {
         code: "PMI-W1",
         title: "line longer than 71 characters",
         meaning: "The original editor and control hold 71 characters in a line (PMI 2.2.5). The program compiles; `--limits none` silences this.",

@@ -9,8 +9,8 @@ use super::presentation;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, ExpressionCode, FileLoader, Logic, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
+    LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Presentation;
@@ -177,6 +177,10 @@ impl CheckedProgram for Program {
     fn has_name(&self, word: &str) -> bool {
         let looks = word.strip_prefix(['V', 'v']).map(|digits| format!("I{digits}"));
         self.canonical(word).or_else(|| self.canonical(&looks?)).is_some()
+    }
+
+    fn export(&self, name: &str, given: &[GivenName]) -> Option<Result<Exported, Vec<Diagnostic>>> {
+        Some(super::export::export(&self.checked, &self.settings, name, given))
     }
 
     fn names_in_source(&self) -> Vec<GivenName> {

@@ -11,6 +11,7 @@ mod analyse;
 mod ast;
 mod contacts;
 mod control_flow;
+mod export;
 mod expression;
 mod language;
 mod layout;

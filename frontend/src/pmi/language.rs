@@ -9,8 +9,8 @@ use super::reference::{KEYWORDS, MANUAL};
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, ExpressionCode, FileLoader, Logic, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
+    LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 
@@ -190,6 +190,10 @@ impl CheckedProgram for Program {
 
     fn place_of_value(&self, name: &str) -> Option<Span> {
         self.checked.place_of_value(name)
+    }
+
+    fn export(&self, name: &str, given: &[GivenName]) -> Option<Result<Exported, Vec<Diagnostic>>> {
+        Some(Ok(super::export::export(&self.checked, &self.sources, name, given)))
     }
 
     fn key_texts(&self) -> Vec<String> {

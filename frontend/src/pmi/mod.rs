@@ -14,6 +14,7 @@ mod access;
 mod analyse;
 mod ast;
 mod contacts;
+mod export;
 mod expression;
 mod language;
 mod layout;

@@ -19,4 +19,3 @@ pub(crate) mod selection;
 pub(crate) mod semantic_tokens;
 pub(crate) mod signature;
 pub(crate) mod symbols;
-pub(crate) mod values;
