@@ -101,6 +101,41 @@ fn a_name_is_changed_where_the_machine_code_stays() {
     assert_eq!(editor.leave(), Some(0));
 }
 
+/// The values of a record stand behind the names, of any tick of it.
+#[test]
+fn values_of_a_record_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = "$INTEGER\nN, M\n$END\nN = N + 1\nM = N * 2\n";
+    std::fs::write(path("a.pmi"), text).unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_plcc"))
+        .args(["run", &path("a.pmi"), "--ticks", "50", "--record", &path("a.plcrec")])
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let mut editor = Editor::start();
+    let uri = format!("file://{}", path("a.pmi"));
+    editor.tell(
+        "textDocument/didOpen",
+        json!({"textDocument": {"uri": uri, "languageId": "pmi", "version": 1, "text": text}}),
+    );
+    let range = json!({"start": {"line": 3, "character": 0}, "end": {"line": 9, "character": 0}});
+    for (tick, shown, values) in [
+        (Value::Null, 49, ["= 50", "= 50", "= 100", "= 50"]),
+        (json!(7), 7, ["= 8", "= 8", "= 16", "= 8"]),
+    ] {
+        let wanted = json!({"textDocument": {"uri": uri}, "run": "a.plcrec", "tick": tick});
+        let answer = editor.ask("plcc/showValues", wanted);
+        assert_eq!(answer, json!({"tick": shown, "first": 0, "last": 49}));
+        let hints = json!({"textDocument": {"uri": uri}, "range": range});
+        let hints = editor.ask("textDocument/inlayHint", hints);
+        let labels: Vec<&str> =
+            hints.as_array().unwrap().iter().map(|it| it["label"].as_str().unwrap()).collect();
+        assert_eq!(labels, values);
+    }
+    assert_eq!(editor.leave(), Some(0));
+}
+
 /// A script is checked against its program as `plcc test` does it, from the text in the editor.
 #[test]
 fn mistakes_of_a_script_are_told_at_their_places() {

@@ -4,6 +4,7 @@
 const vscode = require('vscode');
 const { LanguageClient } = require('vscode-languageclient/node');
 const tests = require('./tests');
+const values = require('./values');
 
 /** The path of plcc from the setting `plcc.path`, in which `${workspaceFolder}` stands for the folder's path. */
 function executable(folder) {
@@ -75,6 +76,7 @@ function activate(context) {
   let client = startServer(context);
   const add = (disposable) => context.subscriptions.push(disposable);
   add(tests.register(vscode, executable));
+  add(values.register(vscode, async (method, params) => (await client).sendRequest(method, params)));
   add(vscode.debug.registerDebugAdapterDescriptorFactory('plcc', {
     createDebugAdapterDescriptor(session) {
       return new vscode.DebugAdapterExecutable(executable(session.workspaceFolder), ['debug']);

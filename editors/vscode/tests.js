@@ -95,7 +95,7 @@ function register(vscode, executable) {
       }
     }
   };
-  controller.createRunProfile('Run', vscode.TestRunProfileKind.Run, async (request, token) => {
+  const runRequest = async (request, token) => {
     const session = controller.createTestRun(request);
     const wanted = request.include || [...controller.items].map(([, item]) => item);
     const excluded = new Set(request.exclude || []);
@@ -103,9 +103,20 @@ function register(vscode, executable) {
       await runItem(item, session, token);
     }
     session.end();
-  }, true);
+  };
+  controller.createRunProfile('Run', vscode.TestRunProfileKind.Run, runRequest, true);
+  // The lens above a test.
+  const runTest = vscode.commands.registerCommand('plcc.runTest', async (address, name) => {
+    const uri = vscode.Uri.parse(address);
+    await show(uri);
+    const script = controller.items.get(uri.toString());
+    const item = script && script.children.get(name);
+    if (item) {
+      await runRequest(new vscode.TestRunRequest([item]), new vscode.CancellationTokenSource().token);
+    }
+  });
   showAll();
-  return vscode.Disposable.from(controller, watcher);
+  return vscode.Disposable.from(controller, watcher, runTest);
 }
 
 module.exports = { testsIn, resultsOf, describe, register };

@@ -16,14 +16,13 @@ use gen_lsp_types::{
 };
 use lsp_server::{ErrorCode, Request, Response};
 use plcc_diag::{FileId, Span};
-use serde_json::Value;
 
 use crate::documents::path_of;
 use crate::features::script::{Script, is_script};
 use crate::features::{
-    call_hierarchy, code_actions, code_lens, completion, diagnostics, folding, formatting, hover,
-    inlay_hints, inline_values, links, navigation, rename, selection, semantic_tokens, signature,
-    symbols,
+    call_hierarchy, code_actions, code_lens, completion, folding, formatting, hover, inlay_hints,
+    inline_values, links, navigation, rename, selection, semantic_tokens, signature, symbols,
+    values,
 };
 use crate::program::{At, Program};
 use crate::server::Server;
@@ -100,7 +99,9 @@ impl Server<'_> {
                 Ok(self.range(&it.text_document, it.range, code_actions::code_actions))
             }),
             Method::TextDocumentCodeLens => respond::<CodeLensRequest>(request, |it| {
-                Ok(self.file(&it.text_document, code_lens::code_lens))
+                let of_script = self.script(&path_of(&it.text_document.uri));
+                let of_script = of_script.map(|script| script.code_lens(&it.text_document.uri));
+                Ok(of_script.or_else(|| self.file(&it.text_document, code_lens::code_lens)))
             }),
             Method::TextDocumentDocumentLink => respond::<DocumentLinkRequest>(request, |it| {
                 Ok(self.file(&it.text_document, links::links))
@@ -160,22 +161,22 @@ impl Server<'_> {
                 Ok(self.range(&it.text_document, shown, inline_values::inline_values))
             }),
             Method::TextDocumentInlayHint => respond::<InlayHintRequest>(request, |it| {
-                Ok(self.range(&it.text_document, it.range, inlay_hints::inlay_hints))
-            }),
-            _ if request.method == "plcc/explain" => {
-                let code = request.params.get("code").and_then(Value::as_str).unwrap_or_default();
-                match diagnostics::page(code) {
-                    Some(page) => Response::new_ok(request.id, page),
-                    None => {
-                        let why = format!("`{code}` is not the code of a diagnostic");
-                        Response::new_err(request.id, ErrorCode::InvalidParams as i32, why)
+                let mut shown = self.shown.take();
+                // Where values are shown, what else could stand there would hide them.
+                let hints = self.range(&it.text_document, it.range, |at, part| {
+                    let of_run = shown.as_mut().filter(|it| at.program.file(it.file()).is_some());
+                    match of_run {
+                        Some(run) => values::values(at, part, run),
+                        None => inlay_hints::inlay_hints(at, part),
                     }
-                }
-            }
-            _ => {
+                });
+                self.shown = shown;
+                Ok(hints)
+            }),
+            _ => self.own_request(request).unwrap_or_else(|request| {
                 let why = format!("the server does not know the request {}", request.method);
                 Response::new_err(request.id, ErrorCode::MethodNotFound as i32, why)
-            }
+            }),
         }
     }
 

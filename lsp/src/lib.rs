@@ -11,6 +11,8 @@
 //! | `documents.rs` | the texts that the editor has open |
 //! | `position.rs` | lines and columns of the protocol |
 //! | `program.rs` | a program that has been read, and the place in it that a request is about |
+//! | `run.rs` | a run whose values are shown beside the names |
+//! | `own_requests.rs` | the requests that the protocol does not have |
 //! | `workspace.rs` | which program a file belongs to, and the settings it is read with |
 //! | `features/` | a file for each thing that an editor asks |
 //!
@@ -31,6 +33,10 @@
 //!
 //!     fn mistakes_of_script(&self, _: &Path, _: &str) -> Vec<Diagnostic> {
 //!         vec![]
+//!     }
+//!
+//!     fn open_run(&self, _: &Path) -> Result<Box<dyn plcc_lsp::Run>, String> {
+//!         Err("nothing runs".into())
 //!     }
 //! }
 //!
@@ -54,8 +60,10 @@ mod capabilities;
 mod dispatch;
 mod documents;
 mod features;
+mod own_requests;
 mod position;
 mod program;
+mod run;
 mod server;
 mod workspace;
 
@@ -67,6 +75,7 @@ use plcc_diag::Diagnostic;
 use plcc_frontend::CheckedProgram;
 
 pub use capabilities::capabilities;
+pub use run::Run;
 
 /// What the server needs of the compiler behind the front ends.
 pub trait Compiler: Sync {
@@ -78,6 +87,12 @@ pub trait Compiler: Sync {
     ///
     /// [`SourceMap`]: plcc_diag::SourceMap
     fn mistakes_of_script(&self, path: &Path, text: &str) -> Vec<Diagnostic>;
+
+    /// Opens a run: the socket of a control that runs, or a record, whichever has the path.
+    ///
+    /// # Errors
+    /// Why it can't be opened.
+    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String>;
 }
 
 /// Serves one editor over a connection, until it says goodbye or its stream ends.

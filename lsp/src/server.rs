@@ -26,6 +26,7 @@ use crate::features::diagnostics;
 use crate::features::machine_file::{is_machine_file, problems};
 use crate::features::semantic_tokens::SentTokens;
 use crate::position::Encoding;
+use crate::run::ShownRun;
 use crate::workspace::{Settings, Workspace, dialect_of};
 
 /// The server's state.
@@ -36,6 +37,13 @@ pub(crate) struct Server<'c> {
     pub(crate) workspace: Workspace,
     pub(crate) encoding: Encoding,
     pub(crate) sent_tokens: SentTokens,
+    /// The run whose values are shown.
+    pub(crate) shown: Option<ShownRun>,
+    /// Whether the editor is to be asked to fetch its inlay hints again.
+    pub(crate) refreshes_hints: bool,
+    /// Whether the editor knows that request, and how often it was sent.
+    can_refresh_hints: bool,
+    refreshed: u32,
     /// Whether a text has changed since problems were told.
     has_changed: bool,
     /// By file, the problems that were told last.
@@ -53,6 +61,9 @@ impl<'c> Server<'c> {
         let offered =
             params.capabilities.general.as_ref().and_then(|it| it.position_encodings.as_deref());
         let encoding = Encoding::chosen_of(offered);
+        let of_workspace = params.capabilities.workspace.as_ref();
+        let can_refresh_hints =
+            of_workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or_default();
         let mut settings: Settings = params
             .initialization_options
             .and_then(|it| serde_json::from_value(it).ok())
@@ -76,6 +87,10 @@ impl<'c> Server<'c> {
             workspace: Workspace::new(settings),
             encoding,
             sent_tokens: SentTokens::default(),
+            shown: None,
+            refreshes_hints: false,
+            can_refresh_hints,
+            refreshed: 0,
             has_changed: false,
             told: BTreeMap::new(),
         };
@@ -112,11 +127,21 @@ impl<'c> Server<'c> {
                         self.answer(request)
                     };
                     self.send(response.into());
+                    self.refresh_hints();
                 }
                 Some(Message::Notification(note)) => self.note(note),
-                // The server asks nothing.
+                // What the editor says to a request to refresh changes nothing.
                 Some(Message::Response(_)) | None => {}
             }
+        }
+    }
+
+    /// Asks the editor to fetch its inlay hints again, if they have changed without a change of a text.
+    fn refresh_hints(&mut self) {
+        if std::mem::take(&mut self.refreshes_hints) && self.can_refresh_hints {
+            self.refreshed = self.refreshed.wrapping_add(1);
+            let id = RequestId::from(format!("refresh-{}", self.refreshed));
+            self.send(Request::new(id, "workspace/inlayHint/refresh".into(), ()).into());
         }
     }
 

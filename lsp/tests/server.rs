@@ -1,13 +1,14 @@
 //! The server as an editor meets it, over a connection in memory.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::thread::{self, JoinHandle};
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use plcc_diag::{Diagnostic, FileId, Span};
 use plcc_frontend::CheckedProgram;
-use plcc_lsp::Compiler;
+use plcc_lsp::{Compiler, Run};
 use serde_json::{Value, json};
 
 /// Compares what lowering makes.
@@ -25,6 +26,31 @@ impl Compiler for Lowering {
         assert_eq!(path, Path::new("/nowhere/x.plctest"));
         let start = text.find('\n').unwrap() + 1;
         vec![Diagnostic::error("TEST-1", Span::new(FileId(0), start, text.len()), "no statement")]
+    }
+
+    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String> {
+        if path == Path::new("/nowhere/cell.record") {
+            return Ok(Box::new(Counting));
+        }
+        Err(format!("{}: there is none", path.display()))
+    }
+}
+
+/// A run of ticks 5 to 900 in which each variable but DOOR has the number of the tick.
+struct Counting;
+
+impl Run for Counting {
+    fn ticks(&mut self) -> Result<(u64, u64), String> {
+        Ok((5, 900))
+    }
+
+    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, String>, String> {
+        let names = names.iter().filter(|name| *name != "DOOR");
+        Ok(names.map(|name| (name.clone(), tick.to_string())).collect())
+    }
+
+    fn change(&mut self, name: &str, value: Option<&str>, force: bool) -> Result<u64, String> {
+        if name == "LAMP" { Ok(901) } else { Err(format!("{name}, {value:?}, {force}")) }
     }
 }
 
@@ -322,6 +348,43 @@ fn pages_of_diagnostics_can_be_asked_for() {
     let page = editor.ask("plcc/explain", json!({"code": "PMI-31"})).unwrap();
     assert!(page.as_str().unwrap().starts_with("# PMI-31"));
     assert!(editor.ask("plcc/explain", json!({"code": "X"})).is_err());
+}
+
+#[test]
+fn values_of_a_run_stand_behind_names() {
+    let mut editor = Editor::new();
+    let uri = "file:///nowhere/x.pmi";
+    editor.open(uri, "pmi", "$INPUT\nDOOR = 1/0\n$OUTPUT\nLAMP = 2/0\n$END\nLAMP = DOOR\n");
+    let document = json!({"uri": uri});
+    let range = json!({"start": {"line": 5, "character": 0}, "end": {"line": 6, "character": 0}});
+    let labels = |editor: &mut Editor| {
+        let hints = json!({"textDocument": {"uri": uri}, "range": range});
+        let hints = editor.ask("textDocument/inlayHint", hints).unwrap();
+        let hints = hints.as_array().unwrap().iter();
+        hints.map(|it| it["label"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(labels(&mut editor), ["2/0", "1/0"]);
+    let show = |editor: &mut Editor, run: &str, tick: Value| {
+        let wanted = json!({"textDocument": document, "run": run, "tick": tick});
+        editor.ask("plcc/showValues", wanted)
+    };
+    let (_, why) = show(&mut editor, "none.record", Value::Null).unwrap_err();
+    assert_eq!(why, "/nowhere/none.record: there is none");
+    assert!(editor.ask("plcc/change", json!({"name": "LAMP", "value": "1"})).is_err());
+    let shown = show(&mut editor, "cell.record", Value::Null).unwrap();
+    assert_eq!(shown, json!({"tick": 900, "first": 5, "last": 900}));
+    assert_eq!(labels(&mut editor), ["= 900"]);
+    assert_eq!(show(&mut editor, "cell.record", json!(7)).unwrap()["tick"], 7);
+    assert_eq!(labels(&mut editor), ["= 7"]);
+    let (_, why) = show(&mut editor, "cell.record", json!(4)).unwrap_err();
+    assert_eq!(why, "tick 4 can't be shown: 5 to 900 can");
+    assert_eq!(labels(&mut editor), ["= 7"]);
+    let change = editor.ask("plcc/change", json!({"name": "LAMP", "value": "1", "force": true}));
+    assert_eq!(change.unwrap(), json!({"tick": 901}));
+    let (_, why) = editor.ask("plcc/change", json!({"name": "DOOR"})).unwrap_err();
+    assert_eq!(why, "DOOR, None, false");
+    editor.ask("plcc/hideValues", json!({})).unwrap();
+    assert_eq!(labels(&mut editor), ["2/0", "1/0"]);
 }
 
 /// Pseudo-random numbers, the same in each run.

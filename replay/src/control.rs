@@ -4,7 +4,7 @@
 //! The control serves requests by its socket (docs/socket.md) if it was started with `--allow`, and notes each change in
 //! its log and in its record, with the user.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -96,6 +96,23 @@ impl ControlSocket {
             }
         }
         Ok((ticks, found))
+    }
+
+    /// The names of all its variables.
+    ///
+    /// # Errors
+    /// When the control does not answer.
+    pub fn names(&self) -> Result<BTreeSet<String>, DebugError> {
+        let mut names = BTreeSet::new();
+        let mut after = None;
+        loop {
+            let part: Variables = self.ask(&Request::List { pattern: None, after })?;
+            after = part.variables.last().map(|variable| variable.name.clone());
+            names.extend(part.variables.into_iter().map(|variable| variable.name));
+            if !part.more || after.is_none() {
+                return Ok(names);
+            }
+        }
     }
 
     fn ask<T: DeserializeOwned>(&self, request: &Request) -> Result<T, DebugError> {

@@ -15,11 +15,12 @@
 use std::process::{Command, Stdio};
 
 /// The tools, each with what brings it: a package of Debian, or something else.
-const TOOLS: [(&str, &str); 15] = [
+const TOOLS: [(&str, &str); 16] = [
     ("aarch64-linux-gnu-gcc", "the packages gcc-aarch64-linux-gnu and libc6-dev-arm64-cross"),
     ("addr2line", "the package binutils"),
     ("cc", "the packages gcc and libc6-dev"),
     ("dpkg-deb", "the package dpkg"),
+    ("emacs", "the packages emacs-nox and elpa-eglot"),
     ("fst2vcd", "the package gtkwave"),
     ("gdb", "the package gdb"),
     ("linuxcnc", "the packages linuxcnc-uspace and linuxcnc-uspace-dev"),

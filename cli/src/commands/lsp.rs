@@ -6,8 +6,9 @@ use clap::Parser;
 use plcc_codegen::{Optimization, Target};
 use plcc_diag::Diagnostic;
 use plcc_frontend::CheckedProgram;
-use plcc_lsp::Compiler;
+use plcc_lsp::{Compiler, Run};
 
+use super::lsp_run;
 use super::test::scripts;
 use crate::args::{Cli, Command};
 use crate::compile::{Optimized, code};
@@ -42,5 +43,9 @@ impl Compiler for WholeCompiler<'_> {
             Ok(Command::Test(args)) => scripts::mistakes(path, text, &args, self.report),
             _ => vec![],
         }
+    }
+
+    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String> {
+        lsp_run::open(path)
     }
 }

@@ -15,6 +15,7 @@ pub(crate) mod hal;
 pub(crate) mod io;
 pub(crate) mod key;
 pub(crate) mod lsp;
+mod lsp_run;
 pub(crate) mod man;
 pub(crate) mod monitor;
 pub(crate) mod plot;

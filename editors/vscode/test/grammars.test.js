@@ -174,7 +174,7 @@ test('what the manifest names is there', () => {
   for (const file of [...languages.map((one) => one.configuration), ...grammars.map((one) => one.path)]) {
     JSON.parse(fs.readFileSync(path.join(folder, file), 'utf8'));
   }
-  const code = fs.readFileSync(path.join(folder, 'extension.js'), 'utf8');
+  const code = ['extension.js', 'values.js'].map((name) => fs.readFileSync(path.join(folder, name), 'utf8')).join('\n');
   for (const { command } of commands) {
     assert.ok(code.includes(`command('${command.split('.')[1]}'`), command);
   }

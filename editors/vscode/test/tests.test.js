@@ -37,6 +37,8 @@ function editor(folder) {
   const items = new Map();
   items.add = (it) => items.set(it.id, it);
   let profile;
+  let runTest;
+  const token = { isCancellationRequested: false, onCancellationRequested() {} };
   const uri = (name) => ({ fsPath: path.join(folder, name), toString: () => `file://${path.join(folder, name)}` });
   const vscode = {
     tests: {
@@ -59,10 +61,13 @@ function editor(folder) {
     Location: class { constructor(place, position) { this.position = position; } },
     TestMessage: class { constructor(text) { this.text = text; this.location = { position: {} }; } },
     TestRunProfileKind: { Run: 1 },
+    TestRunRequest: class { constructor(include) { this.include = include; } },
+    CancellationTokenSource: class { constructor() { this.token = token; } },
+    Uri: { parse: (address) => uri(path.basename(address)) },
+    commands: { registerCommand: (_, run) => { runTest = run; } },
     Disposable: { from: () => {} },
   };
-  const token = { isCancellationRequested: false, onCancellationRequested() {} };
-  return { vscode, items, told, run: (request) => profile(request, token) };
+  return { vscode, items, told, run: (request) => profile(request, token), runTest: (...of) => runTest(...of) };
 }
 
 test('tests are run and their results are shown', { skip: !process.env.PLCC && 'PLCC does not name plcc' }, async () => {
@@ -82,6 +87,9 @@ test('tests are run and their results are shown', { skip: !process.env.PLCC && '
     assert.strictEqual(it.told[1][3], 7);
     it.told.length = 0;
     await it.run({ include: [script.children.get('on')] });
+    assert.deepStrictEqual(it.told, [['passed', 'on'], ['end']]);
+    it.told.length = 0;
+    await it.runTest(`file://${folder}/a.plctest`, 'on');
     assert.deepStrictEqual(it.told, [['passed', 'on'], ['end']]);
     fs.writeFileSync(path.join(folder, 'a.plctest'), 'program "a.pmi"\ntest "on"\n  sett DOOR = 1\nend\n');
     it.told.length = 0;

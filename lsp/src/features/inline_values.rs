@@ -6,8 +6,8 @@ use plcc_frontend::common::words::WordKind;
 
 use crate::program::At;
 
-/// The most values that are asked of the debugger at a time.
-const MAX_SHOWN: usize = 500;
+/// The most values that are shown of a part of a document.
+pub(super) const MAX_SHOWN: usize = 500;
 
 /// The variables in a part of a document, each to be evaluated by the debugger.
 pub(crate) fn inline_values(at: At<'_>, part: Span) -> Vec<InlineValue> {

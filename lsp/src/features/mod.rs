@@ -19,3 +19,4 @@ pub(crate) mod selection;
 pub(crate) mod semantic_tokens;
 pub(crate) mod signature;
 pub(crate) mod symbols;
+pub(crate) mod values;

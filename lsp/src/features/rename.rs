@@ -133,6 +133,10 @@ mod tests {
         fn mistakes_of_script(&self, _: &Path, _: &str) -> Vec<Diagnostic> {
             vec![]
         }
+
+        fn open_run(&self, _: &Path) -> Result<Box<dyn crate::Run>, String> {
+            Err("nothing runs".into())
+        }
     }
 
     fn renamed(dialect: Dialect, text: &str, new: &str) -> Result<usize, String> {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{
-    CompletionItem, CompletionItemKind, CompletionResponse, Contents, Diagnostic, Hover,
-    MarkupContent, MarkupKind, Position,
+    CodeLens, Command, CompletionItem, CompletionItemKind, CompletionResponse, Contents,
+    Diagnostic, Hover, MarkupContent, MarkupKind, Position, Uri,
 };
 use plcc_diag::{FileId, SourceMap, Span};
 use plcc_plctest::{KEYWORDS, form, parse};
@@ -47,6 +47,21 @@ impl Script {
         let found = compiler.mistakes_of_script(Path::new(path), text);
         let range = |span| self.encoding.range(&self.sources, span);
         found.iter().map(|it| diagnostics::plain(it, range(it.span), explains)).collect()
+    }
+
+    /// Above each test what runs it.
+    pub(crate) fn code_lens(&self, uri: &Uri) -> Vec<CodeLens> {
+        let Ok(uri) = serde_json::to_value(uri) else { return vec![] };
+        let (script, _) = parse(&self.sources, self.file);
+        let lens = |test: &plcc_plctest::script::Test| {
+            let range = self.encoding.range(&self.sources, test.name.span);
+            // The extension runs it in the test explorer.
+            let arguments = vec![uri.clone(), test.name.text.as_str().into()];
+            let (title, command) = ("run this test".to_owned(), "plcc.runTest".to_owned());
+            let command = Command { title, tooltip: None, command, arguments: Some(arguments) };
+            CodeLens { range, command: Some(command), data: None }
+        };
+        script.tests.iter().map(lens).collect()
     }
 
     /// The name or keyword at a place.
@@ -128,6 +143,18 @@ mod tests {
         assert_eq!(proposed("program \"a.pmi\"\ntest \"x\"\n  re|"), ["release"]);
         assert_eq!(proposed("program \"a.pmi\"\ntest \"x\"\n  set DO|"), ["DOOR"]);
         assert_eq!(proposed("|").len(), KEYWORDS.len());
+    }
+
+    #[test]
+    fn each_test_can_be_run() {
+        let (script, _) = script("program \"a.pmi\"|\ntest \"one\"\nend\n\n test \"two\"\nend\n");
+        let uri = Uri::parse("file:///tmp/a.plctest").unwrap();
+        let lenses = script.code_lens(&uri).into_iter().map(|lens| {
+            let named = lens.command.and_then(|it| it.arguments)?.into_iter().nth(1)?;
+            Some((lens.range.start.line, named.as_str()?.to_owned()))
+        });
+        let lenses: Vec<_> = lenses.map(Option::unwrap).collect();
+        assert_eq!(lenses, [(1, "one".to_owned()), (4, "two".to_owned())]);
     }
 
     #[test]
