@@ -3,6 +3,17 @@
 //!
 //! They are a package of their own, so that after a change of a pass the compiler alone is built
 //! again before they run, and not all that is made with it.
+//!
+//! ```
+//! use plcc_ir::interp::Interpreter;
+//! use plcc_ir_tests::gen_ir::{generate, trace};
+//!
+//! // A random module, and what its scans do, which no pass may change.
+//! let wanted = trace(&mut Interpreter::new(generate(7)), 7);
+//! let mut optimised = generate(7);
+//! plcc_ir_tests::as_if_long().run(&mut optimised);
+//! assert_eq!(trace(&mut Interpreter::new(optimised), 7), wanted);
+//! ```
 #![allow(clippy::indexing_slicing)]
 
 use plcc_codegen::Optimization;
