@@ -112,14 +112,18 @@ impl Machine<'_> {
     /// Whether Ix16 and Ix17 hold for LINEAR and CIRCLE: not with segmentation (I13, Isx13), unless Turbo PMAC looks
     /// ahead.
     fn has_limits(&self, system: usize) -> bool {
-        self.segmentation(system) <= 0.0 || self.turbo() && self.system_i(system, 20) > 0.0
+        self.segmentation(system) <= 0.0 || self.looks_ahead(system)
+    }
+
+    fn looks_ahead(&self, system: usize) -> bool {
+        self.turbo() && self.system_i(system, 20) > 0.0
     }
 
     /// How many moves a sequence needs before it begins, unless it is closed.
     pub(crate) fn ahead(&self, system: usize) -> u32 {
         match self.state.systems[system].sequence.kind {
             SequenceKind::Blended | SequenceKind::Spline1 | SequenceKind::Spline2 => 2,
-            SequenceKind::Segmented if self.has_limits(system) => 2,
+            SequenceKind::Segmented if self.looks_ahead(system) => 2,
             SequenceKind::Segmented | SequenceKind::Pvt => 1,
         }
     }
@@ -158,8 +162,9 @@ impl Machine<'_> {
 
     /// The times of the stop of a sequence, if it is closed now.
     pub(crate) fn stop_times(&mut self, system: usize) -> (i64, i64) {
-        let limits = self.has_limits(system);
         let sequence = &self.state.systems[system].sequence;
+        // The program may have changed I13 since the moves were calculated.
+        let limits = sequence.kind == SequenceKind::Blended || self.looks_ahead(system);
         let last = sequence.last();
         let room = 2 * last.tm - last.ta;
         let (ta, ts) = self.acceleration(system, Some(ms(room)));

@@ -292,6 +292,9 @@ impl Sequence {
 
     /// The position of a motor now.
     pub(crate) fn position(&self, motor: usize) -> f64 {
+        if self.phases == 0 {
+            return self.start[motor];
+        }
         let t = ms(self.time - self.bounds[self.phase]);
         position(&self.pieces[motor][self.phase], t)
     }
