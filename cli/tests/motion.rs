@@ -653,3 +653,48 @@ fn conditions_of_test_scripts_name_positions() {
     folder.write("w.plctest", &script.replace("#1.FE", "#1.NONE"));
     folder.plcc("test w.plctest").exits(2).says(&["#"]);
 }
+
+#[test]
+fn a_sequence_keeps_the_limits_with_which_it_was_calculated() {
+    // Ix17 makes 40 ms of the acceleration of 20 ms, of that of the stop too, although the program has segments from then on.
+    let (trace, _) = runs("I117=0.25\nINC TA20 F100\nX10\nI13=10\n", 400, "#1.CMD");
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(280, 1000.0));
+}
+
+#[test]
+fn a_move_that_is_shorter_than_a_segment_is_late_and_moves_nothing() {
+    let moves = "INC PVT100\nX5:0\nDWELL0\nI13=10\nLINEAR TA0 F1000\nX1\nX1\n";
+    let (trace, events) = runs(moves, 500, "#1.CMD");
+    assert!(events.contains(r#""state":"error","reason":"late""#), "{events}");
+    assert_eq!(rows(&trace, "#1.CMD").last().unwrap(), &(200, 500.0));
+}
+
+#[test]
+fn xref_lists_labels_calls_and_axes() {
+    let text = "OPEN PROG 1 CLEAR\nX10 Y(P1)\nGOSUB 100\nGOTO(P2)\nCALL 2.001\nG1 X5\nCALL(P3)\nRETURN\nN100 Z1\n\
+        RETURN\nCLOSE\nOPEN PROG 2 CLEAR\nN100\nCLOSE\nOPEN PROG 1000 CLEAR\nN1000 LINEAR\nCLOSE\n";
+    let folder = Folder::with(&[("x.pmc", text)]);
+    let table = folder.plcc("xref x.pmc").exits(0).stdout;
+    let found: Vec<Vec<&str>> = table
+        .lines()
+        .filter(|line| line.starts_with("PROG") || line.starts_with("axis"))
+        .map(|line| line.split("  ").map(str::trim).filter(|part| !part.is_empty()).collect())
+        .collect();
+    let expected = [
+        vec!["axis X", "2 6"],
+        vec!["axis Y", "2"],
+        vec!["axis Z", "9"],
+        vec!["PROG (…)", "-", "7"],
+        vec!["PROG 1", "1"],
+        vec!["PROG 1 N(…)", "-", "4"],
+        vec!["PROG 1 N100", "9", "3"],
+        vec!["PROG 2", "12", "5"],
+        vec!["PROG 2 N100", "13", "5"],
+        vec!["PROG 1000", "15", "6"],
+        vec!["PROG 1000 N1000", "16", "6"],
+    ];
+    for row in expected {
+        assert!(found.iter().any(|own| own.starts_with(&row)), "{row:?}\n{table}");
+    }
+    assert_eq!(found.len(), 11, "{table}");
+}

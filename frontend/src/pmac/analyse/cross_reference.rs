@@ -4,19 +4,21 @@ use std::collections::HashMap;
 
 use plcc_abi::Tables;
 use plcc_abi::pmac::Kind;
+use plcc_abi::pmac::motion::{Axis, MotionKind, MoveWord};
 use plcc_diag::SourceMap;
 
 use crate::common::{CrossReference, CrossReferenceBuilder, Use};
 use crate::language::Language;
 use crate::pmac::Pmac;
-use crate::pmac::ast::{Action, Download, Expr, Op, StmtKind, Target, WriteKind};
+use crate::pmac::ast::{Action, Buffer, Download, Expr, Op, StmtKind, Target, WriteKind};
 use crate::pmac::origin::TextRange;
 
 /// Makes the cross-reference of a download: of PLCs, PLCCs, on-line commands and what COMMANDs do.
 ///
 /// A Q-variable has no coordinate system here, since ADDRESS may change which one is meant.
 /// `P(…)` stands for the P-variables whose number is computed, `X:$0700` for a word of memory. The
-/// meanings of variables are those of listing comments.
+/// meanings of variables are those of listing comments. Of motion programs there are the programs themselves (`PROG 20`,
+/// written where they are opened, read where they are called), their labels (`PROG 20 N100`), and the words of axes (`axis X`).
 pub(crate) fn cross_reference(
     download: &Download,
     sources: &SourceMap,
@@ -28,6 +30,9 @@ pub(crate) fn cross_reference(
     }
     for statement in download.statements() {
         finder.statement(&statement.kind, statement.at);
+    }
+    for (&number, buffer) in &download.progs {
+        finder.motion_program(number, buffer);
     }
     let comments = Pmac.listing_comments(tables);
     let meanings: HashMap<&str, &str> = comments.iter().filter_map(|text| named(text)).collect();
@@ -91,6 +96,69 @@ impl Finder<'_> {
         }
     }
 
+    /// The labels, calls and axis words of a motion program.
+    fn motion_program(&mut self, number: u32, buffer: &Buffer) {
+        if let Some(at) = buffer.opened {
+            self.add(&program(number), at, Use::Written);
+        }
+        for &(label, _, at) in &buffer.labels {
+            self.add(&label_of(number, Some(f64::from(label))), at, Use::Written);
+        }
+        let download = self.download;
+        for stmt in &buffer.code {
+            let StmtKind::Motion(index, _) = stmt.kind else { continue };
+            let Some(motion) = download.motion.get(index as usize) else { continue };
+            let value = motion.values.first().and_then(|value| download.constant(*value));
+            match &motion.kind {
+                MotionKind::Move(words) => {
+                    for word in words {
+                        if let MoveWord::Axis(axis) = word {
+                            self.add(&axis_name(*axis), stmt.at, Use::Written);
+                        }
+                    }
+                }
+                MotionKind::Set(axes) => {
+                    for axis in axes {
+                        self.add(&axis_name(*axis), stmt.at, Use::Written);
+                    }
+                }
+                MotionKind::Goto | MotionKind::Gosub => {
+                    let label = value.map(f64::round);
+                    if label != Some(0.0) {
+                        self.add(&label_of(number, label), stmt.at, Use::Read);
+                    }
+                }
+                MotionKind::Call | MotionKind::Prelude(None) => {
+                    let label = |value: f64| ((value - value.floor()) * 100_000.0).round();
+                    self.call(value.map(|value| (value.floor(), label(value))), stmt.at);
+                }
+                MotionKind::Code(code) | MotionKind::Prelude(Some(code)) => {
+                    let called = value.map(|value| {
+                        let hundreds = (value / 100.0).floor();
+                        let label = ((value - hundreds * 100.0) * 1000.0).round();
+                        (1000.0 + 10.0 * hundreds + f64::from(*code), label)
+                    });
+                    self.call(called, stmt.at);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A call of a program, at a label or at its top (0); `None` where it is computed.
+    fn call(&mut self, called: Option<(f64, f64)>, at: TextRange) {
+        match called {
+            Some((number, label)) if (0.0..=4e9).contains(&number) => {
+                self.add(&program(number as u32), at, Use::Read);
+                if label != 0.0 {
+                    self.add(&label_of(number as u32, Some(label)), at, Use::Read);
+                }
+            }
+            Some(_) => {}
+            None => self.add("PROG (…)", at, Use::Read),
+        }
+    }
+
     fn action(&mut self, action: &Action, at: TextRange) {
         match action {
             Action::Assign(target, value) => self.assignment(*target, *value, at),
@@ -125,6 +193,24 @@ impl Finder<'_> {
 
 pub(super) fn variable(kind: Kind, number: u16) -> String {
     format!("{kind:?}{number}")
+}
+
+/// A motion program.
+fn program(number: u32) -> String {
+    format!("PROG {number}")
+}
+
+/// A label of a motion program; `None` where its number is computed.
+fn label_of(number: u32, label: Option<f64>) -> String {
+    match label {
+        Some(label) => format!("PROG {number} N{label}"),
+        None => format!("PROG {number} N(…)"),
+    }
+}
+
+/// The words of an axis.
+fn axis_name(axis: Axis) -> String {
+    format!("axis {}", char::from(axis.letter()))
 }
 
 /// The variables of a kind whose number is computed.
