@@ -486,7 +486,7 @@ fn a_kinematic_program_without_an_end_and_one_that_moves_are_told() {
     folder.plcc(command).exits(0);
     let events = folder.read("e.jsonl");
     assert!(events.contains(r#""state":"error","reason":"late""#), "{events}");
-    folder.write("k.pmc", &text.replace("P50=P50+1\n", "CMD\"#1J+\"\n"));
+    folder.write("k.pmc", text.replace("P50=P50+1\n", "CMD\"#1J+\"\n"));
     folder.plcc(command).exits(1).says(&["a kinematic program only calculates", "PLC"]);
     folder
         .plcc("check k.pmc --controller turbo")
@@ -556,7 +556,7 @@ fn the_panel_jogs_homes_starts_and_holds() {
     folder.write("s.csv", "tick,name,value\n1,M28,15\n10,M21,0\n");
     assert_eq!(rows(&folder.plcc(command).exits(0).stdout, "#1.CMD").len(), 1);
     folder.write("s.csv", rows_of);
-    folder.write("p.pmc", &text.replace("I2=0", "I2=1"));
+    folder.write("p.pmc", text.replace("I2=0", "I2=1"));
     assert_eq!(rows(&folder.plcc(command).exits(0).stdout, "#1.CMD").len(), 1);
 }
 
@@ -645,12 +645,12 @@ fn conditions_of_test_scripts_name_positions() {
         wait until &1.X = 5 within 1 s\nexpect ABS(#1.FE) < 1 AND #1.CMD = 500\nend\n";
     let folder = Folder::with(&[("w.pmc", &text), ("w.plctest", script)]);
     folder.plcc("test w.plctest").exits(0);
-    folder.write("w.plctest", &script.replace("#1.CMD = 500", "#1.CMD = 501"));
+    folder.write("w.plctest", script.replace("#1.CMD = 500", "#1.CMD = 501"));
     let failed = folder.plcc("test w.plctest").exits(1).stdout;
     assert!(failed.contains("#1.CMD = 500"), "{failed}");
     let why = folder.plcc("why w.pmc #1.CMD --simulate --ticks 200").exits(0).stdout;
     assert!(why.contains("#1.CMD is") && why.contains("the control"), "{why}");
-    folder.write("w.plctest", &script.replace("#1.FE", "#1.NONE"));
+    folder.write("w.plctest", script.replace("#1.FE", "#1.NONE"));
     folder.plcc("test w.plctest").exits(2).says(&["#"]);
 }
 
