@@ -138,6 +138,7 @@ fn explain_knows_codes_and_variables_in_any_case() {
         ("ixx22 m11..12", vec!["PMAC: Ix22", "M12->Y:$FFC2,1,1: machine input 2"]),
         ("I900", vec!["encoder 1", "motor 9"]),
         ("I5111 --controller turbo", vec!["PLC timer 1"]),
+        ("547", vec!["no error has the number 547", "NCT: I547", "NCT: Y547", "FIN"]),
     ] {
         let text = folder.plcc(&format!("explain {what}")).exits(0).stdout;
         for part in parts {
@@ -150,6 +151,7 @@ fn explain_knows_codes_and_variables_in_any_case() {
     assert!(text.contains("motor 9") && !text.contains("encoder"), "{text}");
     assert!(!text.contains("NCT"), "{text}");
     folder.plcc("explain I5111 --controller pmac").exits(2).says(&["`I5111`"]);
+    folder.plcc("explain 99999").exits(2).says(&["PMI has 1 to 47, NCT has 1 to 76"]);
     let done = folder.plcc("explain PMI-1 NONSENSE").exits(2).says(&["`NONSENSE`"]);
     assert!(done.stdout.contains("PMI-1: "));
 }

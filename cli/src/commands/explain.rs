@@ -103,12 +103,47 @@ fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>
         of_language || is_of_no_language(info)
     };
     let mut pages: Vec<String> = codes(what).into_iter().filter(of_wanted).map(page).collect();
-    for language in languages {
-        if let Some(text) = language.explain(what, controller) {
-            pages.push(format!("{}: {}\n", language.title(), text.trim_end()));
+    let of_name = |name: &str, pages: &mut Vec<String>| {
+        for language in languages {
+            if let Some(text) = language.explain(name, controller) {
+                pages.push(format!("{}: {}\n", language.title(), text.trim_end()));
+            }
+        }
+    };
+    of_name(what, &mut pages);
+    // A number that no error has is read on drawings, where it names a flag.
+    if pages.is_empty() && is_number(what) {
+        let mut of_variables = vec![];
+        for letter in ["I", "Y", "M"] {
+            of_name(&format!("{letter}{what}"), &mut of_variables);
+        }
+        if !of_variables.is_empty() {
+            pages.push(format!(
+                "{}\nWhat has this number in a program:\n",
+                no_such_error(what, languages)
+            ));
+            pages.extend(of_variables);
         }
     }
     pages
+}
+
+/// Whether a text is a number and nothing else.
+fn is_number(what: &str) -> bool {
+    !what.is_empty() && what.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// That no error of these languages' compilers has a number, and which numbers there are.
+fn no_such_error(number: &str, languages: &[&dyn Language]) -> String {
+    let mut known = vec![];
+    for language in languages {
+        let own = |info: &CodeInfo| info.code.split_once('-').and_then(|(_, own)| own.parse().ok());
+        let numbers: Vec<u32> = codes_of(*language).filter_map(own).collect();
+        if let (Some(first), Some(last)) = (numbers.iter().min(), numbers.iter().max()) {
+            known.push(format!("{} has {first} to {last}", language.title()));
+        }
+    }
+    format!("no error has the number {number}: {}.", known.join(", "))
 }
 
 /// The codes that a word names: `PMI-31` or `pmi31`; `ERR003`, which is PMAC's own form; a bare number
@@ -170,6 +205,9 @@ fn complaint(what: &str, asked: &[&dyn Language]) -> String {
             "`{what}` is of {others}, which --dialect or --controller leaves out; ask without them"
         );
     }
+    if is_number(what) {
+        return no_such_error(what, asked);
+    }
     let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
     let topics: Vec<_> = LANGUAGES.iter().flat_map(|language| language.topics()).collect();
     let codes = codes.chain(LINTS.iter().map(|lint| lint.name));
@@ -197,6 +235,17 @@ mod tests {
         assert_eq!(pages("TEST-5", LANGUAGES, None).len(), 1);
         assert!(found("PMI-48").is_empty());
         assert!(found("").is_empty());
+    }
+
+    #[test]
+    fn a_number_that_no_error_has_is_that_of_a_flag() {
+        let text = pages("547", LANGUAGES, None).join("\n");
+        assert!(
+            text.starts_with("no error has the number 547: PMI has 1 to 47, NCT has 1 to 76, ")
+        );
+        assert!(text.contains("NCT: Y547\n") && text.contains("NCT: I547\n"), "{text}");
+        assert!(pages("99999", LANGUAGES, None).is_empty());
+        assert!(complaint("99999", LANGUAGES).ends_with("PMAC has 1 to 17."));
     }
 
     #[test]
