@@ -407,7 +407,7 @@ fn a_trace_that_ends_in_vcd_is_a_value_change_dump() {
         (header.to_owned(), changes.to_owned())
     };
     let (header, changes) = run("a.pmi --ticks 5 --watch N,OUT");
-    assert!(header.contains("$var integer 64 ! N $end"), "{header}");
+    assert!(header.contains("$var integer 16 ! N $end"), "{header}");
     assert!(header.contains("$var wire 1 \" OUT $end"), "{header}");
     let expected = "#0\nb1 !\n0\"\n#20000\nb10 !\n#40000\nb11 !\n#60000\nb100 !\n1\"\n\
                     #80000\nb101 !\n#100000\n";
@@ -418,4 +418,57 @@ fn a_trace_that_ends_in_vcd_is_a_value_change_dump() {
     let (header, changes) = run("c.pmc --ticks 2 --watch P1");
     assert!(header.contains("$var real 64 ! P1 $end"), "{header}");
     assert!(changes.starts_with("#0\nr1 !\n#442\nr2 !\n"), "{changes}");
+}
+
+#[test]
+fn groups_of_lines_and_words_have_their_own_widths_in_waveforms() {
+    let pmi = "$INPUT\nTPOS = 0/4-7/BCD\nTEMP = 1/0-7/TWOC\n$OUTPUT\nOUT = 2/0-7/B\n$INTEGER\nN, LIST[2]\n$LONG\nL\n\
+               $END\nN = -2\nL = -3\nOUT = TPOS\nLIST[1] = TEMP\n";
+    let pmac = "M9->Y:$FFC2,8,8\nM8->Y:$FFC2,0\nM10->Y:$FFC2,16,8,S\nI5=2\nOPEN PLC 1 CLEAR\nM9=P1\nM10=0-2\nCLOSE\n";
+    let folder = Folder::with(&[
+        ("a.pmi", pmi),
+        ("a.csv", "tick,name,value\n1,TPOS,7\n1,TEMP,-5\n"),
+        ("b.pmc", pmac),
+        ("b.csv", "tick,name,value\n1,P1,200\n1,M8,1\n"),
+    ]);
+    for (line, declared, values) in [
+        (
+            "a.pmi --stimulus a.csv",
+            [
+                "wire 4 ! TPOS",
+                "integer 8 \" TEMP",
+                "integer 16 # OUT",
+                "integer 16 $ N",
+                "integer 32 % L",
+                "integer 16 ' LIST[1]",
+            ],
+            [
+                "b111 !",
+                "b11111011 \"",
+                "b111 #",
+                "b1111111111111110 $",
+                "b11111111111111111111111111111101 %",
+                "b1111111111111011 '",
+            ],
+        ),
+        (
+            "b.pmc --stimulus b.csv",
+            ["wire 8 ! M9", "wire 1 \" M8", "integer 8 # M10", "real 64 $ P1", "real 64", "wire 1"],
+            ["b11001000 !", "1\"", "b11111110 #", "r200 $", "b0 !", "0\""],
+        ),
+    ] {
+        let names = if line.starts_with('a') { "TPOS,TEMP,OUT,N,L,LIST" } else { "M9,M8,M10,P1" };
+        folder
+            .plcc(&format!("run {line} --ticks 4 --watch {names} --trace t.vcd --record r.plcrec"))
+            .exits(0);
+        folder.plcc(&format!("convert r.plcrec --to vcd --watch {names} -o r.vcd")).exits(0);
+        for vcd in [folder.read("t.vcd"), folder.read("r.vcd")] {
+            for part in declared {
+                assert!(vcd.contains(&format!("$var {part}")), "{part} is not in\n{vcd}");
+            }
+            for value in values {
+                assert!(vcd.lines().any(|line| line == value), "{value} is not in\n{vcd}");
+            }
+        }
+    }
 }

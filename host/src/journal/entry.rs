@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use plcc_image::input_area::WriterName;
 use plcc_protocol::{TaskSummary, TimesSummary, TimingSummary};
+use plcc_runtime::{AnnouncedText, EventBody};
 use serde::{Serialize, Serializer};
 
 use crate::Peer;
@@ -57,6 +58,19 @@ pub enum EntryKind {
         code: String,
         /// What happened, as in the dump.
         message: String,
+    },
+    /// The program tells people something: a fault or a message comes or goes. It is for standard error alone,
+    /// since the log is of what happens around the program.
+    #[serde(skip)]
+    Announced {
+        /// `fault` or `message`.
+        what: &'static str,
+        /// The variable.
+        name: Arc<str>,
+        /// Whether it comes.
+        is_on: bool,
+        /// Its text.
+        text: AnnouncedText,
     },
     /// The control's process has died or was killed because it hung; its supervisor says so.
     ControlDied {
@@ -223,6 +237,8 @@ pub enum Severity {
     Error,
     /// The program was stopped.
     Stopped,
+    /// What the program itself tells people, with the word for it.
+    Announced(&'static str),
 }
 
 impl Severity {
@@ -233,6 +249,7 @@ impl Severity {
             Self::Warning => "warning",
             Self::Error => "error",
             Self::Stopped => "stopped",
+            Self::Announced(word) => word,
         }
     }
 }
@@ -240,7 +257,26 @@ impl Severity {
 impl EntryKind {
     /// Whether the sentence for people names the tick.
     pub(super) fn names_tick(&self) -> bool {
-        matches!(self, Self::Overrun { .. } | Self::Budget { .. })
+        matches!(self, Self::Overrun { .. } | Self::Budget { .. } | Self::Announced { .. })
+    }
+
+    /// What the program tells people by an event, if it does: faults and messages. It shares its texts with the
+    /// event.
+    pub(crate) fn announced(event: &EventBody) -> Option<Self> {
+        let (what, name, state, text) = match event {
+            EventBody::Fault { name, state, text } => ("fault", name, *state, text.clone()),
+            EventBody::Message { name, flag, state, text, .. } => {
+                ("message", name.as_ref().or(flag.as_ref())?, *state, text.clone())
+            }
+            _ => return None,
+        };
+        let name = Arc::clone(name);
+        Some(Self::Announced { what, name, is_on: state == "on", text })
+    }
+
+    /// Whether it is a line of the log.
+    pub(super) fn is_logged(&self) -> bool {
+        !matches!(self, Self::Announced { .. })
     }
 
     /// How important it is.
@@ -269,6 +305,7 @@ impl EntryKind {
             | Self::RetainedDataCarriedOver { .. } => Severity::Warning,
             Self::Error { .. } | Self::ControlDied { .. } => Severity::Error,
             Self::Stopped { .. } => Severity::Stopped,
+            Self::Announced { what, .. } => Severity::Announced(what),
         }
     }
 }
@@ -281,6 +318,10 @@ impl fmt::Display for EntryKind {
                 f.write_str(text)
             }
             Self::Stopped { at, code, message } => write!(f, "{code} in tick {at}: {message}"),
+            Self::Announced { name, is_on: true, text, .. } => write!(f, "{text} ({name})"),
+            Self::Announced { name, is_on: false, text, .. } => {
+                write!(f, "no longer: {text} ({name})")
+            }
             Self::Overrun { late, skipped } => {
                 let late = late.as_secs_f64() * 1000.0;
                 write!(f, "an overrun: the tick began {late:.1} ms late")?;

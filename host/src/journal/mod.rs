@@ -63,12 +63,14 @@ pub struct Destinations {
     /// In real time, where `console` is a terminal on which a line is to show how many ticks have run: the
     /// number of ticks that the whole run has, if that is known. `None` shows no such line.
     pub progress: Option<Option<u64>>,
+    /// Whether each sentence first removes such a line, which another process may have left on the terminal when it died.
+    pub removes_progress: bool,
 }
 
 impl Destinations {
     /// Standard error, and the log where there is one.
     pub fn standard(log: Option<File>) -> Self {
-        Self { log, console: standard_error(), progress: None }
+        Self { log, console: standard_error(), ..Self::default() }
     }
 }
 
@@ -142,7 +144,7 @@ impl Direct {
     fn write(&mut self, entry: &Entry) {
         // Nothing can be said where standard error can't be written.
         let _ = self.console.as_mut().map(|console| console.write_all(sentence(entry).as_bytes()));
-        if let Some(log) = &mut self.log
+        if let Some(log) = self.log.as_mut().filter(|_| entry.kind.is_logged())
             && let Err(error) = log.write_all(line(entry).as_bytes())
         {
             self.log = None;
@@ -308,11 +310,11 @@ impl JournalOwner {
             return Ok((Self { journal }, scan));
         }
         let (queue, entries) = rtrb::RingBuffer::new(SCAN_QUEUE);
-        let progress = to.progress;
+        let terminal = queued::Terminal::new(&to);
         let queued = Queued::new(to.log, to.console)?;
         queued.tell_losses("log", lost.clone());
         let journal = Journal::new(Mode::Queued(queued));
-        queued::start(&journal, entries, progress)?;
+        queued::start(&journal, entries, terminal)?;
         let scan = ScanJournal { journal: journal.clone(), queue: Some(queue), lost };
         Ok((Self { journal }, scan))
     }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::progress_line::{FIRST_SHOWN_AFTER, UPDATE_INTERVAL, progress_line};
 use super::sink::Sink;
-use super::{Entry, EntryKind, Journal, LossCounter, Mode, NO_TICK, line, sentence};
+use super::{Destinations, Entry, EntryKind, Journal, LossCounter, Mode, NO_TICK, line, sentence};
 use crate::patient_writer::WriteOutcome;
 use plcc_runtime::small_thread::small_thread;
 
@@ -21,6 +21,8 @@ const MAX_ENTRIES: usize = 4096;
 const INTERVAL: Duration = Duration::from_millis(20);
 /// Time between two sentences on standard error about overruns, or about losses of one output.
 const SELDOM: Duration = Duration::from_secs(1);
+/// How many faults and messages of the program standard error shows within that time.
+const MOST_ANNOUNCED: u32 = 20;
 
 /// What the threads of a journal share.
 #[derive(Debug)]
@@ -127,7 +129,7 @@ impl Queued {
     }
 
     fn write_log(&self, entry: &Entry) {
-        if let Some(log) = &self.log {
+        if let Some(log) = self.log.as_ref().filter(|_| entry.kind.is_logged()) {
             log.push(line(entry));
         }
     }
@@ -137,13 +139,14 @@ impl Queued {
 pub(super) fn start(
     journal: &Journal,
     scan: rtrb::Consumer<Entry>,
-    progress: Option<Option<u64>>,
+    terminal: Terminal,
 ) -> io::Result<()> {
     let mut collector = Collector {
         journal: journal.clone(),
         scan,
         overruns: Overruns::default(),
-        progress: progress.map(ProgressLine::new),
+        announced: Announced::default(),
+        terminal,
     };
     small_thread("journal").spawn(move || collector.run())?;
     Ok(())
@@ -154,7 +157,34 @@ struct Collector {
     journal: Journal,
     scan: rtrb::Consumer<Entry>,
     overruns: Overruns,
+    announced: Announced,
+    terminal: Terminal,
+}
+
+/// What is to be known of the console where that is a terminal.
+#[derive(Debug)]
+pub(super) struct Terminal {
+    /// The line that shows the progress of the run.
     progress: Option<ProgressLine>,
+    /// As in [`Destinations::removes_progress`].
+    removes_progress: bool,
+}
+
+impl Terminal {
+    pub(super) fn new(to: &Destinations) -> Self {
+        let progress = to.progress.map(ProgressLine::new);
+        Self { progress, removes_progress: to.removes_progress }
+    }
+}
+
+/// How many faults and messages of the program were printed lately.
+#[derive(Debug, Default)]
+struct Announced {
+    /// When the first of them was.
+    since: Option<Instant>,
+    printed: u32,
+    /// How many came too soon after them.
+    left_out: u64,
 }
 
 /// Overruns about which no sentence was printed yet.
@@ -192,6 +222,7 @@ impl Collector {
                 self.hand_on(&entry);
             }
             self.print_overruns(closing);
+            self.print_left_out(closing);
             self.show_progress(closing);
             if closing {
                 let Mode::Queued(queued) = &self.journal.shared.mode else { return };
@@ -253,6 +284,16 @@ impl Collector {
             }
             self.overruns.reported_at = Some(now);
         }
+        if matches!(entry.kind, EntryKind::Announced { .. }) {
+            self.print_left_out(false);
+            let announced = &mut self.announced;
+            announced.since.get_or_insert_with(Instant::now);
+            if announced.printed >= MOST_ANNOUNCED {
+                announced.left_out += 1;
+                return;
+            }
+            announced.printed += 1;
+        }
         self.print(sentence(entry));
     }
 
@@ -269,16 +310,34 @@ impl Collector {
         self.print(format!("warning: {count} more {more}, the longest of {late:.1} ms\n"));
     }
 
+    /// Says how many faults and messages were left out, and has further ones printed again, once the time for that has come.
+    fn print_left_out(&mut self, closing: bool) {
+        let Announced { since, left_out, .. } = self.announced;
+        let recent = since.is_none_or(|since| since.elapsed() < SELDOM);
+        if recent && !closing {
+            return;
+        }
+        self.announced = Announced::default();
+        if left_out > 0 {
+            self.print(format!(
+                "note: {left_out} more faults and messages came and went; --events FILE writes all of them\n"
+            ));
+        }
+    }
+
     fn print(&mut self, text: String) {
         let Mode::Queued(queued) = &self.journal.shared.mode else { return };
         let Some(console) = &queued.console else { return };
-        let erased = self.progress.as_mut().is_some_and(|line| std::mem::take(&mut line.visible));
-        console.push(if erased { format!("\r\x1b[K{text}") } else { text });
+        let Terminal { progress, removes_progress } = &mut self.terminal;
+        let visible = progress.as_mut().is_some_and(|line| std::mem::take(&mut line.visible));
+        console.push(if visible || *removes_progress { format!("\r\x1b[K{text}") } else { text });
     }
 
     fn show_progress(&mut self, closing: bool) {
         let Mode::Queued(queued) = &self.journal.shared.mode else { return };
-        let (Some(console), Some(line)) = (&queued.console, &mut self.progress) else { return };
+        let (Some(console), Some(line)) = (&queued.console, &mut self.terminal.progress) else {
+            return;
+        };
         let tick = self.journal.shared.tick.load(Ordering::Relaxed);
         if closing {
             if line.visible {

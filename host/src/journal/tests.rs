@@ -3,6 +3,8 @@
 use std::io::{BufRead, BufReader, Read, pipe};
 use std::os::fd::OwnedFd;
 
+use plcc_runtime::EventBody;
+
 use super::*;
 
 fn file(pipe: impl Into<OwnedFd>) -> File {
@@ -16,7 +18,7 @@ fn every_entry_is_a_line_of_the_log_and_a_sentence() {
         let to = Destinations {
             log: Some(file(to_log)),
             console: Some(file(to_console)),
-            progress: None,
+            ..Destinations::default()
         };
         let (owner, mut scan) = JournalOwner::start(to, realtime).unwrap();
         owner.journal().note("begin");
@@ -53,8 +55,11 @@ fn every_entry_is_a_line_of_the_log_and_a_sentence() {
 #[test]
 fn a_destination_that_nobody_reads_holds_up_nothing() {
     let ((_unread, to_console), (mut log, to_log)) = (pipe().unwrap(), pipe().unwrap());
-    let to =
-        Destinations { log: Some(file(to_log)), console: Some(file(to_console)), progress: None };
+    let to = Destinations {
+        log: Some(file(to_log)),
+        console: Some(file(to_console)),
+        ..Destinations::default()
+    };
     let reader = std::thread::spawn(move || {
         let mut lines = String::new();
         log.read_to_string(&mut lines).unwrap();
@@ -119,4 +124,35 @@ fn a_log_that_cannot_be_written_is_an_error_in_simulated_time_only() {
     let (owner, _scan) = JournalOwner::start(to(&full), true).unwrap();
     owner.journal().note("lost");
     assert_eq!(owner.finish(), Ok(()));
+}
+
+/// What the program tells people is for them alone, at most so many sentences a second.
+#[test]
+fn faults_are_sentences_and_no_lines_of_the_log() {
+    let ((mut log, to_log), (mut console, to_console)) = (pipe().unwrap(), pipe().unwrap());
+    let to = Destinations {
+        log: Some(file(to_log)),
+        console: Some(file(to_console)),
+        removes_progress: true,
+        ..Destinations::default()
+    };
+    let (owner, mut scan) = JournalOwner::start(to, true).unwrap();
+    for tick in 0..50 {
+        let state = if tick % 2 == 0 { "on" } else { "off" };
+        let event = EventBody::Fault { name: "FLT1".into(), state, text: "OIL LOW".into() };
+        scan.write(tick, EntryKind::announced(&event).unwrap());
+    }
+    owner.finish().unwrap();
+    drop(scan);
+    let (mut lines, mut sentences) = (String::new(), String::new());
+    log.read_to_string(&mut lines).unwrap();
+    console.read_to_string(&mut sentences).unwrap();
+    assert_eq!(lines, "");
+    let sentences: Vec<&str> =
+        sentences.lines().map(|line| line.strip_prefix("\r\x1b[K").unwrap()).collect();
+    assert_eq!(sentences[0], "fault: tick 0: OIL LOW (FLT1)");
+    assert_eq!(sentences[1], "fault: tick 1: no longer: OIL LOW (FLT1)");
+    let shown = sentences.len() - 1;
+    let more = format!("note: {} more faults and messages came and went", 50 - shown);
+    assert!(shown < 50 && sentences[shown].starts_with(&more), "{sentences:?}");
 }

@@ -12,6 +12,7 @@ mod pace;
 mod queues;
 mod timing;
 mod trace;
+mod waveform_shape;
 
 #[cfg(test)]
 mod test_control;
@@ -40,6 +41,7 @@ pub use queues::ReportQueues;
 use timing::Budget;
 pub use timing::{TimedEngine, Times, Timing};
 pub use trace::{Trace, TraceFormat, TraceText};
+pub use waveform_shape::WaveformShape;
 
 /// Room for the events of one tick, so that no tick allocates memory for them unless its program was written
 /// for that.
@@ -252,6 +254,9 @@ impl Run<'_> {
                 events_of_tick.push(Event { tick, body });
                 end.stop = Some(stop);
             }
+            if self.clock.is_some() {
+                self.announce(&events_of_tick);
+            }
             self.write(tick, time_ns, &mut events_of_tick, &mut trace)?;
             time_ns = time_ns.saturating_add(tick_ns);
             let next_tick = pacer.as_ref().and_then(|(pacer, clock)| Some((*clock, pacer.due()?)));
@@ -287,6 +292,15 @@ impl Run<'_> {
             let next = self.player.next_after(tick).min(end);
             self.executive.skip_ticks(next - tick);
             tick = next;
+        }
+    }
+
+    /// Tells people on standard error of faults and messages that come and go.
+    fn announce(&mut self, events_of_tick: &[Event]) {
+        for event in events_of_tick {
+            if let Some(kind) = EntryKind::announced(&event.body) {
+                self.journal.write(event.tick, kind);
+            }
         }
     }
 

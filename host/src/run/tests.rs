@@ -102,14 +102,14 @@ fn a_trace_can_be_a_value_change_dump() {
         "$timescale 1 us $end",
         "$scope module plc $end",
         "$var wire 1 ! A $end",
-        "$var integer 64 \" P10 $end",
-        "$var integer 64 # ARR[0] $end",
-        "$var integer 64 $ ARR[1] $end",
+        "$var integer 16 \" P10 $end",
+        "$var integer 16 # ARR[0] $end",
+        "$var integer 16 $ ARR[1] $end",
         "$upscope $end",
     ];
     let lines: Vec<&str> = header.lines().map(str::trim).collect();
     assert_eq!(lines[3..], expected, "{header}");
-    let minus_3 = format!("b{}01", "1".repeat(62));
+    let minus_3 = format!("b{}01", "1".repeat(14));
     let expected = format!(
         "#0\n0!\nb0 \"\nb0 #\nb0 $\n#1000\n1!\nb1 #\n#2000\n{minus_3} \"\n{minus_3} $\n\
          #4000\n1!\nb101 #\n#6000\n"

@@ -7,7 +7,9 @@ use std::path::Path;
 use vcd::{IdCode, TimescaleUnit, VarType};
 
 use plcc_control::Watch;
-use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
+use plcc_runtime::{Executive, Names, Properties, Value, VariableKey};
+
+use super::waveform_shape::WaveformShape;
 
 /// How a trace is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,11 +57,10 @@ struct Watched {
     name: String,
     /// What the trace calls it.
     shown: String,
-    logical: bool,
+    /// How a VCD shows it.
+    shape: WaveformShape,
     /// How many elements an array has.
     elements: Option<usize>,
-    /// Whether a VCD shows it as floating point.
-    float: bool,
     last: Option<Value>,
     /// For a VCD: its signals, one for each element of an array.
     signals: Vec<IdCode>,
@@ -67,13 +68,13 @@ struct Watched {
 
 impl Watched {
     fn new(name: &str, shown: String, variable: VariableKey, names: &dyn Names) -> Self {
-        let Properties { class, elements, .. } = names.properties(variable);
+        let properties = names.properties(variable);
+        let Properties { elements, .. } = properties;
         Self {
             name: name.into(),
             shown,
-            logical: class == Class::Logical,
+            shape: WaveformShape::of(&properties),
             elements: elements.map(|count| count as usize),
-            float: class == Class::Fraction,
             last: None,
             signals: vec![],
         }
@@ -114,9 +115,9 @@ impl TraceText {
     /// with as many elements.
     pub fn takes(&self, index: usize, variable: VariableKey, names: &dyn Names) -> bool {
         let other = Watched::new("", String::new(), variable, names);
-        self.variables.get(index).is_some_and(|own| {
-            (own.logical, own.elements, own.float) == (other.logical, other.elements, other.float)
-        })
+        self.variables
+            .get(index)
+            .is_some_and(|own| (own.shape, own.elements) == (other.shape, other.elements))
     }
 
     /// Writes the header.
@@ -138,11 +139,16 @@ impl TraceText {
         vcd.timescale(1, TimescaleUnit::US)?;
         vcd.add_module("plc")?;
         for variable in &mut self.variables {
-            let Watched { shown: name, logical, elements, float, signals, .. } = variable;
-            let mut add = |name: &str| match (*logical, *float) {
-                (true, _) => vcd.add_var(VarType::Wire, 1, name, None),
-                (false, true) => vcd.add_var(VarType::Real, 64, name, None),
-                (false, false) => vcd.add_var(VarType::Integer, 64, name, None),
+            let Watched { shown: name, shape, elements, signals, .. } = variable;
+            let mut add = |name: &str| match *shape {
+                WaveformShape::Real => vcd.add_var(VarType::Real, 64, name, None),
+                WaveformShape::Line => vcd.add_var(VarType::Wire, 1, name, None),
+                WaveformShape::Bits { width, signed: false } => {
+                    vcd.add_var(VarType::Wire, width, name, None)
+                }
+                WaveformShape::Bits { width, signed: true } => {
+                    vcd.add_var(VarType::Integer, width, name, None)
+                }
             };
             *signals = match *elements {
                 Some(count) => {
@@ -184,8 +190,8 @@ impl TraceText {
                     vcd.timestamp(time)?;
                     self.written = Some(time);
                 }
-                let Watched { signals, logical, last, .. } = variable;
-                change(&mut vcd, signals, *logical, last.as_ref(), &value)?;
+                let Watched { signals, shape, last, .. } = variable;
+                change(&mut vcd, signals, *shape, last.as_ref(), &value)?;
             }
         }
         variable.last = Some(value);
@@ -284,7 +290,7 @@ fn milliseconds(ns: u64) -> String {
 fn change<W: Write>(
     vcd: &mut vcd::Writer<W>,
     signals: &[IdCode],
-    logical: bool,
+    shape: WaveformShape,
     last: Option<&Value>,
     value: &Value,
 ) -> io::Result<()> {
@@ -295,13 +301,13 @@ fn change<W: Write>(
         };
         for (index, (signal, value)) in signals.iter().zip(values).enumerate() {
             if before.get(index) != Some(value) {
-                change_one(vcd, *signal, logical, value)?;
+                change_one(vcd, *signal, shape, value)?;
             }
         }
         return Ok(());
     }
     match signals {
-        [signal, ..] => change_one(vcd, *signal, logical, value),
+        [signal, ..] => change_one(vcd, *signal, shape, value),
         [] => Ok(()),
     }
 }
@@ -310,19 +316,22 @@ fn change<W: Write>(
 fn change_one<W: Write>(
     vcd: &mut vcd::Writer<W>,
     signal: IdCode,
-    logical: bool,
+    shape: WaveformShape,
     value: &Value,
 ) -> io::Result<()> {
-    match value {
-        Value::Int(value) if logical => vcd.change_scalar(signal, *value != 0),
-        Value::Int(value) => {
+    let Some(width) = shape.width() else {
+        return vcd.change_real(signal, WaveformShape::real(value));
+    };
+    match (shape.bits(value), width) {
+        (None, 1) => vcd.change_scalar(signal, vcd::Value::X),
+        (None, _) => vcd.change_vector(signal, [vcd::Value::X]),
+        (Some(bits), 1) => vcd.change_scalar(signal, bits != 0),
+        (Some(bits), _) => {
             // The highest bit comes first. Leading zeros are left out, since viewers fill them in.
-            let bits = 64 - value.leading_zeros().min(63);
-            let bit = |at: u32| vcd::Value::from(value >> at & 1 != 0);
-            vcd.change_vector(signal, (0..bits).rev().map(bit))
+            let length = 64 - bits.leading_zeros().min(63);
+            let bit = |at: u32| vcd::Value::from(bits >> at & 1 != 0);
+            vcd.change_vector(signal, (0..length).rev().map(bit))
         }
-        Value::Float(value) => vcd.change_real(signal, *value),
-        Value::Array(_) => Ok(()),
     }
 }
 

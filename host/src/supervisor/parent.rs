@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
@@ -151,7 +151,10 @@ impl Signalled {
 fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
     // The child opens it too and tells what is wrong with it. Each line is appended as a whole.
     let log = log.and_then(|path| open(path, true, true).ok());
-    let started = JournalOwner::start(Destinations::standard(log), true);
+    // A control that is killed leaves its line of progress on the terminal.
+    let removes_progress = io::stderr().is_terminal();
+    let to = Destinations { removes_progress, ..Destinations::standard(log) };
+    let started = JournalOwner::start(to, true);
     started.map(|(owner, _)| owner).map_err(|error| format!("no thread can be started: {error}"))
 }
 

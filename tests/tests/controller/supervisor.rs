@@ -1,6 +1,7 @@
 //! The supervisor: a control in a process of its own, and what happens when one of the two dies or hangs.
 
 use std::fs;
+use std::io::Read;
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -12,6 +13,7 @@ use plcc_host::image_file::{ImageReader, State};
 use plcc_load::Artifact;
 use plcc_runtime::safe_outputs::SafeByte;
 use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 use crate::shop::{Shop, loader, wait};
 
@@ -111,6 +113,61 @@ fn a_control_that_is_killed_is_told_and_not_restarted() {
     let log = shop.read("log.jsonl");
     let entry = log.lines().find(|line| line.contains("\"kind\":\"control_died\"")).unwrap();
     assert!(entry.contains("SIGKILL") && entry.contains("\"restart\":false"), "{entry}");
+}
+
+#[test]
+fn faults_and_messages_are_told_as_they_come_and_go() {
+    let source = "$INPUT\nOIL = 0/0\n$FAULT\nFLT1 = \"OIL LOW\"\n$MESSAGE\nMSG1 = \"N IS\",N\n$INTEGER\nN\n$END\n\
+                  N = N + 1\nFLT1 = OIL\nMSG1 = N = 7\n";
+    let shop = Shop::new("faults", Dialect::Pmi, source);
+    fs::write(shop.path("s.csv"), "tick,name,value\n3,OIL,1\n9,OIL,0\n").unwrap();
+    let run = "--realtime --watchdog 1h --overrun catch-up=20 --period 2 --ticks 15 --stimulus s.csv --log log.jsonl";
+    let done = shop.command(run).stderr(Stdio::piped()).spawn().unwrap();
+    let said = String::from_utf8(done.wait_with_output().unwrap().stderr).unwrap();
+    let told: Vec<&str> = said
+        .lines()
+        .filter(|line| line.starts_with("fault") || line.starts_with("message"))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            "fault: tick 3: OIL LOW (FLT1)",
+            "message: tick 6: N IS 7 (MSG1)",
+            "message: tick 7: no longer: N IS 8 (MSG1)",
+            "fault: tick 9: no longer: OIL LOW (FLT1)",
+        ],
+        "{said}"
+    );
+    assert!(
+        !shop.read("log.jsonl").contains("OIL"),
+        "the log is of what happens around the program"
+    );
+}
+
+/// What a control has begun to say on a terminal is taken away before its supervisor tells of its death.
+#[test]
+fn the_death_of_a_control_is_told_on_a_line_of_its_own() {
+    let shop = shop("terminal");
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let theirs = ptsname(&ours, vec![]).unwrap().into_string().unwrap();
+    let theirs = fs::File::options().read(true).write(true).open(theirs).unwrap();
+    let mut supervisor = shop.command(RUN).stderr(theirs).spawn().unwrap();
+    let (mut ours, mut said) = (fs::File::from(ours), String::new());
+    let mut read_until = |part: &str| {
+        let mut bytes = [0; 4096];
+        while !said.contains(part) {
+            let count = ours.read(&mut bytes).unwrap();
+            said.push_str(&String::from_utf8_lossy(&bytes[..count]));
+        }
+        said.clone()
+    };
+    read_until("Ctrl-C ends");
+    signal("-KILL", control_of(&supervisor, &shop));
+    let said = read_until("is not restarted");
+    assert!(said.contains("\r\x1b[Kerror: the control's process has died"), "{said:?}");
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
 }
 
 #[test]

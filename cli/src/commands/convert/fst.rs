@@ -11,27 +11,19 @@ use fst_writer::{
 };
 use plcc_control::Watch;
 use plcc_files::open_output;
-use plcc_host::run::TraceText;
-use plcc_runtime::{Class, Executive, Names, Properties, Value, VariableKey};
+use plcc_host::run::{TraceText, WaveformShape};
+use plcc_runtime::{Executive, Names, Value, VariableKey};
 
 use super::Watches;
 
 /// The values of an FST are collected in memory, and written when they have so many bytes.
 const PORTION: usize = 32 << 20;
 
-/// How an FST shows a value.
-#[derive(Clone, Copy, PartialEq)]
-enum Shape {
-    Bit,
-    Integer,
-    Real,
-}
-
 /// An FST.
 pub(super) struct Fst {
     out: FstBodyWriter<BufWriter<File>>,
     /// For each variable of the text the signals of its elements.
-    signals: Vec<(Shape, Vec<FstSignalId>)>,
+    signals: Vec<(WaveformShape, Vec<FstSignalId>)>,
 }
 
 fn io_error(error: FstWriteError) -> io::Error {
@@ -66,24 +58,20 @@ impl Fst {
                 let (_, variable) = watch.names().iter().find(|(known, _)| known == name)?;
                 Some(names.properties(*variable))
             };
-            let Some(Properties { class, elements, .. }) = watches.iter().find_map(of_program)
-            else {
-                continue;
-            };
-            let shape = match class {
-                Class::Logical => Shape::Bit,
-                Class::Fraction => Shape::Real,
-                Class::Integer => Shape::Integer,
-            };
+            let Some(properties) = watches.iter().find_map(of_program) else { continue };
+            let shape = WaveformShape::of(&properties);
             let (signal, ty) = match shape {
-                Shape::Bit => (FstSignalType::bit_vec(1), FstVarType::Wire),
-                Shape::Integer => (FstSignalType::bit_vec(64), FstVarType::Integer),
-                Shape::Real => (FstSignalType::real(), FstVarType::Real),
+                WaveformShape::Line => (FstSignalType::bit_vec(1), FstVarType::Wire),
+                WaveformShape::Bits { width, signed } => {
+                    let ty = if signed { FstVarType::Integer } else { FstVarType::Wire };
+                    (FstSignalType::bit_vec(width), ty)
+                }
+                WaveformShape::Real => (FstSignalType::real(), FstVarType::Real),
             };
             let mut add = |name: &str| {
                 head.var(name, signal, ty, FstVarDirection::Implicit, None).map_err(io_error)
             };
-            let ids = match elements {
+            let ids = match properties.elements {
                 None => vec![add(shown)?],
                 Some(count) => (0..count)
                     .map(|index| add(&format!("{shown}[{index}]")))
@@ -127,17 +115,14 @@ impl Fst {
     }
 }
 
-/// A value as an FST has it: its bits as the characters 0 and 1, or the eight bytes of a double.
-fn encoded(shape: Shape, value: &Value) -> Vec<u8> {
-    let integer = match value {
-        Value::Int(value) => *value,
-        Value::Float(value) => *value as i64,
-        Value::Array(_) => 0,
+/// A value as an FST has it: its bits as the characters 0 and 1, x for each where they do not hold it, or the eight bytes of a
+/// double.
+fn encoded(shape: WaveformShape, value: &Value) -> Vec<u8> {
+    let Some(width) = shape.width() else {
+        return WaveformShape::real(value).to_le_bytes().to_vec();
     };
-    match (shape, value) {
-        (Shape::Real, Value::Float(value)) => value.to_le_bytes().to_vec(),
-        (Shape::Real, _) => (integer as f64).to_le_bytes().to_vec(),
-        (Shape::Bit, _) => vec![if integer == 0 { b'0' } else { b'1' }],
-        (Shape::Integer, _) => format!("{integer:064b}").into_bytes(),
+    match shape.bits(value) {
+        Some(bits) => format!("{bits:0width$b}", width = width as usize).into_bytes(),
+        None => vec![b'x'; width as usize],
     }
 }

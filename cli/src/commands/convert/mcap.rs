@@ -23,7 +23,7 @@ use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use plcc_files::open_output;
 use plcc_frontend::language;
-use plcc_host::run::TraceText;
+use plcc_host::run::{TraceText, WaveformShape};
 use plcc_record::RecordedRun;
 use plcc_runtime::{Event, EventBody, Executive, Properties, Value, VariableKey};
 use serde_json::{Map, Value as Json, json};
@@ -244,13 +244,22 @@ fn field_name(name: &str, used: &mut BTreeSet<String>) -> String {
 
 fn schema_of(name: &str, properties: &Properties) -> Json {
     let number = match properties.class {
-        plcc_runtime::Class::Fraction => "number",
-        plcc_runtime::Class::Logical | plcc_runtime::Class::Integer => "integer",
+        plcc_runtime::Class::Fraction => json!({"type": "number"}),
+        plcc_runtime::Class::Logical | plcc_runtime::Class::Integer => {
+            match WaveformShape::of(properties).range() {
+                Some((least, most)) => {
+                    json!({"type": "integer", "minimum": least, "maximum": most})
+                }
+                None => json!({"type": "integer"}),
+            }
+        }
     };
-    match properties.elements {
-        Some(_) => json!({"type": "array", "items": {"type": number}, "title": name}),
-        None => json!({"type": number, "title": name}),
-    }
+    let mut schema = match properties.elements {
+        Some(_) => json!({"type": "array", "items": number}),
+        None => number,
+    };
+    schema["title"] = name.into();
+    schema
 }
 
 fn json_of(value: &Value) -> Json {
