@@ -107,6 +107,12 @@ fn the_package_holds_programs_that_run() {
     for program in ["plcc", "plcrt", "plcctl", "plcio"] {
         let version = done(Command::new(unpacked.join("usr/bin").join(program)).arg("--version"));
         assert_eq!(version, format!("{program} {}\n", env!("CARGO_PKG_VERSION")));
+        let bytes = fs::read(unpacked.join("usr/bin").join(program)).unwrap();
+        let holds = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+        assert!(!holds(".debug_line\0"), "{program} has tables of lines");
+        // Those that run programs keep the symbols that gdb asks for.
+        let runs = ["plcc", "plcrt"].contains(&program);
+        assert_eq!(holds("__jit_debug_register_code\0"), runs, "{program}");
     }
     let example = unpacked.join("usr/share/doc/plcc/examples/pmi/lathe.pmi");
     let mut check = Command::new(unpacked.join("usr/bin/plcc"));

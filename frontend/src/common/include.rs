@@ -92,6 +92,16 @@ mod tests {
         assert_eq!(found("f.pmi").as_deref(), Some("src/F.PMI"));
         assert_eq!(found("c:\\OEM\\G.PMI").as_deref(), Some("src/oem/g.pmi"));
         assert_eq!(found("c:\\any\\deep\\f.pmi").as_deref(), Some("src/F.PMI"));
+        for path in [
+            "C:\\PLC\\F.PMI",
+            "C:F.PMI",
+            "d:/f.Pmi",
+            ".\\F.pmi",
+            "..\\PLC\\f.pmi",
+            "\\\\HOST\\PLC\\F.PMI",
+        ] {
+            assert_eq!(found(path).as_deref(), Some("src/F.PMI"), "{path}");
+        }
         assert_eq!(found("/oem/h.pmi").as_deref(), Some("lib/Oem/h.pmi"));
         assert_eq!(found("../up.pmi").as_deref(), Some("src/../up.pmi"));
     }
