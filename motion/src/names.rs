@@ -7,6 +7,7 @@ use plcc_abi::pmac::motion::MotionTables;
 use plcc_abi::pmac::motion::registers::servo_units;
 
 use crate::axes::Look;
+use crate::commands::Address;
 use crate::machine::{Machine, Setup, State};
 use crate::motor::Loop;
 use crate::units::ms;
@@ -48,6 +49,8 @@ impl Look<'_> {
                 }
                 self.system_value(index, value)
             }
+            // A command has no value.
+            MotionName::Online(_) => 0.0,
         };
         plcc_abi::pmac::arithmetic::finite(value)
     }
@@ -82,8 +85,18 @@ impl Look<'_> {
 }
 
 impl Machine<'_> {
-    /// Sets a value as the machine would. A motor in closed loop can't be moved by hand.
+    /// Sets a value as the machine would. A motor in closed loop can't be moved by hand. An on-line command, set to something
+    /// other than 0, is given as in the background behind the tick before.
     pub fn set(&mut self, name: MotionName, value: f64) {
+        if let MotionName::Online(command) = name
+            && value != 0.0
+        {
+            let index = usize::from(command.number).saturating_sub(1);
+            let at = Address { motor: index, system: index };
+            self.carry_out(&command.action(), &command.text().into(), at);
+            self.show_status();
+            return;
+        }
         let MotionName::Motor(number, what) = name else { return };
         let Some(motor) = self.state.motors.get_mut(usize::from(number).wrapping_sub(1)) else {
             return;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use plcc_abi::{GivenName, closest};
+use plcc_simulator::Equipment;
 
 use crate::given_names::GivenNames;
 use crate::names::{Names, Properties};
@@ -75,6 +76,10 @@ impl Names for WithGiven {
 
     fn patterns(&self) -> Vec<(String, VariableKey)> {
         self.own.patterns()
+    }
+
+    fn equipment(&self) -> Equipment {
+        self.own.equipment()
     }
 
     fn outputs(&self) -> Vec<(String, VariableKey)> {

@@ -77,6 +77,10 @@ pub use given_names::GivenNames;
 pub use names::{Class, Names, Press, Properties};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
+pub use plcc_simulator::{
+    Equipment, MachineAxis, MachineDevice, MachineKey, MachineKind, MachinePath, MachineProgram,
+    Reading,
+};
 pub use retained::Restored;
 pub use simulated::{Feedback, SimulatedExecutive};
 pub use small_thread::small_thread;

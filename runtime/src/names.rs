@@ -9,6 +9,7 @@ use std::fmt::Debug;
 
 use plcc_abi::place::{Direction, Place};
 use plcc_abi::{GivenName, natural_cmp};
+use plcc_simulator::Equipment;
 
 use crate::given_names::GivenNames;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
@@ -104,6 +105,11 @@ pub trait Names: Debug + Send + Sync {
     /// besides that is only looked at.
     fn patterns(&self) -> Vec<(String, VariableKey)> {
         self.declared()
+    }
+
+    /// What there is to be seen of a machine that is simulated; nothing where none is.
+    fn equipment(&self) -> Equipment {
+        Equipment::default()
     }
 
     /// The physical outputs, in natural sort order: what may become something else than off at a stop.

@@ -30,13 +30,14 @@
 //! assert_eq!(sources.line_col(file, no_feed.span.start), (2, 8));
 //! ```
 //!
-//! In the crate, `pmi` and `nct` are the two controls, `device` the small machines, `part_program` the reader, and `way`
+//! [`Equipment`] is what displays show of a machine. In the crate, `pmi` and `nct` are the two controls, `device` the small machines, `part_program` the reader, and `way`
 //! the movement of axes.
 
 mod access;
 mod arc;
 mod context;
 mod device;
+mod equipment;
 mod event;
 mod history;
 mod keys;
@@ -54,6 +55,10 @@ mod tests;
 mod way;
 
 pub use access::{Access, Handle, Use};
+pub use equipment::{
+    Equipment, MachineAxis, MachineDevice, MachineKey, MachineKind, MachinePath, MachineProgram,
+    Reading,
+};
 pub use event::{Awaited, Refusal, Requested, Told};
 pub use keys::Key;
 pub use part_program::{MAX_PART_PROGRAM, read_part_program};

@@ -15,6 +15,8 @@ use crate::part_program::{Block, PartProgram, read_entry, read_part_program};
 const MAX_AXES: [usize; 2] = [32, 8];
 /// How many auxiliary axes a PMI control has at most.
 const MAX_AUX: usize = 6;
+/// The block that can be entered where the table names none (cnc-side 1.24).
+const FIRST_ENTRY: &str = "M3 S500";
 /// Nanoseconds of a millisecond.
 const MS: u64 = 1_000_000;
 
@@ -123,6 +125,8 @@ pub struct Setup {
     pub(crate) entries: Vec<Block>,
     /// The part program, if there is one.
     pub(crate) program: Option<PartProgram>,
+    /// Its lines, to be shown.
+    pub(crate) part_text: Vec<String>,
     pub(crate) lag_ns: u64,
     pub(crate) stop_ns: u64,
     pub(crate) home_ns: u64,
@@ -167,7 +171,7 @@ impl Setup {
         let number = |axis: usize| table.axes.get(axis).unwrap_or(&default);
         let axes = (0..rules.letters.len()).map(|at| Self::axis(&rules, at, number(at))).collect();
         let entries = match &table.blocks {
-            None => vec![read_entry(&rules, "M3 S500").unwrap_or_default()],
+            None => vec![read_entry(&rules, FIRST_ENTRY).unwrap_or_default()],
             Some(blocks) if rules.dialect == Dialect::Nct => {
                 let read = |Located { value, line }: &Located<String>| {
                     read_entry(&rules, value).map_err(|why| format!("line {line}: {why}"))
@@ -184,6 +188,7 @@ impl Setup {
             axes,
             entries,
             program: None,
+            part_text: vec![],
             lag_ns: table.lag.unwrap_or(40 * MS),
             stop_ns: table.stop.unwrap_or(100 * MS),
             home_ns: table.home.unwrap_or(1000 * MS),
@@ -239,6 +244,17 @@ impl Setup {
         if number == 0 { first } else { second }
     }
 
+    /// The blocks that can be entered, as they are written.
+    pub(crate) fn entry_texts(&self) -> Vec<String> {
+        let named = self.table.blocks.iter().flatten().map(|block| block.value.clone());
+        let named: Vec<String> = named.collect();
+        match (self.rules.dialect, &self.table.blocks) {
+            (Dialect::Nct, None) => vec![FIRST_ENTRY.to_owned()],
+            (Dialect::Nct, Some(_)) => named,
+            _ => vec![],
+        }
+    }
+
     /// The name of the part program that the table has.
     pub fn named_part_program(table: &SimulatorTable) -> Option<&str> {
         table.part_program.as_ref().map(|name| name.value.as_str())
@@ -248,6 +264,9 @@ impl Setup {
     pub fn read_part_program(&mut self, sources: &SourceMap, file: FileId) -> Vec<Diagnostic> {
         let (program, diagnostics) = read_part_program(&self.rules, sources, file);
         self.program = Some(program);
+        let lines = sources.text(file).lines();
+        self.part_text =
+            lines.map(|line| plcc_abi::printable(line).trim_end().to_owned()).collect();
         diagnostics
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::access::{Access, Handle};
 use crate::context::{Context, MAX_TOLD};
 use crate::device::{Device, DeviceState, Surroundings};
+use crate::equipment::{Equipment, equipment};
 use crate::event::{Awaited, Refusal, Requested, Told};
 use crate::keys::{Action, Key, keys};
 use crate::nct::{self, Fault, Nct};
@@ -159,6 +160,11 @@ impl Simulator {
     /// The keys, by whose numbers [`key`](Self::key) presses them.
     pub fn keys(&self) -> &[Key] {
         &self.keys
+    }
+
+    /// What there is to be seen of the machine. `name_of` gives the name of a variable.
+    pub fn equipment(&self, name_of: &dyn Fn(Handle) -> String) -> Equipment {
+        equipment(self, &self.setup, name_of)
     }
 
     /// The names of the devices, by whose numbers [`device`](Self::device) shows them.

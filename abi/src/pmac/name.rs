@@ -8,6 +8,7 @@
 //! | `Y:$FFC2,8`, `Y:$FFC2,8,4` | a bit of a word, and several bits from one on |
 //! | `D:$28`, `DP:$D200`, `L:$1001`, `F:$D200` | two words of memory, in that format |
 //! | `#1.CMD`, `&1.X` | a value of a simulated motor or coordinate system: [`MotionName`] |
+//! | `#1J+`, `&1B10`, `^A` | an on-line command for them: [`Online`](super::motion::Online) |
 //! | `PLC3`, `PLCC3` | whether a PLC or PLCC is enabled: see [`PlcOp`](super::PlcOp) for what setting it does |
 
 use alloc::{format, string::String};
@@ -159,6 +160,7 @@ impl PmacName {
             Self::Plc { compiled, number } => (u32::MAX, Kind::P, 2 * number + u32::from(compiled)),
             Self::Motion(MotionName::Motor(number, _)) => (0, Kind::I, u32::from(number)),
             Self::Motion(MotionName::System(number, _)) => (0, Kind::L, u32::from(number)),
+            Self::Motion(MotionName::Online(command)) => (0, Kind::M, u32::from(command.number)),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! program code may ask for meanwhile, `names` what users call things.
 
 mod carry_over;
+mod equipment;
 mod forces;
 mod host;
 mod motion;

@@ -5,13 +5,15 @@ use std::collections::HashSet;
 use plcc_abi::DialectVariable;
 use plcc_abi::image::read_u64;
 use plcc_abi::place::{Direction, Place, Type};
-use plcc_abi::pmac::motion::MotionName;
+use plcc_abi::pmac::motion::{MotionName, Plant};
 use plcc_abi::pmac::name::suggest;
 use plcc_abi::pmac::{
     Definition, Field, Kind, Layout, Output, PlcOp, PmacName, PmacNameError, PmacTables, Run,
     Space, Variable, field_place,
 };
+use plcc_simulator::Equipment;
 
+use super::equipment::equipment;
 use super::forces::share_bits;
 use crate::names::{Class, Names, Properties};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
@@ -33,6 +35,8 @@ pub(super) struct PmacNames {
     simulated: bool,
     /// The bits that their plant writes.
     plant: Vec<Definition>,
+    /// Motors and coordinate systems, where they are simulated.
+    equipment: Equipment,
 }
 
 /// The key of a variable.
@@ -60,13 +64,16 @@ impl PmacNames {
             outputs: tables.outputs.clone(),
             simulated: false,
             plant: vec![],
+            equipment: Equipment::default(),
             layout,
         }
     }
 
-    /// The names of a control whose motors and coordinate systems are simulated.
-    pub(super) fn simulated(tables: &PmacTables) -> Self {
-        Self { simulated: true, plant: super::plant::written(tables), ..Self::new(tables) }
+    /// The names of a control whose motors and coordinate systems are simulated. `plants` are what the motors are fastened to.
+    pub(super) fn simulated(tables: &PmacTables, plants: &[Plant]) -> Self {
+        let names = Self::new(tables);
+        let equipment = equipment(tables, &names.layout, plants);
+        Self { simulated: true, equipment, plant: super::plant::written(tables), ..names }
     }
 
     /// Finds what a name means.
@@ -160,9 +167,15 @@ impl PmacNames {
 }
 
 impl Names for PmacNames {
-    /// All names can be used for every purpose, but for what motors do, which nobody sets.
+    /// All names can be used for every purpose, but for what motors do, which nobody sets, and for commands, which have no
+    /// value.
     fn find(&self, text: &str, purpose: Purpose) -> Result<VariableKey, NameError> {
         let name = self.variable(text)?;
+        if let (PmacName::Motion(MotionName::Online(_)), Purpose::Watch) = (name, purpose) {
+            let reason =
+                "is an on-line command, which has no value: it is given by setting it to 1";
+            return Err(NameError::Unfit { name: text.into(), reason: reason.into() });
+        }
         let can_be_set = match name {
             PmacName::Motion(MotionName::Motor(_, value)) => value.can_be_set(),
             PmacName::Motion(MotionName::System(..)) => false,
@@ -183,6 +196,10 @@ impl Names for PmacNames {
             names.extend(motion.map(|name| (name.to_string(), key(name))));
         }
         names
+    }
+
+    fn equipment(&self) -> Equipment {
+        self.equipment.clone()
     }
 
     fn canonical(&self, key: VariableKey) -> String {
@@ -403,7 +420,7 @@ mod tests {
         };
         // Motor 1 has the first channel, the others none.
         let tables = PmacTables { initial: vec![channel(1, 49152.0)], ..PmacTables::default() };
-        let names = PmacNames::simulated(&tables);
+        let names = PmacNames::simulated(&tables, &[]);
         let is = |name: &str| names.is_simulated(names.find(name, Purpose::Watch).unwrap());
         for name in ["X:$C000,20", "X:$C000", "X:$C000,17", "X:$C001", "X:$C003"] {
             assert!(is(name), "{name}");

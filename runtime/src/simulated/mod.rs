@@ -73,7 +73,9 @@ impl SimulatedExecutive {
         let keys = simulator.keys().iter().map(|key| key.name.clone()).collect();
         let devices = simulator.devices().map(str::to_owned).collect();
         let written = simulator.writes().iter().filter_map(|handle| slots.found(*handle)).collect();
-        let names = Arc::new(SimulatedNames::new(names, keys, devices, &simulator, written));
+        let equipment = simulator.equipment(&|handle| slots.name(handle));
+        let names = SimulatedNames::new(names, keys, devices, &simulator, written, equipment);
+        let names = Arc::new(names);
         let texts = EventTexts::new(&simulator);
         Ok((Self { inner, simulator, slots, names, texts, tick: 0 }, notes))
     }

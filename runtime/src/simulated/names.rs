@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use plcc_abi::{DialectVariable, SimulatorVariable, closest};
-use plcc_simulator::Simulator;
+use plcc_simulator::{Equipment, Simulator};
 
 use super::bits::Bits;
 use crate::given_names::GivenNames;
@@ -25,6 +25,7 @@ pub(super) struct SimulatedNames {
     press_ticks: u64,
     /// What the simulator writes, with its bits where they are known.
     written: Vec<(VariableKey, Option<Bits>)>,
+    equipment: Equipment,
 }
 
 /// The part of a name behind a prefix, in letters of any case.
@@ -50,12 +51,19 @@ impl SimulatedNames {
         devices: Vec<String>,
         simulator: &Simulator,
         written: Vec<(VariableKey, Option<Bits>)>,
+        equipment: Equipment,
     ) -> Self {
         let press_ticks = match simulator.dialect() {
             plcc_abi::Dialect::Pmac => PRESS_NS.div_ceil(simulator.tick_ns().max(1)),
             _ => PRESS_TICKS,
         };
-        Self { program, keys, devices, press_ticks, written }
+        // The motors of a PMAC are simulated by its executive, small machines and keys beside it.
+        let Equipment { axes, programs, paths, .. } = program.equipment();
+        let mut equipment = equipment;
+        equipment.axes.extend(axes);
+        equipment.programs.extend(programs);
+        equipment.paths.extend(paths);
+        Self { program, keys, devices, press_ticks, written, equipment }
     }
 
     fn find_in(name: &str, rest: &str, known: &[String], prefix: &str) -> Result<u32, NameError> {
@@ -142,6 +150,10 @@ impl Names for SimulatedNames {
 
     fn patterns(&self) -> Vec<(String, VariableKey)> {
         self.program.patterns()
+    }
+
+    fn equipment(&self) -> Equipment {
+        self.equipment.clone()
     }
 
     fn outputs(&self) -> Vec<(String, VariableKey)> {

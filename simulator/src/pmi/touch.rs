@@ -18,6 +18,14 @@ pub(crate) enum Window {
     Extended,
 }
 
+impl Window {
+    /// The variable of a button.
+    pub(crate) fn button(self, number: usize) -> String {
+        let letter = if self == Self::Operator { 'O' } else { 'M' };
+        format!("@{letter}PB{number:02}")
+    }
+}
+
 /// The buttons that are pressed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct TouchState {

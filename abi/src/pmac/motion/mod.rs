@@ -5,6 +5,7 @@
 pub mod axis;
 pub mod command;
 pub mod name;
+pub mod online;
 pub mod plant;
 pub mod registers;
 pub mod tables;
@@ -12,6 +13,7 @@ pub mod tables;
 pub use axis::{Axis, AxisDefinition, AxisGroup, AxisSet};
 pub use command::{Jog, JogGoal, MotionAction, MotionCommand, Query};
 pub use name::{MotionName, MotorValue, SystemValue};
+pub use online::{Online, OnlineWord};
 pub use plant::Plant;
 pub use registers::{MotorRegisters, SystemRegisters};
 pub use tables::{

@@ -6,6 +6,7 @@ use alloc::string::String;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
+use super::online::Online;
 use crate::pmac::Layout;
 
 /// A value of a motor.
@@ -69,11 +70,16 @@ pub enum MotionName {
     Motor(u8, MotorValue),
     /// `&1.X`.
     System(u8, SystemValue),
+    /// `#1J+`: an on-line command, which has no value and is given by setting it.
+    Online(Online),
 }
 
 impl MotionName {
     /// The name in a text in capitals; `None` if it is not one. The number may be beyond the controller's last.
     pub fn parse(text: &str) -> Option<(char, u32, Self)> {
+        if let Some((sign, number, command)) = Online::parse(text) {
+            return Some((sign, number, Self::Online(command)));
+        }
         let (owner, value) = text.split_once('.')?;
         let mut chars = owner.chars();
         let sign = chars.next()?;
@@ -95,13 +101,14 @@ impl MotionName {
     /// Whether a controller has its motor or coordinate system.
     pub fn exists(sign: char, number: u32, layout: &Layout) -> Result<(), (&'static str, u32)> {
         let (what, last) = match sign {
+            '^' => return Ok(()),
             '#' => ("#", super::registers::motors(layout.controller)),
             _ => ("&", layout.systems()),
         };
         if (1..=last).contains(&number) { Ok(()) } else { Err((what, last)) }
     }
 
-    /// All of a controller, in their order.
+    /// All that have a value, of a controller, in their order.
     pub fn all(layout: &Layout) -> impl Iterator<Item = Self> + use<> {
         let motors = super::registers::motors(layout.controller) as u8;
         let systems = layout.systems() as u8;
@@ -159,6 +166,7 @@ impl fmt::Display for MotionName {
                     SystemValue::Line => f.write_str("LINE"),
                 }
             }
+            Self::Online(command) => write!(f, "{command}"),
         }
     }
 }
