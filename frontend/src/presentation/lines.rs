@@ -18,6 +18,8 @@ pub struct SourceLine {
     pub number: String,
     /// Its text. A comment may have been replaced by blanks, so that columns stay what they were.
     pub text: String,
+    /// The text of its comment, without the sign that begins it; empty without one.
+    pub comment: String,
 }
 
 /// The lines of all files, without comments, which `without_comments` takes out of a file's text. A line that begins with
@@ -52,8 +54,9 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// Takes in a file. `from` is the line of the file that includes it.
     fn file(&mut self, file: FileId, from: Option<u32>, depth: usize) {
-        let text = (self.without_comments)(self.sources.text(file));
-        for (line, text) in (1..).zip(text.lines()) {
+        let whole = self.sources.text(file);
+        let text = (self.without_comments)(whole);
+        for ((line, text), whole) in (1..).zip(text.lines()).zip(whole.lines()) {
             let text = text.trim_end();
             if let Some(inner) = self.included_by(text).filter(|_| depth < MAX_INCLUDES) {
                 self.included.push(inner);
@@ -64,7 +67,8 @@ impl Reader<'_> {
                 Some(outer) => format!("{outer}.{line}"),
                 None => line.to_string(),
             };
-            self.found.push(SourceLine { file, line, end_line: line, number, text: text.into() });
+            let (text, comment) = (text.to_owned(), comment_of(whole, text));
+            self.found.push(SourceLine { file, line, end_line: line, number, text, comment });
         }
     }
 
@@ -84,6 +88,20 @@ impl Reader<'_> {
             known.rsplit('/').next() == Some(name.as_str()) && !self.included.contains(&file)
         })
     }
+}
+
+/// The comment of a line: what the same line without comments does not have, without the signs around it.
+fn comment_of(whole: &str, text: &str) -> String {
+    let without = text.chars().map(Some).chain(std::iter::repeat(None));
+    let (mut comment, mut within) = (String::new(), false);
+    for (c, left) in whole.chars().zip(without) {
+        // A blank of the comment is one of the line without it too.
+        within = left != Some(c) || within && c.is_whitespace();
+        if within {
+            comment.push(c);
+        }
+    }
+    comment.trim_matches(|c: char| c.is_whitespace() || ";?/*".contains(c)).to_owned()
 }
 
 /// A text without comments that go from one of the marks to the end of their line; they may not begin in quotes.
@@ -120,4 +138,18 @@ pub(crate) fn sources(files: &[(&str, &str)]) -> SourceMap {
         sources.add((*path).to_owned(), text.as_bytes());
     }
     sources
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_its_comment_without_the_signs_around_it() {
+        let sources = sources(&[("a", "A=1 ; the door; closed\n; alone\nB=2\nC=\";\" ; text\n")]);
+        let found = lines(&sources, &|text| without_line_comments(text, &[";"]), None);
+        let comments: Vec<&str> = found.iter().map(|line| line.comment.as_str()).collect();
+        assert_eq!(comments, ["the door; closed", "alone", "", "text"]);
+        assert_eq!(comment_of("A /* one two */ B", "A               B"), "one two");
+    }
 }

@@ -87,6 +87,8 @@ pub struct Row {
     pub statements: Vec<u32>,
     /// The name of its target, its label or its keyword (PMI 5.1).
     pub name: String,
+    /// The comment that stands beside it in the source; empty without one.
+    pub comment: String,
     /// Whether a part of the program begins in it, to which users go from the part before: a label, a module, a PLC.
     pub begins_part: bool,
 }
@@ -126,8 +128,9 @@ pub fn rows(
         for piece in &mut pieces {
             piece.block = block(piece);
         }
-        let (name, SourceLine { file, line, number, .. }) = (name_of(&pieces), line);
-        let mut row = Row { file, line, number, pieces, statements, name, begins_part: false };
+        let (name, SourceLine { file, line, number, comment, .. }) = (name_of(&pieces), line);
+        let mut row =
+            Row { file, line, number, pieces, statements, name, comment, begins_part: false };
         row.begins_part = begins_part(&row);
         row
     };

@@ -43,6 +43,9 @@ fn join_continued(lines: &mut Vec<SourceLine>) {
                 last.text.truncate(kept);
                 last.text.push_str(line.text.trim_start());
                 last.end_line = line.end_line;
+                if !line.comment.is_empty() {
+                    last.comment = format!("{} {}", last.comment, line.comment).trim().to_owned();
+                }
             }
             _ => joined.push(line),
         }
