@@ -37,6 +37,36 @@ fn the_lathe_is_shown_until_the_user_leaves() {
     assert_eq!(shown.end(), (0, true));
 }
 
+/// A machine with a cylinder and a key of its own; the program has it go out as long as the key is pressed.
+#[test]
+fn the_simulated_machine_is_shown_and_its_keys_are_pressed() {
+    let folder = std::env::temp_dir().join(format!("plcc-monitor-machine-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let program =
+        "$INPUT\nPB=0/0\nOUTSW=0/1\n$OUTPUT\nSOL=1/0\n$END\nSOL=PB!SOL&/@CP103\n@CL103=OUTSW\n";
+    let machine = "[simulator]\n[[simulator.axis]]\nname = \"X\"\nmin = -3\nmax = 7\n\
+                   [simulator.keys]\n\"GO\" = \"PB\"\n\
+                   [[simulator.device]]\nname = \"CLAMP\"\nkind = \"cylinder\"\nextend = \"SOL\"\nextended = \"OUTSW\"\nextend_ms = 60\n";
+    std::fs::write(folder.join("p.pmi"), program).unwrap();
+    std::fs::write(folder.join("p.machine.toml"), machine).unwrap();
+    let mut command = plcc();
+    command.args(["monitor"]).arg(folder.join("p.pmi")).args(["--speed", "0", "--", "--simulate"]);
+    let mut shown = Terminal::open(&mut command);
+    shown.wait_for("p.pmi (PMI)");
+    shown.press("0");
+    // Only cells that change are drawn, so that texts come in pieces where the screen before had blanks.
+    shown.wait_for("CLAMP");
+    // The axis stands between its limits.
+    shown.wait_for("[------#-------------]");
+    shown.press("p");
+    shown.wait_for("KEY.GO=press");
+    // The rod goes out.
+    shown.wait_for("========|");
+    shown.press("q");
+    assert_eq!(shown.end(), (0, true));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[test]
 fn a_signal_leaves_the_terminal_as_it_was() {
     let shown = Terminal::open(&mut lathe());

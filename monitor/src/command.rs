@@ -195,12 +195,14 @@ pub enum Command {
         /// How many.
         ticks: u64,
     },
-    /// Wait for the trigger in the ticks that come (in a recording search it from the first tick that is shown), and
-    /// show the ticks around it.
+    /// Wait for the trigger in the ticks that come, and show the ticks around it. In a recording it is looked for from the first tick
+    /// on; while an earlier tick is shown, from that one on.
     ScopeTrigger {
         /// When it triggers; `None` switches the trigger off.
         trigger: Option<Trigger>,
     },
+    /// Look for the trigger again, behind the tick in which it was met.
+    ScopeNextTrigger,
     /// Put one of the two cursors on a tick.
     ScopeCursor {
         /// Which: 0 or 1.

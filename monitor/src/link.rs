@@ -97,15 +97,18 @@ impl Link {
         self.ask(&Request::Stat {}, self.timeout)
     }
 
-    /// Values of single variables. Up to [`VALUES_PER_TICK`] of them are of one moment.
-    pub(crate) fn get(&mut self, names: &[String]) -> Result<Values, Refusal> {
+    /// Values of single variables. Up to [`VALUES_PER_TICK`] of them are of one moment. Gives them with the number of ticks that
+    /// the control had done when the first of them were read.
+    pub(crate) fn get(&mut self, names: &[String]) -> Result<(u64, Values), Refusal> {
         let mut found = Values::default();
+        let mut first = None;
         for names in names.chunks(VALUES_PER_TICK) {
             let part: Values = self.ask(&Request::Get { names: names.to_vec() }, self.timeout)?;
+            first.get_or_insert(part.ticks);
             found.ticks = part.ticks;
             found.values.extend(part.values);
         }
-        Ok(found)
+        Ok((first.unwrap_or(found.ticks), found))
     }
 
     /// Sets a variable once; gives the tick before which it is done.
@@ -238,7 +241,8 @@ mod tests {
         assert_eq!((status.state.as_str(), status.ticks), ("running", 7));
         assert_eq!(status.forces[0].name, "A");
         assert_eq!(link.set("A", "1").unwrap_err().message, "no ?write");
-        assert_eq!(link.get(&["A".into()]).unwrap().values["A"], 1);
+        let (ticks, found) = link.get(&["A".into()]).unwrap();
+        assert_eq!((ticks, &found.values["A"]), (9, &1.into()));
     }
 
     #[test]

@@ -13,6 +13,17 @@ use crate::{Session, Target};
 
 /// A program with a stimulus, opened, before its first tick.
 pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'static> {
+    open_with(dialect, text, stimulus, &ControlArgs::default())
+}
+
+/// The same of a PMAC whose motors are simulated.
+pub(crate) fn open_with_motors(text: &str, stimulus: &str) -> Session<'static> {
+    let mut args = ControlArgs::default();
+    args.pmac.motors = Some(vec![]);
+    open_with(Dialect::Pmac, text, stimulus, &args)
+}
+
+fn open_with(dialect: Dialect, text: &str, stimulus: &str, args: &ControlArgs) -> Session<'static> {
     let mut sources = SourceMap::new();
     let file = sources.add("main".to_owned(), text.as_bytes());
     let options = Options::default();
@@ -20,7 +31,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let (checked, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
     let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
     let tables = checked.lower().unwrap().program;
-    let make = || plcc_control::executive(&tables, &ControlArgs::default(), false, None).unwrap();
+    let make = || plcc_control::executive(&tables, args, false, None).unwrap();
     let (executive, view) = (make(), make());
     let stimulus = format!("tick,name,value\n{stimulus}");
     let stimulus =

@@ -21,8 +21,8 @@ export class EventsScreen {
       columns: [
         { title: "Tick", cell: (row) => String(row.tick), class: "numeric" },
         { title: "Time", cell: (row) => row.time ?? "" },
-        { title: "Kind", cell: (row) => row.kind },
-        { title: "", cell: (row) => (row.on === null ? "" : row.on ? "on" : "off") },
+        { title: "Kind", cell: (row) => row.kind, class: "wide" },
+        { title: "", cell: (row) => (row.on === null ? "" : row.on ? "on" : "off"), class: "wide" },
         { title: "Text", cell: (row) => row.text },
       ],
     });

@@ -21,7 +21,9 @@ export class Frame {
     this.follow = button("follow", "Follow the newest scan, or stay (Space)", () => app.toggleFollowing());
     this.forces = element("div", { class: "forces", role: "alert", hidden: true });
     refill(document.getElementById("head"),
-      element("div", { class: "title" }, this.name, this.state, this.time),
+      element("div", { class: "title" },
+        element("button", { type: "button", id: "more", "aria-label": "Time, screens and keys", onclick: () => document.body.classList.toggle("menu-open") }, "☰"),
+        this.name, this.state, this.time),
       element("div", { class: "timeline", role: "group", "aria-label": "Time" },
         button("[ scan", "One scan back ([)", move("move_scans", -1)), button("← tick", "One tick back (←)", move("move_ticks", -1)),
         this.follow, button("tick →", "One tick on (→)", move("move_ticks", 1)), button("scan ]", "One scan on (])", move("move_scans", 1)),
@@ -36,8 +38,10 @@ export class Frame {
   }
 
   visibleScreens() {
-    const hasTerminal = this.app.status?.has_terminal;
-    return this.app.screens.filter((screen) => screen.name !== "terminal" || hasTerminal);
+    const { has_terminal: hasTerminal, has_machine: hasMachine, operator } = this.app.status ?? {};
+    if (operator) return [];
+    const missing = ["operator", !hasTerminal && "terminal", !hasMachine && "machine"];
+    return this.app.screens.filter((screen) => !missing.includes(screen.name));
   }
 
   drawScreens() {
@@ -45,7 +49,7 @@ export class Frame {
       element("button", {
         type: "button", "aria-current": screen === this.app.screen ? "page" : null, "data-screen": screen.name,
         onclick: () => this.app.open(screen.name),
-      }, element("kbd", {}, String(this.app.screens.indexOf(screen) + 1)), " ", screen.title,
+      }, element("kbd", {}, String((this.app.screens.indexOf(screen) + 1) % 10)), " ", screen.title,
       screen.name === "events" && this.announced > 0 && element("strong", { class: "announced" }, `${this.announced} on`))));
   }
 

@@ -1,7 +1,7 @@
 // Inputs and outputs with override (PMI 5.3): two windows, the program's value beside that of the line.
 
-import { force, variableMenu } from "./actions.js";
-import { element, refill } from "./dom.js";
+import { force, saidColumns, variableMenu } from "./actions.js";
+import { element, refill, setText } from "./dom.js";
 import { Table } from "./table.js";
 
 export class IoScreen {
@@ -11,9 +11,10 @@ export class IoScreen {
   constructor(app) {
     this.app = app;
     this.warning = element("details", { class: "warning", hidden: true });
+    this.moment = element("p", { class: "scan" });
     this.place = element("div", { class: "windows" });
     this.tables = [];
-    this.element = element("section", { "aria-label": this.title }, this.warning, this.place);
+    this.element = element("section", { "aria-label": this.title }, this.warning, this.moment, this.place);
   }
 
   request() {
@@ -23,6 +24,7 @@ export class IoScreen {
   update(body) {
     this.warning.hidden = !body.warning;
     if (body.warning) refill(this.warning, element("summary", {}, "Read this warning before you override anything"), element("p", { class: "text" }, body.warning));
+    setText(this.moment, body.moment ? `Values of ${body.moment}` : "");
     const titles = JSON.stringify(body.windows.map((window) => window.title));
     if (titles !== this.titles) {
       this.titles = titles;
@@ -46,8 +48,8 @@ export class IoScreen {
       onActivate: (row) => variableMenu(this.app, row.name),
       columns: [
         { title: "Name", cell: (row) => row.name, class: "code" },
-        { title: "Description", cell: (row) => row.text },
-        { title: "Place", cell: (row) => row.place },
+        ...saidColumns(),
+        { title: "Place", cell: (row) => row.place, class: "wide" },
         // An override of an input changes the variable, one of an output the line alone.
         { title: window.outputs ? "Program assigns" : "Program sees", class: "numeric", cell: (row) => value(row.logical, row, row.forced !== null && !window.outputs) },
         { title: "Line", class: "numeric", cell: (row) => value(row.physical, row, row.forced !== null && window.outputs) },

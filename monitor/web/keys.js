@@ -11,7 +11,7 @@ export function keyName(event) {
 
 // Keys that work on every screen.
 export const GLOBAL_KEYS = [
-  ["1 … 9", "choose a screen"],
+  ["0 … 9", "choose a screen"],
   ["Space", "follow the newest scan, or stay at this one"],
   ["← and →", "one tick back, one tick on (on the scope: move the cursor)"],
   ["< and >", "100 ticks back, 100 ticks on"],

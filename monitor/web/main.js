@@ -8,6 +8,8 @@ import { Frame } from "./frame.js";
 import { help, keyName } from "./keys.js";
 import { EventsScreen } from "./events.js";
 import { IoScreen } from "./io.js";
+import { MachineScreen } from "./machine.js";
+import { OperatorScreen } from "./operator.js";
 import { PanelsScreen } from "./panels.js";
 import { ScopeScreen } from "./scope.js";
 import { StatementsScreen } from "./statements.js";
@@ -24,7 +26,7 @@ class App {
     this.connection = new Connection(takeKey(), (view) => this.receive(view),
       (isOpen, text) => this.frame.setConnection(isOpen, text));
     this.screens = [StatementsScreen, VariablesScreen, IoScreen, EventsScreen, TasksScreen, TimingScreen, ScopeScreen,
-      TerminalScreen, PanelsScreen].map((Screen) => new Screen(this));
+      TerminalScreen, PanelsScreen, MachineScreen, OperatorScreen].map((Screen) => new Screen(this));
     this.frame = new Frame(this);
     this.place = document.getElementById("screen");
     document.addEventListener("keydown", (event) => this.key(event));
@@ -42,6 +44,7 @@ class App {
   open(name) {
     const screen = this.screens.find((candidate) => candidate.name === name);
     if (!screen) return;
+    document.body.classList.remove("menu-open");
     if (screen !== this.screen) {
       this.screen = screen;
       localStorage.setItem(LAST_SCREEN, name);
@@ -60,13 +63,17 @@ class App {
   }
 
   receive(view) {
-    const dialect = this.status?.dialect;
+    const kind = (status) => `${status?.dialect} ${status?.has_machine} ${status?.operator}`;
+    const before = kind(this.status);
     this.status = view.status;
     this.frame.drawStatus();
-    if (dialect !== view.status.dialect) {
+    if (before !== kind(view.status)) {
+      document.body.classList.toggle("for-operator", view.status.operator);
       this.frame.drawScreens();
       this.frame.drawMenu();
     }
+    // An operator sees the operator's screen, and nobody else does.
+    if (view.status.operator !== (this.screen.name === "operator")) return this.open(view.status.operator ? "operator" : "statements");
     const fits = view.body.screen === this.screen.name;
     const reason = fits ? this.screen.update(view.body) : view.body.screen === "status" && view.body.reason;
     // A view of the screen before may still arrive.
@@ -185,8 +192,9 @@ class App {
     }
     if (this.screen.key?.(event)) return true;
     // A screen has the same number for all controls, as in the terminal.
-    const number = this.screens[Number(key) - 1];
-    if (/^[1-9]$/.test(key) && this.frame.visibleScreens().includes(number)) {
+    const number = this.screens[(Number(key) + 9) % 10];
+    if (this.status?.operator) return false;
+    if (/^[0-9]$/.test(key) && this.frame.visibleScreens().includes(number)) {
       this.open(number.name);
       return true;
     }

@@ -16,7 +16,9 @@ export class PanelsScreen {
   constructor(app) {
     this.app = app;
     this.cells = [];
-    this.element = element("section", { "aria-label": this.title, class: "panels" });
+    this.moment = element("p", { class: "scan" });
+    this.place = element("div", {});
+    this.element = element("section", { "aria-label": this.title, class: "panels" }, this.moment, this.place);
   }
 
   request() {
@@ -25,8 +27,9 @@ export class PanelsScreen {
 
   update(body) {
     if (!body.panels.length) return "the program uses no panels";
+    setText(this.moment, body.moment ? `Values of ${body.moment}` : "");
     // Cells are made again only when there are other ones, so that one keeps the keyboard while values change.
-    const shape = JSON.stringify(body.panels.map((panel) => [panel.title, panel.columns, panel.cells.map((cell) => cell.variable)]));
+    const shape = JSON.stringify(body.panels.map((panel) => [panel.title, panel.columns, panel.cells.map((cell) => [cell.variable, cell.command !== null])]));
     if (shape !== this.shape) {
       this.shape = shape;
       this.make(body.panels);
@@ -46,7 +49,7 @@ export class PanelsScreen {
 
   make(panels) {
     this.cells = [];
-    refill(this.element, panels.map((panel) => element("div", { class: "panel" },
+    refill(this.place, panels.map((panel) => element("div", { class: "panel" },
       element("h2", {}, panel.title),
       element("div", { class: "cells", style: `grid-template-columns: repeat(${panel.columns}, minmax(min-content, 1fr))` },
         panel.cells.map((cell) => this.makeCell(cell))),
@@ -55,15 +58,17 @@ export class PanelsScreen {
 
   makeCell(cell) {
     const entry = { cell, element: null };
-    entry.element = cell.variable
-      ? element("button", { type: "button", title: `set ${cell.variable}`, onclick: () => this.act(entry.cell) })
+    const sets = cell.command?.[0] ?? cell.variable;
+    entry.element = sets
+      ? element("button", { type: "button", title: `set ${sets}`, onclick: () => this.act(entry.cell) })
       : element("div", {});
     this.cells.push(entry);
     return entry.element;
   }
 
-  // Presses or releases a push-button, or asks for a value.
+  // Gives a command, presses or releases a push-button, or asks for a value.
   act(cell) {
+    if (cell.command) return this.app.apply({ command: "change", name: cell.command[0], value: cell.command[1] });
     if (cell.pressed === null) return change(this.app, cell.variable, "");
     return this.app.apply({ command: "change", name: cell.variable, value: cell.pressed ? "0" : "1" });
   }
@@ -81,7 +86,7 @@ export class PanelsScreen {
     return [
       { key: "Enter", label: "press or set", help: "press or release a push-button, or set a value", action: () => {
         const entry = this.cells.find((candidate) => candidate.element === document.activeElement);
-        if (entry?.cell.variable) this.act(entry.cell);
+        if (entry) this.act(entry.cell);
       } },
       { key: "ArrowDown", letter: "n", label: "next", help: "the next cell that can be set", action: () => move(1) },
       { key: "ArrowUp", letter: "b", label: "previous", help: "the one before", action: () => move(-1) },
@@ -89,6 +94,6 @@ export class PanelsScreen {
   }
 
   focus() {
-    (this.cells.find((entry) => entry.cell.variable)?.element ?? document.getElementById("screen")).focus();
+    (this.cells.find((entry) => entry.element instanceof HTMLButtonElement)?.element ?? document.getElementById("screen")).focus();
   }
 }

@@ -68,7 +68,7 @@ export class ScopeScreen {
   }
 
   draw() {
-    this.drawing.draw(this.body, this.tickSeconds, this.cursor);
+    this.drawing.draw(this.body, this.tickSeconds, this.cursor, this.app.status?.following);
   }
 
   selectedName() {
@@ -157,7 +157,7 @@ export class ScopeScreen {
     const before = now?.before ?? Math.round(((this.body?.to ?? 100) - (this.body?.from ?? 0)) / 4);
     const answer = await ask({
       title: "Trigger", confirm: "Wait for it",
-      text: "A variable or an expression of the program's language; it need not be on the scope. Without one, the scope shows the newest ticks.",
+      text: "A variable or an expression of the program's language; it need not be on the scope. A recording is searched from its first tick, in the past of a control from the tick that is shown; else it waits for what comes. Without one, the scope shows the newest ticks.",
       fields: [
         { name: "expression", label: "Variable or expression", value: now?.expression ?? this.selectedName() },
         { name: "edge", label: "Edge", value: now?.edge ?? "rising", options: [["rising", "rising: from false to true"], ["falling", "falling: from true to false"], ["both", "any change"]] },
@@ -207,6 +207,7 @@ export class ScopeScreen {
       { key: "F1", letter: "i", label: "add", help: "show more variables (also Insert)", action: () => this.add() },
       { key: "F2", letter: "u", label: "remove", help: "take the variable off the scope (also Delete)", action: () => this.remove() },
       { key: "F3", letter: "t", label: "trigger", action: () => this.trigger() },
+      { key: "n", label: "next trigger", help: "look for the trigger again, behind the tick in which it was met", action: () => this.app.apply({ command: "scope_next_trigger" }) },
       { key: "F4", letter: "w", label: "width", help: "show this number of the newest ticks, as time goes on", action: () => this.width() },
       { key: "F5", letter: "+", label: "zoom in", action: () => this.zoom(0.5) },
       { key: "F6", letter: "-", label: "zoom out", action: () => this.zoom(2) },

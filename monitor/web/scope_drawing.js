@@ -43,7 +43,7 @@ export class Drawing {
   }
 
   // Draws a view (as the server sends it). `tickSeconds` is the length of a tick.
-  draw(view, tickSeconds, activeCursor) {
+  draw(view, tickSeconds, activeCursor, follows) {
     const width = this.canvas.clientWidth;
     const height = Math.max(120, Drawing.height(view));
     const scale = window.devicePixelRatio || 1;
@@ -56,7 +56,7 @@ export class Drawing {
     const colour = colours(this.canvas);
     context.fillStyle = colour.background;
     context.fillRect(0, 0, width, height);
-    Object.assign(this, { view, from: view.from, to: Math.max(view.to, view.from) + 1, width, context, colour });
+    Object.assign(this, { follows, view, from: view.from, to: Math.max(view.to, view.from) + 1, width, context, colour });
     this.drawAxis(height, tickSeconds);
     let top = TOP;
     view.channels.forEach((channel, at) => {
@@ -64,6 +64,7 @@ export class Drawing {
       this.drawChannel(channel, top, lane, colour.waves[at % colour.waves.length]);
       top += lane + GAP;
     });
+    if (!follows) this.drawMark(view.tick, height, "▲", colour.dim, [1, 3]);
     if (view.trigger_tick !== null) this.drawMark(view.trigger_tick, height, "T", colour.trigger, [2, 3]);
     view.cursors.forEach((tick, at) => {
       if (tick !== null) this.drawMark(tick, height, "AB"[at] + (at === activeCursor ? "◂" : ""), colour.cursor, at === 0 ? [] : [7, 4]);
@@ -82,6 +83,7 @@ export class Drawing {
 
   drawAxis(height, tickSeconds) {
     const { context, colour } = this;
+    if (this.view.trigger_tick === null) return this.drawTimes(height);
     const zero = this.view.trigger_tick ?? 0;
     const step = niceStep((this.to - this.from) * tickSeconds || 1, Math.max(2, (this.width - LEFT) / 110));
     context.lineWidth = 1;
@@ -98,6 +100,28 @@ export class Drawing {
       context.fillStyle = colour.dim;
       context.textAlign = "center";
       context.fillText(timeText(number * step), Math.min(x, this.width - 30), height - 8);
+    }
+  }
+
+  // Marks at round times, of the day where that is known.
+  drawTimes(height) {
+    const { context, colour } = this;
+    context.lineWidth = 1;
+    context.setLineDash([]);
+    let free = LEFT - 20;
+    for (const mark of this.view.axis) {
+      const x = Math.round(this.x(mark.tick)) + 0.5;
+      context.strokeStyle = colour.faint;
+      context.beginPath();
+      context.moveTo(x, TOP - 4);
+      context.lineTo(x, height - BOTTOM + 4);
+      context.stroke();
+      const half = context.measureText(mark.text).width / 2;
+      if (x - half < free || x + half > this.width) continue;
+      free = x + half + 10;
+      context.fillStyle = colour.dim;
+      context.textAlign = "center";
+      context.fillText(mark.text, x, height - 8);
     }
   }
 

@@ -91,7 +91,9 @@ export class StatementsScreen {
     const hasNumbers = above && this.body.values && line.tokens.some((token) => token.value !== null && token.truth === null);
     const tokens = line.tokens.map((token) => this.token(token, hasNumbers));
     const waits = line.waits.map((task) => element("span", { class: "waits" }, `◀ ${task} waits here`));
+    const comment = line.comment && element("span", { class: "comment" }, line.comment);
     const labels = [
+      comment,
       line.times > 1 && element("span", { class: "times", title: "how often it was executed" }, `${line.times}×`),
       line.execution === "not_executed" && element("span", { class: "unexecuted" }, "not executed"),
       waits,

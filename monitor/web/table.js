@@ -6,8 +6,8 @@ import { element, refill } from "./dom.js";
 let tables = 0;
 
 export class Table {
-  // `columns` have title, cell(row) (a text or elements), and optionally class. `keyOf(row)` is what a row
-  // is known by. `onActivate(row)` is called for Enter and double clicks.
+  // `columns` have title, cell(row) (a text or elements), and optionally class, and has(row): a column that no row has is left
+  // out. `keyOf(row)` is what a row is known by. `onActivate(row)` is called for Enter and double clicks.
   constructor({ label, columns, keyOf, rowClass = () => "", onActivate = () => {}, empty = "nothing" }) {
     Object.assign(this, { columns, keyOf, rowClass, onActivate, empty });
     this.rows = [];
@@ -15,10 +15,9 @@ export class Table {
     tables += 1;
     this.id = `table-${tables}`;
     this.body = element("tbody", {});
-    this.table = element("table", { role: "grid", "aria-label": label },
-      element("thead", {}, element("tr", {}, columns.map((column) =>
-        element("th", { scope: "col", class: column.class }, column.title)))),
-      this.body);
+    this.head = element("tr", {});
+    this.table = element("table", { role: "grid", "aria-label": label }, element("thead", {}, this.head), this.body);
+    this.drawHead();
     this.element = element("div", {
       class: "table", tabindex: "0", role: "group", "aria-label": label,
       onkeydown: (event) => this.key(event),
@@ -48,15 +47,28 @@ export class Table {
     this.draw();
   }
 
+  get shownColumns() {
+    return this.columns.filter((column) => !column.has || this.rows.some((row) => column.has(row)));
+  }
+
+  drawHead() {
+    const titles = this.shownColumns.map((column) => column.title).join("|");
+    if (titles === this.lastTitles) return;
+    this.lastTitles = titles;
+    refill(this.head, this.shownColumns.map((column) => element("th", { scope: "col", class: column.class }, column.title)));
+  }
+
   draw() {
+    this.drawHead();
+    const columns = this.shownColumns;
     const selected = this.selectedIndex;
     this.lastIndex = Math.max(0, selected);
     if (this.rows.length) this.selectedKey = this.keyOf(this.rows[selected]);
     const made = this.rows.map((row, at) => element("tr", {
       id: `${this.id}-${at}`, "aria-selected": String(at === selected), class: this.rowClass(row),
-    }, this.columns.map((column) => element("td", { class: column.class, role: "gridcell" }, column.cell(row)))));
+    }, columns.map((column) => element("td", { class: column.class, role: "gridcell" }, column.cell(row)))));
     refill(this.body, made.length ? made
-      : element("tr", {}, element("td", { colspan: this.columns.length, class: "empty" }, this.empty)));
+      : element("tr", {}, element("td", { colspan: columns.length, class: "empty" }, this.empty)));
     if (made.length) this.element.setAttribute("aria-activedescendant", `${this.id}-${selected}`);
     else this.element.removeAttribute("aria-activedescendant");
   }

@@ -19,9 +19,9 @@ export class TasksScreen {
         { title: "Task", cell: (row) => row.name },
         { title: "State", cell: (row) => row.state },
         { title: "Waits or goes on at", cell: (row) => row.place ?? "", class: "code" },
-        { title: "Last ran in tick", cell: (row) => (row.tick ?? "–").toString(), class: "numeric" },
+        { title: "Last ran in tick", cell: (row) => (row.tick ?? "–").toString(), class: "numeric wide" },
         { title: "Scans a second", cell: (row) => row.scans_per_second.toFixed(1), class: "numeric" },
-        { title: "Statements in the last scan", cell: (row) => String(row.statements), class: "numeric" },
+        { title: "Statements in the last scan", cell: (row) => String(row.statements), class: "numeric wide" },
       ],
     });
     this.facts = element("dl", { class: "facts" });

@@ -13,7 +13,7 @@ export class TerminalScreen {
     this.log = element("div", { class: "log", role: "log", tabindex: "0", "aria-label": "Commands and answers" });
     this.input = element("input", {
       type: "text", "aria-label": "On-line command", autocomplete: "off", spellcheck: false,
-      placeholder: "on-line command, as P1..5 or LIST PLC 1; a control character as ^P",
+      placeholder: "on-line command, as P1..5, #1J+ or &1B10R; a control character as ^P",
       onkeydown: (event) => this.typed(event),
     });
     this.element = element("section", { class: "terminal", "aria-label": this.title }, this.log, this.input);
@@ -64,6 +64,7 @@ export class TerminalScreen {
     return [
       quick("F2", "^P", "positions"), quick("F3", "^V", "velocities"), quick("F4", "^F", "following errors"),
       quick("F5", "^B", "motors' status"), quick("F6", "^C", "coordinate systems"), quick("F7", "^G", "global status"),
+      quick("F8", "^A", "abort all"), quick("F9", "^K", "kill all motors"),
     ];
   }
 

@@ -13,16 +13,16 @@ export class TimingScreen {
 
   constructor(app) {
     this.app = app;
-    const time = (title, field) => ({ title, cell: (row) => microseconds(row[field]), class: "numeric" });
+    const time = (title, field, wide = "") => ({ title, cell: (row) => microseconds(row[field]), class: `numeric ${wide}` });
     this.times = new Table({
       label: "Times in microseconds",
       empty: "only a running control measures times",
       keyOf: (row) => row.name,
       columns: [
         { title: "What (µs)", cell: (row) => row.name },
-        { title: "Count", cell: (row) => String(row.count), class: "numeric" },
-        time("Last", "last_us"), time("Mean", "mean_us"), time("Median", "p50_us"), time("99 %", "p99_us"),
-        time("99.9 %", "p999_us"), time("Largest", "max_us"),
+        { title: "Count", cell: (row) => String(row.count), class: "numeric wide" },
+        time("Last", "last_us", "wide"), time("Mean", "mean_us"), time("Median", "p50_us", "wide"), time("99 %", "p99_us"),
+        time("99.9 %", "p999_us", "wide"), time("Largest", "max_us"),
       ],
     });
     this.counts = element("p", {});
@@ -34,10 +34,10 @@ export class TimingScreen {
       columns: [
         { title: "Line", cell: (row) => row.number, class: "numeric" },
         { title: "Text", cell: (row) => row.text, class: "code" },
-        { title: "Nanoseconds a tick", cell: (row) => row.nanoseconds.toFixed(0), class: "numeric" },
-        { title: "Executions", cell: (row) => String(row.executions), class: "numeric" },
+        { title: "Nanoseconds a tick", cell: (row) => row.nanoseconds.toFixed(0), class: "numeric wide" },
+        { title: "Executions", cell: (row) => String(row.executions), class: "numeric wide" },
         { title: "Share", cell: (row) => percent(row.share), class: "numeric" },
-        { title: "", cell: (row) => element("meter", { min: 0, max: 1, value: row.share, "aria-label": percent(row.share) }) },
+        { title: "", class: "wide", cell: (row) => element("meter", { min: 0, max: 1, value: row.share, "aria-label": percent(row.share) }) },
       ],
     });
     this.overruns = new Table({
@@ -48,8 +48,8 @@ export class TimingScreen {
       columns: [
         { title: "Tick", cell: (row) => String(row.tick), class: "numeric" },
         { title: "Skipped ticks", cell: (row) => String(row.skipped), class: "numeric" },
-        { title: "Statements before it", cell: (row) => String(row.statements ?? "not known"), class: "numeric" },
-        { title: "Usual", cell: (row) => row.usual.toFixed(0), class: "numeric" },
+        { title: "Statements before it", cell: (row) => String(row.statements ?? "not known"), class: "numeric wide" },
+        { title: "Usual", cell: (row) => row.usual.toFixed(0), class: "numeric wide" },
         { title: "Line that was executed most", cell: (row) => row.line ?? "", class: "code" },
       ],
     });
@@ -65,7 +65,8 @@ export class TimingScreen {
     this.times.update(body.times);
     const known = (value) => (value === null ? "not known" : String(value));
     setText(this.counts, `Ticks that began too late: ${known(body.overruns)} · skipped ticks: ${known(body.skipped)}`);
-    setText(this.covered, `Where the statement interpreter's time goes in ${body.ticks} ticks (compiled code is faster, and may differ)`);
+    const few = body.ticks < body.enough ? `; lines are shown as soon as ${body.enough} ticks were run again` : "";
+    setText(this.covered, `Where the statement interpreter's time goes in ${body.ticks} ticks (compiled code is faster, and may differ)${few}`);
     this.lines.update(body.lines);
     this.overruns.update(body.recorded_overruns);
   }

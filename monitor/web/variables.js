@@ -1,6 +1,6 @@
 // Watch lists: variables by name with their values (PMI 5.2, PMAC's watch window).
 
-import { change, splitNames, variableMenu } from "./actions.js";
+import { change, saidColumns, splitNames, variableMenu } from "./actions.js";
 import { ask, choose } from "./dialogs.js";
 import { element, setText } from "./dom.js";
 import { Table } from "./table.js";
@@ -24,11 +24,12 @@ export class VariablesScreen {
       onActivate: (row) => variableMenu(app, row.name),
       columns: [
         { title: "Name", cell: (row) => row.name, class: "code" },
-        { title: "", cell: (row) => row.title ?? "" },
+        { title: "", cell: (row) => row.title ?? "", has: (row) => row.title && !row.said.text && !row.said.device },
+        ...saidColumns(),
         { title: "Value", class: "numeric", cell: (row) => element("span", {
           class: `value${row.forced ? " forced" : ""}${row.logical && row.value === "1" ? " true" : ""}`,
         }, row.value ?? "there is no such variable") },
-        { title: "Format", cell: (row) => row.format },
+        { title: "Format", cell: (row) => row.format, class: "wide" },
         { title: "", cell: (row) => [row.forced && element("span", { class: "badge" }, "forced"), row.changed && element("span", { class: "badge" }, "changed")] },
       ],
     });

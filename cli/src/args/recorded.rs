@@ -169,7 +169,6 @@ pub(crate) struct MonitorArgs {
         value_name = "ADDRESS:PORT",
         num_args = 0..=1,
         require_equals = true,
-        conflicts_with = "operator",
         default_missing_value = plcc_monitor::web::DEFAULT_ADDRESS,
         value_parser = address
     )]

@@ -29,6 +29,8 @@ pub struct Cell {
     pub editable: Option<String>,
     /// The variable that says that the value is not in use.
     pub unused: Option<String>,
+    /// What a press sets once, and to what: a command, which has no value of its own and so is not among the variables.
+    pub command: Option<(String, String)>,
 }
 
 /// What a cell shows beside its label.
@@ -79,6 +81,16 @@ impl Cell {
     /// A push-button with its lamp.
     pub fn button(label: impl Into<String>, button: String, light: Option<String>) -> Self {
         Self { label: label.into(), button: Some(button), light, ..Self::default() }
+    }
+
+    /// A push-button that gives a command each time it is pressed, by setting a name to a value.
+    pub fn command(
+        label: impl Into<String>,
+        name: impl Into<String>,
+        value: impl Into<String>,
+    ) -> Self {
+        let command = Some((name.into(), value.into()));
+        Self { label: label.into(), command, ..Self::default() }
     }
 
     /// The same, with a value that can be set.

@@ -27,6 +27,11 @@ impl Session<'_> {
         stays && (is_older || self.kind == TargetKind::Control)
     }
 
+    /// When tick 0 began, in nanoseconds since 1970; `None` where nothing says it.
+    pub(super) fn began_ns(&self) -> Option<u64> {
+        self.debugger.as_ref()?.history().began_ms()?.checked_mul(1_000_000)
+    }
+
     /// The time of day at which a tick began; `None` where nothing says it.
     pub(super) fn time_of(&self, tick: u64) -> Option<String> {
         let debugger = self.debugger.as_ref()?;
@@ -84,5 +89,27 @@ impl Session<'_> {
         let names = debugger.history_mut().executive().names();
         let key = names.find(name, Purpose::Watch);
         key.is_ok_and(|key| names.properties(key).direction == Direction::Output)
+    }
+}
+
+/// The time of day (UTC) of a moment in nanoseconds since 1970, with its milliseconds or without.
+pub(super) fn clock(ns: u64, with_milliseconds: bool) -> String {
+    let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_nanos(ns));
+    let text = time.map(|time| humantime::format_rfc3339_millis(time).to_string());
+    let range = if with_milliseconds { 11..23 } else { 11..19 };
+    text.and_then(|text| text.get(range).map(str::to_owned)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn a_moment_has_a_time_of_day() {
+        let ns = 1_764_354_570_250_000_000;
+        assert_eq!(
+            (clock(ns, true).as_str(), clock(ns, false).as_str()),
+            ("18:29:30.250", "18:29:30")
+        );
     }
 }

@@ -103,7 +103,7 @@ impl Session<'_> {
         let moment = self.read(&names)?;
         let forces = self.forces();
         let program = self.debugger.as_ref().map(|debugger| debugger.program());
-        let said = |name: &str| {
+        let said_line = |name: &str| {
             let said = program.and_then(|program| program.given().said_of(name));
             said.map(|said| said.line()).unwrap_or_default()
         };
@@ -117,7 +117,8 @@ impl Session<'_> {
                 digits.collect::<String>()
             });
             IoRow {
-                text: said(&point.name),
+                text: said_line(&point.name),
+                said: self.said(&point.name),
                 name: point.name.clone(),
                 place: point.place.clone(),
                 logical: value.map_or_else(|| "?".into(), number),
@@ -136,9 +137,10 @@ impl Session<'_> {
             rows: points.iter().filter(|point| point.output == outputs).map(row).collect(),
         };
         let windows = vec![window("Outputs", true), window("Inputs", false)];
+        let text = moment.live.then_some(moment.text);
         self.io.last = moment.values;
         let warning = (!self.io.confirmed).then(|| WARNING.to_owned());
-        Ok(IoView { windows, warning })
+        Ok(IoView { windows, moment: text, warning })
     }
 
     pub(super) fn confirm_warning(&mut self) -> Result<Reply, Refusal> {

@@ -3,12 +3,15 @@
 //! that [`Command`].
 
 mod confirm;
+mod costs;
 mod events;
 mod export;
 mod io;
+mod machine;
 mod online;
 mod panels;
 mod read;
+mod samples;
 mod scope;
 mod statements;
 pub(crate) mod store;
@@ -36,12 +39,16 @@ use crate::text::ProgramText;
 use crate::view::{Body, Screen, Status, TargetKind, View, WhyView};
 use crate::{Command, Rebuilder, Refusal, Reply};
 use confirm::Confirm;
+use costs::Costs;
 use io::IoState;
+use machine::MachineState;
+pub(crate) use machine::no_machine;
 use online::OnlineState;
 pub(crate) use online::no_terminal;
 use scope::ScopeState;
 use statements::StatementState;
 use store::Store;
+pub(crate) use time::ShownTick;
 use time::Time;
 use timing::Skipped;
 use watch::WatchState;
@@ -104,6 +111,9 @@ pub struct Session<'a> {
     io: IoState,
     scope: ScopeState,
     online: OnlineState,
+    machine: MachineState,
+    /// What lines have cost.
+    costs: Costs,
     /// The answer to the last question why.
     why: Option<WhyView>,
     confirm: Confirm,
@@ -121,7 +131,9 @@ impl<'a> Session<'a> {
     /// A session that shows the newest tick: of a recording its last one, of a program the first.
     pub fn open(target: Target<'a>) -> Self {
         let Target { kind, name, run, socket, state_folder, speed, operator, rebuilder } = target;
-        let debugger = run.map(Debugger::new);
+        let mut debugger = run.map(Debugger::new);
+        let names = debugger.as_mut().map(|debugger| debugger.history_mut().executive().names());
+        let machine = names.map_or_else(MachineState::default, |names| MachineState::new(&*names));
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
         let program = debugger.as_ref().map(Debugger::program);
@@ -156,6 +168,8 @@ impl<'a> Session<'a> {
             io: IoState::default(),
             scope: ScopeState::default(),
             online: OnlineState::default(),
+            machine,
+            costs: Costs::default(),
             why: None,
             confirm: Confirm::default(),
             operator,
@@ -191,6 +205,7 @@ impl<'a> Session<'a> {
             Screen::Terminal => Body::Terminal(self.terminal_view()?),
             Screen::Operator => Body::Operator(self.operator_view()?),
             Screen::Panels => Body::Panels(self.panels_view()?),
+            Screen::Machine => Body::Machine(self.machine_view()?),
             Screen::Scope { samples } => Body::Scope(self.scope_view(*samples)?),
         })
     }
@@ -255,6 +270,7 @@ impl<'a> Session<'a> {
             Command::ScopeRange { from, to } => self.scope_show(from, to),
             Command::ScopeWidth { ticks } => self.scope_width(ticks),
             Command::ScopeTrigger { trigger } => self.scope_trigger(trigger),
+            Command::ScopeNextTrigger => self.scope_next_trigger(),
             Command::ScopeCursor { cursor, tick } => self.scope_cursor(cursor, tick),
             Command::ScopeSave { name } => self.scope_save(&name),
             Command::ScopeLoad { name } => self.scope_load(&name),
@@ -282,6 +298,7 @@ impl<'a> Session<'a> {
             chooses_statements: language.is_some_and(|language| language.chooses_statements()),
             part_title: language.map_or("", |language| language.part_title()).into(),
             has_terminal: language.is_some_and(|language| language.terminal().is_some()),
+            has_machine: self.machine.exists(),
             state: self.state(),
             reason: unreachable.map(str::to_owned).or_else(|| self.time.stopped.clone()),
             tick,

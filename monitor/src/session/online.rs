@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use plcc_frontend::LANGUAGES;
 use plcc_frontend::presentation::{Desk, Row, Terminal};
+use plcc_runtime::{Event, EventBody};
 
 use super::Session;
 use crate::view::{TerminalLine, TerminalView};
@@ -78,6 +79,20 @@ impl Session<'_> {
             Ok(text) | Err(text) => self.online.add(false, text),
         }
         answer.map(|text| Reply { message: None, text: Some(text) }).map_err(Refusal::new)
+    }
+
+    /// Shows in the terminal, once it is used, what the control sends to it: texts of SEND, and what came of commands for motors.
+    pub(super) fn show_in_terminal(&mut self, events: &[Event]) {
+        if self.online.terminal.is_none() {
+            return;
+        }
+        for event in events {
+            match &event.body {
+                EventBody::Send { text, .. } => self.online.add(false, &plcc_abi::printable(text)),
+                EventBody::Motion(report) => self.online.add(false, &report.to_string()),
+                _ => {}
+            }
+        }
     }
 
     /// Shows further lines of a long answer, until a moment. Gives whether there was anything to do.

@@ -18,6 +18,10 @@ struct Drafts {
     values: BTreeMap<String, f64>,
     /// The texts of touch keys.
     keys: Vec<String>,
+    /// Whether the past is shown, in which no command is given.
+    past: bool,
+    /// Of which moment the values are, where that is not the tick that is shown.
+    moment: Option<String>,
 }
 
 impl Session<'_> {
@@ -41,13 +45,15 @@ impl Session<'_> {
         let drafts = drafts.map_err(Refusal::new)?;
         let known = self.known_variables(&drafts)?;
         let names: Vec<String> = known.iter().cloned().collect();
-        let values = self.read(&names)?.values;
+        let moment = self.read(&names)?;
+        let (live, values) = (moment.live.then_some(moment.text), moment.values);
         let keys = program.key_texts();
-        Ok(Drafts { drafts, known, values, keys })
+        let past = self.is_past();
+        Ok(Drafts { drafts, known, values, keys, past, moment: live })
     }
 
     pub(super) fn panels_view(&mut self) -> Result<PanelsView, Refusal> {
-        let Drafts { drafts, known, values, keys } = self.drafts()?;
+        let Drafts { drafts, known, values, keys, past, moment } = self.drafts()?;
         let mut panels = vec![];
         for draft in drafts {
             let used = |cell: &Cell| cell.variables().into_iter().any(|name| known.contains(name));
@@ -55,22 +61,22 @@ impl Session<'_> {
             if !names_none && !draft.cells.iter().any(used) {
                 continue;
             }
-            let cells = draft.cells.iter().map(|cell| filled(cell, &values, &keys)).collect();
+            let cells = draft.cells.iter().map(|cell| filled(cell, &values, &keys, past)).collect();
             let PanelDraft { title, columns, note, .. } = draft;
             panels.push(Panel { title, columns: columns.max(1), cells, note });
         }
-        Ok(PanelsView { panels })
+        Ok(PanelsView { panels, moment })
     }
 
     pub(super) fn operator_view(&mut self) -> Result<OperatorView, Refusal> {
         let active = self.events_view()?.active;
-        let Drafts { drafts, values, keys: texts, .. } = self.drafts()?;
+        let Drafts { drafts, values, keys: texts, past, .. } = self.drafts()?;
         let declared = self.debugger()?.history_mut().executive().names().declared();
         let declared: BTreeSet<String> = declared.into_iter().map(|(name, _)| name).collect();
         let is_used = |name: &Option<String>| name.as_ref().is_some_and(|it| declared.contains(it));
         let (mut keys, mut overrides): (Vec<PanelCell>, Vec<PanelCell>) = (vec![], vec![]);
         for cell in drafts.iter().flat_map(|draft| &draft.cells) {
-            let shown = filled(cell, &values, &texts);
+            let shown = filled(cell, &values, &texts, past);
             if is_used(&cell.button) || is_used(&cell.light) {
                 // A key that several panels have stands here once.
                 let is_new = keys
@@ -125,7 +131,7 @@ impl Session<'_> {
 }
 
 /// A cell with its values.
-fn filled(cell: &Cell, values: &BTreeMap<String, f64>, keys: &[String]) -> PanelCell {
+fn filled(cell: &Cell, values: &BTreeMap<String, f64>, keys: &[String], past: bool) -> PanelCell {
     let of = |name: &String| values.get(name).copied();
     let is_on = |name: &Option<String>| Some(of(name.as_ref()?)? != 0.0);
     let mut label = cell.label.clone();
@@ -160,6 +166,7 @@ fn filled(cell: &Cell, values: &BTreeMap<String, f64>, keys: &[String]) -> Panel
             .clone()
             .or_else(|| cell.editable.clone())
             .filter(|name| values.contains_key(name)),
-        dim: is_on(&cell.unused).unwrap_or(false),
+        dim: is_on(&cell.unused).unwrap_or(false) || cell.command.is_some() && past,
+        command: cell.command.clone().filter(|_| !past),
     }
 }

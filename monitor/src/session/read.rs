@@ -15,6 +15,8 @@ use crate::{Format, Refusal};
 pub(super) struct Moment {
     /// When that was, for people: the number of the tick.
     pub(super) text: String,
+    /// Whether they come from the control itself, and so are not those of the tick that is shown.
+    pub(super) live: bool,
     pub(super) values: BTreeMap<String, f64>,
 }
 
@@ -36,14 +38,16 @@ impl Session<'_> {
         {
             let wanted: Vec<String> =
                 names.iter().filter(|name| !self.unreadable.contains(*name)).cloned().collect();
-            let found = match link.get(&wanted) {
+            let (first, found) = match link.get(&wanted) {
                 Ok(found) => found,
                 Err(_) => {
                     // One of them is none of the control's variables: find out which.
                     let mut found = plcc_protocol::Values::default();
+                    let mut first = None;
                     for name in &wanted {
                         match link.get(std::slice::from_ref(name)) {
-                            Ok(one) => {
+                            Ok((ticks, one)) => {
+                                first.get_or_insert(ticks);
                                 found.ticks = one.ticks;
                                 found.values.extend(one.values);
                             }
@@ -53,7 +57,7 @@ impl Session<'_> {
                             Err(error) => return Err(error),
                         }
                     }
-                    found
+                    (first.unwrap_or(found.ticks), found)
                 }
             };
             let number = |value: &Json| value.as_f64();
@@ -62,7 +66,14 @@ impl Session<'_> {
                 .iter()
                 .filter_map(|(name, value)| Some((name.clone(), number(value)?)));
             let mut moment = Moment {
-                text: format!("the control, {} ticks done", found.ticks),
+                text: match first == found.ticks {
+                    true => format!("the control, {first} ticks done"),
+                    // More than the control gives of one moment.
+                    false => {
+                        format!("the control, read while it did ticks {first} to {}", found.ticks)
+                    }
+                },
+                live: true,
                 values: values.collect(),
             };
             // Constants are not among the control's variables.
@@ -101,10 +112,10 @@ impl Session<'_> {
         }
         let text = format!("the end of tick {tick}");
         if executive_tick == Some(tick) {
-            return Ok(Moment { text, values: debugger.numbers_now(names) });
+            return Ok(Moment { text, live: false, values: debugger.numbers_now(names) });
         }
         debugger.go_to_end_of_tick(tick)?;
-        Ok(Moment { text, values: debugger.numbers(names)? })
+        Ok(Moment { text, live: false, values: debugger.numbers(names)? })
     }
 
     /// The process image at the end of the tick that is shown; `None` if it was not run yet.

@@ -1,48 +1,23 @@
 //! The scope: variables against time, of the run or the recording.
 
-use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use plcc_frontend::common::Expression;
 use plcc_replay::DebuggedProgram;
+use plcc_runtime::value::number;
 use plcc_runtime::{Executive, Purpose, Value};
 
 use super::Session;
+use super::confirm::clock;
+use super::samples::{Samples, values};
 use super::store::{SavedScope, checked_name};
-use crate::view::{Channel, Sample, ScopeState as State, ScopeView};
+use crate::view::{AxisMark, Channel, Sample, ScopeState as State, ScopeView, TargetKind};
 use crate::{Edge, MAX_SCOPE_TICKS, Refusal, Reply, Trigger};
 
 /// How long samples are collected for one view.
 const VIEW_TIME: Duration = Duration::from_millis(80);
 /// How many ticks are shown at first.
 const FIRST_WIDTH: u64 = 200;
-
-/// Samples of consecutive ticks.
-#[derive(Debug, Default)]
-struct Buffer {
-    first: u64,
-    /// A row for each tick with a value for each variable; NaN for none.
-    rows: VecDeque<Vec<f64>>,
-}
-
-impl Buffer {
-    fn end(&self) -> u64 {
-        self.first + self.rows.len() as u64
-    }
-
-    fn push(&mut self, row: Vec<f64>) {
-        self.rows.push_back(row);
-        if self.rows.len() as u64 > MAX_SCOPE_TICKS {
-            self.rows.pop_front();
-            self.first += 1;
-        }
-    }
-
-    fn value(&self, tick: u64, channel: usize) -> Option<f64> {
-        let row = self.rows.get(usize::try_from(tick.checked_sub(self.first)?).ok()?)?;
-        row.get(channel).copied().filter(|value| !value.is_nan())
-    }
-}
 
 /// A trigger that has not been met yet.
 #[derive(Debug)]
@@ -65,8 +40,10 @@ pub(super) struct ScopeState {
     armed: Option<Armed>,
     /// The tick in which the trigger was met.
     trigger_tick: Option<u64>,
+    /// From which tick on the trigger is looked for.
+    searched: u64,
     cursors: [Option<u64>; 2],
-    buffer: Buffer,
+    buffer: Samples,
 }
 
 impl Default for ScopeState {
@@ -78,8 +55,9 @@ impl Default for ScopeState {
             trigger: None,
             armed: None,
             trigger_tick: None,
+            searched: 0,
             cursors: [None; 2],
-            buffer: Buffer::default(),
+            buffer: Samples::default(),
         }
     }
 }
@@ -98,7 +76,7 @@ impl ScopeState {
     pub(super) fn take(&mut self, tick: u64, executive: &mut dyn Executive) {
         if !self.names.is_empty() && tick == self.buffer.end() {
             let row = values(&self.names, executive);
-            self.buffer.push(row);
+            self.buffer.push(row, MAX_SCOPE_TICKS);
         }
         self.test_trigger(tick, executive);
     }
@@ -126,19 +104,6 @@ impl ScopeState {
     }
 }
 
-/// The values of variables; NaN for those that have none.
-fn values(names: &[String], executive: &mut dyn Executive) -> Vec<f64> {
-    let value = |name: &String| {
-        let Ok(variable) = executive.names().find(name, Purpose::Watch) else { return f64::NAN };
-        match executive.read(variable) {
-            Value::Int(value) => value as f64,
-            Value::Float(value) => value,
-            Value::Array(_) => f64::NAN,
-        }
-    };
-    names.iter().map(value).collect()
-}
-
 impl Session<'_> {
     /// Tests the trigger in ticks that were run before it was set, until a moment.
     pub(super) fn search_trigger(&mut self, until: Instant) {
@@ -154,7 +119,7 @@ impl Session<'_> {
     }
 
     /// Runs a tick once more without taking anything from it; whether that was possible.
-    fn run_again(&mut self, tick: u64) -> bool {
+    pub(super) fn run_again(&mut self, tick: u64) -> bool {
         if self.enter_version_of(tick).is_err() {
             return false;
         }
@@ -175,7 +140,18 @@ impl Session<'_> {
         Ok(values(names, self.debugger()?.history_mut().executive()))
     }
 
-    /// The ticks that are shown.
+    /// Goes with the tick that is shown, when that leaves the stretch of time that the user has chosen. What a trigger has chosen
+    /// stays.
+    pub(super) fn scope_follow(&mut self, tick: u64) {
+        let (from, to) = self.scope_range();
+        if self.scope.range.is_some() && !(from..=to).contains(&tick) {
+            let from = tick.saturating_sub((to - from) / 2).max(self.first());
+            self.scope.range = Some((from, from + self.scope.width.saturating_sub(1)));
+        }
+    }
+
+    /// The ticks that are shown. As long as neither a trigger nor the user has chosen them, they are those up to the newest tick,
+    /// or around the one at which the monitor stays.
     fn scope_range(&self) -> (u64, u64) {
         let scope = &self.scope;
         let (first, last) = (self.first(), self.time.run_until.saturating_sub(1).max(self.first()));
@@ -186,15 +162,44 @@ impl Session<'_> {
                 let from = met.saturating_sub(trigger.before);
                 clamp(from, from + scope.width.saturating_sub(1))
             }
-            _ => clamp((last + 1).saturating_sub(scope.width), last),
+            _ if self.time.following => clamp((last + 1).saturating_sub(scope.width), last),
+            _ => {
+                let end = (self.time.shown + scope.width / 4 + 1).min(last + 1).max(1);
+                clamp(end.saturating_sub(scope.width), end - 1)
+            }
         }
+    }
+
+    /// Where the axis of time has marks: at round times of the day, or round times since power-up where no time of day is known.
+    fn axis_marks(&self, from: u64, to: u64) -> Vec<AxisMark> {
+        /// How many marks there are at most.
+        const MOST: u64 = 6;
+        let tick_ns = self.debugger.as_ref().map_or(1, |debugger| debugger.tick_ns().max(1));
+        let span = (to - from + 1).saturating_mul(tick_ns);
+        let least = span.div_ceil(MOST).max(tick_ns);
+        let powers = (0..18).map(|power| 10_u64.pow(power));
+        let steps = powers.flat_map(|power| [1, 2, 5].map(|factor| factor * power));
+        let step = steps.into_iter().find(|step| *step >= least).unwrap_or(least);
+        let began = self.began_ns();
+        let offset = began.unwrap_or(0);
+        let first = (offset + from.saturating_mul(tick_ns)).div_ceil(step).saturating_mul(step);
+        let times = (0..=MOST).map(|mark| first.saturating_add(mark.saturating_mul(step)));
+        let marks = times.filter_map(|time| {
+            let tick = time.checked_sub(offset)?.div_ceil(tick_ns);
+            let text = match began {
+                Some(_) => clock(time, step < 1_000_000_000),
+                None => format!("{} s", number(time as f64 / 1e9)),
+            };
+            (tick <= to).then_some(AxisMark { tick, text })
+        });
+        marks.collect()
     }
 
     /// Collects the samples of the ticks `from` to `to`, until a moment at most; gives whether all are there.
     fn fill(&mut self, from: u64, to: u64, until: Instant) -> bool {
         let buffer = &mut self.scope.buffer;
         if from < buffer.first || from > buffer.end() {
-            *buffer = Buffer { first: from, rows: VecDeque::new() };
+            *buffer = Samples::from(from);
         }
         loop {
             let next = self.scope.buffer.end();
@@ -206,7 +211,7 @@ impl Session<'_> {
             }
             if let Some(debugger) = &mut self.debugger {
                 let row = values(&self.scope.names, debugger.history_mut().executive());
-                self.scope.buffer.push(row);
+                self.scope.buffer.push(row, MAX_SCOPE_TICKS);
             }
         }
     }
@@ -244,9 +249,27 @@ impl Session<'_> {
             cursors: scope.cursors,
             difference,
             saved: self.store.scopes(),
-            note: (!is_there)
-                .then(|| format!("samples up to tick {} are there", scope.buffer.end())),
+            note: self.scope_note(is_there),
+            tick: self.time.shown,
+            axis: self.axis_marks(from, to),
         })
+    }
+
+    /// What the user should know: how far a search has come, or that samples are still missing.
+    fn scope_note(&self, is_there: bool) -> Option<String> {
+        let (scope, run_until) = (&self.scope, self.time.run_until);
+        match &scope.armed {
+            Some(armed) if armed.next < run_until => {
+                Some(format!("looks for the trigger, up to tick {} so far", armed.next))
+            }
+            Some(_) if self.kind == TargetKind::Recording => Some(format!(
+                "the record does not meet the trigger from tick {} on",
+                scope.searched
+            )),
+            _ => {
+                (!is_there).then(|| format!("samples up to tick {} are there", scope.buffer.end()))
+            }
+        }
     }
 
     fn channel(&self, at: usize, name: String, from: u64, to: u64, samples: usize) -> Channel {
@@ -294,7 +317,7 @@ impl Session<'_> {
             }
             if !self.scope.names.contains(&name) {
                 self.scope.names.push(name);
-                self.scope.buffer = Buffer::default();
+                self.scope.buffer = Samples::default();
             }
         }
         Ok(Reply::default())
@@ -306,7 +329,7 @@ impl Session<'_> {
         if self.scope.names.len() == count {
             return Err(Refusal::new(format!("`{name}` is not on the scope")));
         }
-        self.scope.buffer = Buffer::default();
+        self.scope.buffer = Samples::default();
         Ok(Reply::default())
     }
 
@@ -331,18 +354,34 @@ impl Session<'_> {
     }
 
     pub(super) fn scope_trigger(&mut self, trigger: Option<Trigger>) -> Result<Reply, Refusal> {
-        let (from, _) = self.scope_range();
-        let run_until = self.time.run_until;
-        let is_recording = self.kind == crate::view::TargetKind::Recording;
         let expression = match &trigger {
             Some(trigger) => Some(self.debugger()?.program().expression(&trigger.expression)?),
             None => None,
         };
-        // In a recording, what is shown is searched again from its beginning.
-        let next = if is_recording { from } else { run_until };
+        // A recording is searched from its beginning. Elsewhere the trigger is waited for in the ticks that come; while an earlier
+        // tick is shown, it is looked for from there on.
+        let next = match (self.kind, self.time.following) {
+            (TargetKind::Recording, _) => self.first(),
+            (_, true) => self.time.run_until,
+            (_, false) => self.time.shown,
+        };
+        self.scope.searched = next;
         let armed = |expression| Armed { expression: Some(expression), next, last: None };
         self.scope.armed = expression.map(armed);
         (self.scope.trigger_tick, self.scope.trigger, self.scope.range) = (None, trigger, None);
+        Ok(Reply::default())
+    }
+
+    /// Looks for the trigger again, behind the tick in which it was met.
+    pub(super) fn scope_next_trigger(&mut self) -> Result<Reply, Refusal> {
+        let (Some(met), Some(trigger)) = (self.scope.trigger_tick, self.scope.trigger.clone())
+        else {
+            return Err(Refusal::new("no trigger was met yet: set one first"));
+        };
+        let expression = self.debugger()?.program().expression(&trigger.expression)?;
+        // From the tick itself on, whose value is the one before the next tick.
+        self.scope.armed = Some(Armed { expression: Some(expression), next: met, last: None });
+        (self.scope.trigger_tick, self.scope.range, self.scope.searched) = (None, None, met + 1);
         Ok(Reply::default())
     }
 

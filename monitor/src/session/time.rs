@@ -40,6 +40,22 @@ pub(super) struct Time {
     pub(super) note: Option<String>,
 }
 
+/// Which tick one of several displays shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum ShownTick {
+    /// The newest one as time goes on.
+    #[default]
+    Newest,
+    /// This one.
+    At(u64),
+}
+
+impl ShownTick {
+    pub(crate) fn is_newest(self) -> bool {
+        self == Self::Newest
+    }
+}
+
 impl Time {
     pub(super) fn new(debugger: Option<&Debugger<'_>>, speed: f64) -> Self {
         let (first, known) =
@@ -66,6 +82,7 @@ impl Session<'_> {
             link.poll();
         }
         let Some(run_target) = self.run_target() else { return false };
+        self.let_keys_go();
         let listed = self.continue_answer(until);
         while self.time.run_until < run_target && Instant::now() < until {
             let tick = self.time.run_until;
@@ -95,6 +112,22 @@ impl Session<'_> {
             self.time.shown = self.time.run_until.saturating_sub(1).max(self.first());
         }
         listed || before != (self.time.run_until, self.time.shown)
+    }
+
+    /// Shows the tick of another display from now on.
+    pub(crate) fn show_tick_of(&mut self, shown: ShownTick) {
+        match shown {
+            ShownTick::Newest => {
+                self.time.following = true;
+                self.time.shown = self.time.run_until.saturating_sub(1).max(self.first());
+            }
+            ShownTick::At(tick) => (self.time.following, self.time.shown) = (false, tick),
+        }
+    }
+
+    /// The tick that is shown now.
+    pub(crate) fn shown_tick(&self) -> ShownTick {
+        if self.time.following { ShownTick::Newest } else { ShownTick::At(self.time.shown) }
     }
 
     /// The tick before which all are to be run now; `None` without a run or recording.
@@ -178,7 +211,9 @@ impl Session<'_> {
         let cut = debugger.cut_statements(tick)?;
         let mut engine = Observed::new(interpreter.as_mut(), &mut recorder).cut_at(cut);
         let result = debugger.history_mut().run(tick, &mut engine)?;
-        self.traces.insert(tick, recorder.finish());
+        let steps = recorder.finish();
+        self.costs.take(&steps, &self.text);
+        self.traces.insert(tick, steps);
         self.executive_tick = Some(tick);
         if is_new {
             self.take_result(tick, result);
@@ -200,11 +235,15 @@ impl Session<'_> {
             self.note_overrun(tick, cut);
         }
         if let Some(debugger) = &mut self.debugger {
-            self.scope.take(tick, debugger.history_mut().executive());
+            let tick_ns = debugger.tick_ns();
+            let executive = debugger.history_mut().executive();
+            self.scope.take(tick, executive);
+            self.machine.take(tick, tick_ns, executive);
         }
     }
 
     fn take_events(&mut self, events: Vec<plcc_runtime::Event>) {
+        self.show_in_terminal(&events);
         self.events.extend(events);
         let over = self.events.len().saturating_sub(MAX_EVENTS);
         self.events.drain(..over);
@@ -269,6 +308,7 @@ impl Session<'_> {
         }
         self.time.following = false;
         self.time.shown = tick;
+        self.scope_follow(tick);
         Ok(Reply::message(format!("tick {tick}")))
     }
 
@@ -335,6 +375,7 @@ impl Session<'_> {
         }
         self.time.following = false;
         self.time.shown = position.tick;
+        self.scope_follow(position.tick);
         Ok(Reply::message(format!("{name} was changed in tick {}", position.tick)))
     }
 

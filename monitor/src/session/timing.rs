@@ -2,15 +2,18 @@
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plcc_protocol::{TaskSummary, TimingSummary};
 
 use super::Session;
+use super::costs::{Cost, ENOUGH};
 use crate::Refusal;
 use crate::flow::LOOK_BACK;
 use crate::view::{LineCost, Overrun, TimingView};
 
+/// How long further ticks are run again for one view.
+const MORE_TIME: Duration = Duration::from_millis(30);
 /// How many lines are listed.
 const MAX_LINES: usize = 200;
 /// How many overruns are listed.
@@ -40,60 +43,53 @@ impl Session<'_> {
             Some(_) => self.line_costs()?,
             None => (0, vec![]),
         };
-        let usual = {
-            let executed: u64 = lines.iter().map(|line| line.executions).sum();
-            if ticks > 0 { executed as f64 / ticks as f64 } else { 0.0 }
-        };
+        let executed: u64 = self.costs.by_row.values().map(|cost| cost.executions).sum();
+        let usual = if ticks > 0 { executed as f64 / ticks as f64 } else { 0.0 };
         let recorded_overruns = self.overruns(usual);
         Ok(TimingView {
             times,
             overruns: timing.as_ref().map(|timing| timing.overruns),
             skipped: timing.as_ref().map(|timing| timing.skipped),
             ticks,
+            enough: ENOUGH,
             lines: lines.into_iter().take(MAX_LINES).collect(),
             recorded_overruns,
         })
     }
 
-    /// How long the interpreter took for the statements of each line in the ticks up to the one that is shown.
+    /// How long the interpreter took for the statements of each line, in many ticks, whose number is given. Nothing of fewer than
+    /// [`ENOUGH`]: as many as are missing are run again meanwhile, a few at each call.
     fn line_costs(&mut self) -> Result<(u64, Vec<LineCost>), Refusal> {
-        let ticks = self.flow()?.ticks;
-        let last = self.time.shown;
-        let first = (last + 1).saturating_sub(LOOK_BACK.min(ticks));
-        let times = self.interpreter_times(first..=last);
-        let by_row = self.executions(first..=last);
-        let all: Duration = times.values().sum();
-        let mut lines: Vec<LineCost> = by_row
-            .into_iter()
-            .filter_map(|(row, executions)| {
-                let time = times.get(&row).copied().unwrap_or_default();
-                let content = self.text.rows.get(row)?;
-                Some(LineCost {
-                    row,
-                    number: content.number.clone(),
-                    text: content.text().trim().to_owned(),
-                    executions,
-                    nanoseconds: time.as_nanos() as f64 / ticks.max(1) as f64,
-                    // A clock that is too coarse to see any of them gives no shares.
-                    share: time.as_secs_f64() / all.as_secs_f64().max(f64::MIN_POSITIVE),
-                })
+        self.flow()?;
+        let until = Instant::now() + MORE_TIME;
+        let first = self.debugger()?.history().first();
+        while self.costs.ticks < ENOUGH && Instant::now() < until {
+            let last = (self.time.shown + 1).saturating_sub(LOOK_BACK);
+            let next = self.costs.next_back.map_or(last, |next| next.min(last));
+            let Some(tick) = next.checked_sub(1).filter(|tick| *tick >= first) else { break };
+            self.costs.next_back = Some(tick);
+            self.trace(tick)?;
+        }
+        let ticks = self.costs.ticks;
+        if ticks < ENOUGH {
+            return Ok((ticks, vec![]));
+        }
+        let all: Duration = self.costs.by_row.values().map(|cost| cost.time).sum();
+        let line = |(&row, cost): (&usize, &Cost)| {
+            let content = self.text.rows.get(row)?;
+            Some(LineCost {
+                row,
+                number: content.number.clone(),
+                text: content.text().trim().to_owned(),
+                executions: cost.executions,
+                nanoseconds: cost.time.as_nanos() as f64 / ticks as f64,
+                // A clock that is too coarse to see any of them gives no shares.
+                share: cost.time.as_secs_f64() / all.as_secs_f64().max(f64::MIN_POSITIVE),
             })
-            .collect();
+        };
+        let mut lines: Vec<LineCost> = self.costs.by_row.iter().filter_map(line).collect();
         lines.sort_by(|a, b| b.nanoseconds.total_cmp(&a.nanoseconds).then(a.row.cmp(&b.row)));
         Ok((ticks, lines))
-    }
-
-    /// By the rows of the program's text, how long the interpreter took for each in some ticks.
-    fn interpreter_times(&self, ticks: RangeInclusive<u64>) -> HashMap<usize, Duration> {
-        let mut by_row: HashMap<usize, Duration> = HashMap::new();
-        for steps in ticks.filter_map(|tick| self.traces.get(tick)) {
-            for (at, (statement, _)) in steps.steps.iter().enumerate() {
-                if let Some(row) = self.text.row_of(*statement) {
-                    *by_row.entry(row).or_default() += steps.time(at);
-                }
-            }
-        }
-        by_row
     }
 
     /// By the rows of the program's text, how many statements of each were executed in some ticks.

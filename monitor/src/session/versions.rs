@@ -1,6 +1,8 @@
 //! Online changes: each tick is shown with the version of the program that ran it.
 
 use super::Session;
+use super::costs::Costs;
+use super::machine::MachineState;
 use super::statements::StatementState;
 use crate::Refusal;
 use crate::text::ProgramText;
@@ -36,6 +38,7 @@ impl Session<'_> {
         self.placed = program.places().placed();
         (self.executive_tick, self.flow) = (None, None);
         self.traces.clear();
+        self.costs = Costs::default();
         self.statements = StatementState::new(&self.text, self.store.statements());
         let row = self.text.rows.iter().position(|row| Some(&row.number) == number.as_ref());
         if let Some(row) = row {
@@ -43,5 +46,13 @@ impl Session<'_> {
         }
         self.io.forget_points();
         self.scope.move_to(program);
+        self.find_machine();
+    }
+
+    /// Looks the simulated machine up again.
+    fn find_machine(&mut self) {
+        let Some(debugger) = &mut self.debugger else { return };
+        let names = debugger.history_mut().executive().names();
+        self.machine = MachineState::new(&*names);
     }
 }

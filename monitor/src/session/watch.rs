@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use plcc_frontend::presentation::WatchRow;
+use plcc_runtime::Purpose;
 
 use super::Session;
+use super::machine::PRESS;
 use super::read::formatted;
 use super::store::{Entry, checked_name};
-use crate::view::{VariableRow, VariablesView};
+use crate::view::{Said, VariableRow, VariablesView};
 use crate::{Format, Refusal, Reply, RunningProgram};
 
 /// How many rows a list has at most. All of them are read from the control and shown ten times a second.
@@ -43,6 +45,7 @@ impl Session<'_> {
                 (row.name != entry.name && row.title.is_none()).then(|| entry.name.clone());
             shown.push(VariableRow {
                 title: row.title.map(str::to_owned).or_else(|| self.said_of(&row.name, resolved)),
+                said: self.said(&row.name),
                 value: number.map(|value| formatted(value, entry.format, language)),
                 format: entry.format,
                 logical: matches!(number, Some(value) if value == 0.0 || value == 1.0),
@@ -58,6 +61,19 @@ impl Session<'_> {
             list: self.store.list().to_owned(),
             rows: shown,
             moment: moment.text,
+        })
+    }
+
+    /// What the machine file says of a variable, in columns.
+    pub(super) fn said(&self, name: &str) -> Said {
+        let program = self.debugger.as_ref().map(|debugger| debugger.program());
+        let said = program.and_then(|program| program.given().said_of(name));
+        let shown = |text: &str| plcc_abi::printable(text).into_owned();
+        said.map_or_else(Said::default, |said| Said {
+            alias: shown(&said.alias),
+            text: shown(&said.text),
+            device: shown(&said.device),
+            at: shown(&said.at),
         })
     }
 
@@ -125,7 +141,7 @@ impl Session<'_> {
     pub(super) fn unknown(&mut self, name: &str) -> Refusal {
         if let Some(debugger) = &mut self.debugger {
             let executive = debugger.history_mut().executive();
-            if let Err(error) = executive.names().find(name, plcc_runtime::Purpose::Watch) {
+            if let Err(error) = executive.names().find(name, Purpose::Watch) {
                 return Refusal::new(error.to_string());
             }
         }
@@ -171,9 +187,26 @@ impl Session<'_> {
         if self.is_in_source(&name) {
             return self.change_source(&name, value);
         }
+        if self.is_past() && self.is_command(&name) {
+            return Err(Refusal::new(format!(
+                "{name} acts on the machine as it is now, and the past is shown: go to the present first"
+            )));
+        }
+        let presses = value == PRESS && self.is_command(&name);
         self.ask_before(&name, Some(value), false)?;
-        let tick = self.act(&name, Some(value), false)?;
+        let tick = match presses {
+            true => self.press(&name)?,
+            false => self.act(&name, Some(value), false)?,
+        };
         Ok(Reply::message(format!("{name}={value} before tick {tick}")))
+    }
+
+    /// Whether a name is that of a command or a key: it can be set, and has no value.
+    fn is_command(&mut self, name: &str) -> bool {
+        let Some(debugger) = &mut self.debugger else { return false };
+        let names = debugger.history_mut().executive().names();
+        let found = |purpose| names.find(name, purpose).is_ok();
+        found(Purpose::Stimulus) && !found(Purpose::Watch)
     }
 
     /// Whether a name means a number of the source.

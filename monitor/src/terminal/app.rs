@@ -5,7 +5,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::draw;
 use super::keys::{self, Action};
-use crate::session::no_terminal;
+use crate::session::{no_machine, no_terminal};
 use crate::view::{Body, IoRow, PanelCell, Screen, View};
 use crate::{Command, Format, Refusal, Reply, Session};
 
@@ -21,6 +21,7 @@ pub(super) enum Page {
     Scope,
     Terminal,
     Panels,
+    Machine,
     Directory,
     References,
     Why,
@@ -28,8 +29,8 @@ pub(super) enum Page {
     Help,
 }
 
-/// The pages that have a number.
-pub(super) const PAGES: [(Page, &str); 9] = [
+/// The pages that have a number, from 1; the last one has 0.
+pub(super) const PAGES: [(Page, &str); 10] = [
     (Page::Statements, "statmnt"),
     (Page::Variables, "var"),
     (Page::Io, "i/o"),
@@ -39,6 +40,7 @@ pub(super) const PAGES: [(Page, &str); 9] = [
     (Page::Scope, "scope"),
     (Page::Terminal, "terminal"),
     (Page::Panels, "panels"),
+    (Page::Machine, "machine"),
 ];
 
 /// A line that is being typed.
@@ -66,6 +68,10 @@ pub(super) struct App {
     /// Which panel is shown, and how many of its cells stand side by side.
     pub(super) panel: usize,
     pub(super) columns: usize,
+    /// Which cursor of the scope the arrow keys move.
+    pub(super) cursor: Option<u8>,
+    /// How many cells a row of the screen has.
+    pub(super) width: usize,
     /// What is being typed in the terminal.
     pub(super) line: String,
     pub(super) references: String,
@@ -75,6 +81,8 @@ pub(super) struct App {
     pub(super) chooses_statements: bool,
     /// Whether the control has a terminal.
     pub(super) has_terminal: bool,
+    /// Whether a machine is simulated.
+    pub(super) has_machine: bool,
     pub(super) is_left: bool,
 }
 
@@ -91,11 +99,14 @@ impl App {
             window: 0,
             panel: 0,
             columns: 1,
+            cursor: None,
+            width: 80,
             line: String::new(),
             references: String::new(),
             height: 10,
             chooses_statements: status.chooses_statements,
             has_terminal: status.has_terminal,
+            has_machine: status.has_machine,
             is_left: false,
         }
     }
@@ -112,6 +123,7 @@ impl App {
             Page::Scope => Screen::Scope { samples: width.saturating_sub(2).max(1) },
             Page::Terminal => Screen::Terminal,
             Page::Panels => Screen::Panels,
+            Page::Machine => Screen::Machine,
             Page::Directory => Screen::Directory,
             Page::References => Screen::References { name: self.references.clone() },
             Page::Why => Screen::Why,
@@ -122,10 +134,12 @@ impl App {
 
     pub(super) fn draw(&mut self, session: &mut Session<'_>, frame: &mut Frame<'_>) {
         let area = frame.area();
+        self.width = usize::from(area.width);
         self.height = usize::from(area.height).saturating_sub(draw::rows_around(self, area.width));
         let view = self.view(session, usize::from(area.width));
         self.chooses_statements = view.status.chooses_statements;
         self.has_terminal = view.status.has_terminal;
+        self.has_machine = view.status.has_machine;
         draw::draw(self, &view, frame);
     }
 
@@ -186,10 +200,12 @@ impl App {
         match code {
             KeyCode::Char('q') | KeyCode::F(10) => self.is_left = true,
             KeyCode::Char('?') | KeyCode::F(1) => self.go(Page::Help),
+            KeyCode::Esc if self.page == Page::Scope && self.cursor.is_some() => self.cursor = None,
             KeyCode::Esc => self.go(self.back),
             KeyCode::Tab | KeyCode::BackTab => self.next_page(code == KeyCode::Tab),
-            KeyCode::Char(digit @ '1'..='9') => {
-                let page = digit.to_digit(10).and_then(|digit| PAGES.get(digit as usize - 1));
+            KeyCode::Char(digit @ '0'..='9') => {
+                let number = digit.to_digit(10).map(|digit| (digit as usize + 9) % 10);
+                let page = number.and_then(|number| PAGES.get(number));
                 if let Some((page, _)) = page {
                     self.go(*page);
                 }
@@ -221,32 +237,42 @@ impl App {
         }
     }
 
-    /// On the scope the shown stretch moves, on panels the cursor by a cell, elsewhere the tick.
+    /// On the scope the chosen cursor moves, on panels the cursor by a cell, elsewhere the tick.
     fn time(&mut self, session: &mut Session<'_>, ticks: i64) {
-        if self.page == Page::Panels && ticks.abs() == 1 {
+        if self.has_cells() && ticks.abs() == 1 {
             // Drawing keeps it within the panel.
             self.selected = (self.selected as u64).saturating_add_signed(ticks) as usize;
             return;
         }
-        if self.page != Page::Scope {
-            return self.apply(session, Command::MoveTicks { by: ticks });
+        match self.page {
+            Page::Scope => self.move_on_scope(session, ticks),
+            _ => self.apply(session, Command::MoveTicks { by: ticks }),
         }
-        let Body::Scope(scope) = self.view(session, 40).body else { return };
-        let by = ((scope.to - scope.from) as i64 / 10).max(1) * ticks.signum();
-        let from = scope.from.saturating_add_signed(by);
-        let to = from + (scope.to - scope.from);
-        self.apply(session, Command::ScopeRange { from, to });
+    }
+
+    /// Whether the page is a grid of cells, of which one is selected.
+    fn has_cells(&self) -> bool {
+        matches!(self.page, Page::Panels | Page::Machine)
     }
 
     /// The pages that a number key shows, with their numbers.
     pub(super) fn pages(&self) -> impl Iterator<Item = (usize, (Page, &'static str))> + use<> {
-        let has_terminal = self.has_terminal;
-        (1..).zip(PAGES).filter(move |(_, (page, _))| has_terminal || *page != Page::Terminal)
+        let (has_terminal, has_machine) = (self.has_terminal, self.has_machine);
+        let is_there = move |page: Page| match page {
+            Page::Terminal => has_terminal,
+            Page::Machine => has_machine,
+            _ => true,
+        };
+        (1..).zip(PAGES).filter(move |(_, (page, _))| is_there(*page))
     }
 
     pub(super) fn go(&mut self, page: Page) {
         if page == Page::Terminal && !self.has_terminal {
             self.message = Some((no_terminal(), true));
+            return;
+        }
+        if page == Page::Machine && !self.has_machine {
+            self.message = Some((no_machine(), true));
             return;
         }
         let is_list =
@@ -273,8 +299,10 @@ impl App {
         if self.page == Page::Statements {
             return self.apply(session, Command::MoveCursor { by });
         }
-        let by =
-            if self.page == Page::Panels { by.saturating_mul(self.columns as i64) } else { by };
+        if self.page == Page::Scope {
+            return self.scroll_scope(session, by);
+        }
+        let by = if self.has_cells() { by.saturating_mul(self.columns as i64) } else { by };
         // Drawing keeps it within the list.
         self.selected = (self.selected as u64).saturating_add_signed(by) as usize;
     }
@@ -339,11 +367,13 @@ impl App {
             Action::NextPanel => self.choose_panel(1),
             Action::PreviousPanel => self.choose_panel(-1),
             Action::PressCell => self.press(session),
+            Action::HoldCell => self.hold(session),
             Action::AskCell => self.ask("value", none(), action),
             Action::ZoomIn => self.zoom(session, 1, 2),
             Action::ZoomOut => self.zoom(session, 2, 1),
-            Action::CursorA => self.ask("cursor A at tick (empty: none)", none(), action),
-            Action::CursorB => self.ask("cursor B at tick (empty: none)", none(), action),
+            Action::CursorA => self.choose_cursor(session, 0),
+            Action::CursorB => self.choose_cursor(session, 1),
+            Action::NextTrigger => self.apply(session, Command::ScopeNextTrigger),
             Action::Select => self.select(session),
             Action::AskName => self.ask("name", none(), action),
             Action::AskAll => self.ask("all occurrences of", none(), action),
@@ -416,8 +446,12 @@ impl App {
         self.selected = 0;
     }
 
-    /// The selected cell of the panel that is shown.
+    /// The selected cell of the panel, or the selected key of the machine.
     pub(super) fn cell(&mut self, session: &mut Session<'_>) -> Option<PanelCell> {
+        if self.page == Page::Machine {
+            let Body::Machine(view) = session.view(&Screen::Machine).body else { return None };
+            return view.keys.into_iter().nth(self.selected);
+        }
         let Body::Panels(view) = session.view(&Screen::Panels).body else { return None };
         let count = view.panels.len();
         let panel = view.panels.into_iter().nth(self.panel % count.max(1))?;
@@ -426,30 +460,24 @@ impl App {
 
     /// Presses or releases a push-button; of another cell asks for the value.
     fn press(&mut self, session: &mut Session<'_>) {
-        let Some(PanelCell { variable: Some(name), pressed, .. }) = self.cell(session) else {
-            self.message = Some(("nothing can be set here".into(), true));
-            return;
-        };
-        match pressed {
-            Some(pressed) => {
-                let value = if pressed { "0" } else { "1" }.to_owned();
-                self.apply(session, Command::Change { name, value });
-            }
-            None => self.run(session, Action::AskCell),
+        let cell = self.cell(session).unwrap_or_default();
+        match (cell.press(), cell.variable) {
+            (Some((name, value)), _) => self.apply(session, Command::Change { name, value }),
+            (None, Some(_)) => self.run(session, Action::AskCell),
+            (None, None) => self.message = Some(("nothing can be set here".into(), true)),
         }
     }
 
-    fn zoom(&mut self, session: &mut Session<'_>, times: u64, part: u64) {
-        let Body::Scope(scope) = self.view(session, 40).body else { return };
-        let width = scope.to - scope.from + 1;
-        let new = (width * times / part).max(2);
-        let middle = scope.from + width / 2;
-        let from = middle.saturating_sub(new / 2);
-        let command = match scope.state {
-            crate::view::ScopeState::Rolling => Command::ScopeWidth { ticks: new },
-            _ => Command::ScopeRange { from, to: from + new - 1 },
-        };
-        self.apply(session, command);
+    /// Holds a key, or lets it go.
+    fn hold(&mut self, session: &mut Session<'_>) {
+        let cell = self.cell(session).unwrap_or_default();
+        match (cell.variable, cell.pressed) {
+            (Some(name), Some(pressed)) => {
+                let value = if pressed { "0" } else { "1" }.to_owned();
+                self.apply(session, Command::Change { name, value });
+            }
+            _ => self.message = Some(("this key can't be held here".into(), true)),
+        }
     }
 
     /// Shows the selected statement of the directory besides those that were selected before.

@@ -29,11 +29,13 @@ pub(super) enum Action {
     NextPanel,
     PreviousPanel,
     PressCell,
+    HoldCell,
     AskCell,
     ZoomIn,
     ZoomOut,
     CursorA,
     CursorB,
+    NextTrigger,
     Select,
     ClearSelection,
     AskName,
@@ -131,6 +133,7 @@ const SCOPE: &[Key] = &[
     key(7, 'a', "cursor A", Action::CursorA),
     key(8, 'b', "cursor B", Action::CursorB),
     key(9, 'e', "export", Action::AskExport),
+    key(0, 'n', "next trigger", Action::NextTrigger),
     key(0, 'k', "keep", Action::AskKeep),
     key(0, 'o', "open", Action::AskOpen),
 ];
@@ -140,6 +143,12 @@ const PANELS: &[Key] = &[
     key(2, 'e', "set", Action::AskCell),
     key(5, 'w', "next panel", Action::NextPanel),
     key(6, 'W', "previous panel", Action::PreviousPanel),
+];
+
+const MACHINE: &[Key] = &[
+    key(1, 'p', "press", Action::PressCell),
+    key(2, 'e', "hold or let go", Action::HoldCell),
+    key(3, 'n', "set a number", Action::AskCell),
 ];
 
 const DIRECTORY: &[Key] =
@@ -156,6 +165,7 @@ pub(super) fn keys(page: Page, chooses_statements: bool) -> &'static [Key] {
         Page::Io => IO,
         Page::Scope => SCOPE,
         Page::Panels => PANELS,
+        Page::Machine => MACHINE,
         Page::Directory => DIRECTORY,
         Page::Why => WHY,
         _ => &[],
@@ -168,7 +178,7 @@ pub(super) const LEAVE_TERMINAL: &str = "Enter sends the line  Esc, Tab, Shift-T
 /// The text of the help, a line each.
 pub(super) const HELP: &[&str] = &[
     "1 statements  2 variables  3 inputs/outputs  4 faults and messages",
-    "5 tasks  6 timing  7 scope  8 PMAC terminal  9 panels    Tab: next screen",
+    "5 tasks  6 timing  7 scope  8 PMAC terminal  9 panels  0 machine  Tab: the next",
     "arrows up/down, PgUp/PgDn, Home/End   move the cursor",
     "arrows left/right                     a tick back or on",
     "< >                                   100 ticks back or on",

@@ -5,6 +5,7 @@ mod app;
 mod draw;
 mod keys;
 mod operator;
+mod scope;
 #[cfg(test)]
 mod tests;
 mod typed;

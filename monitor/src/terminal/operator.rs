@@ -26,13 +26,9 @@ impl App {
 
     fn press_key(&mut self, session: &mut Session<'_>) {
         let Body::Operator(view) = session.view(&Screen::Operator).body else { return };
-        let key = view.keys.into_iter().nth(self.selected);
-        match key {
-            Some(PanelCell { variable: Some(name), pressed: Some(pressed), .. }) => {
-                let value = if pressed { "0" } else { "1" }.to_owned();
-                self.apply(session, Command::Change { name, value });
-            }
-            _ => self.message = Some(("this is a lamp, which can't be pressed".into(), true)),
+        match view.keys.get(self.selected).and_then(PanelCell::press) {
+            Some((name, value)) => self.apply(session, Command::Change { name, value }),
+            None => self.message = Some(("this is a lamp, which can't be pressed".into(), true)),
         }
     }
 }

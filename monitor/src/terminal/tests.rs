@@ -167,15 +167,29 @@ fn the_scope_draws_courses_and_cursors() {
     screen.keys("SOL1,N");
     screen.key(KeyCode::Enter);
     screen.session.apply(crate::Command::ScopeRange { from: 10, to: 39 }).unwrap();
-    screen.keys("a20");
-    screen.key(KeyCode::Enter);
-    screen.keys("b25");
-    screen.key(KeyCode::Enter);
-    // What is not a number leaves the cursor where it is.
-    screen.keys("bx");
-    screen.key(KeyCode::Enter);
-    assert_eq!(screen.app.message, Some(("this is not a number".into(), true)));
-    screen.app.message = None;
+    screen.drawn();
+    let cursors = |screen: &mut Screen| {
+        let scope = crate::view::Screen::Scope { samples: 10 };
+        let crate::view::Body::Scope(view) = screen.session.view(&scope).body else { panic!() };
+        view.cursors
+    };
+    // A cursor begins in the middle, since the tick that is shown is not seen.
+    screen.keys("a");
+    (0..4).for_each(|_| screen.key(KeyCode::Left));
+    screen.keys("b");
+    screen.key(KeyCode::Right);
+    assert_eq!(cursors(&mut screen), [Some(20), Some(25)]);
+    // It stays within what is shown; the same key takes it away, and brings it back.
+    screen.keys(">>");
+    assert_eq!(cursors(&mut screen), [Some(20), Some(39)]);
+    screen.keys("b");
+    assert_eq!(cursors(&mut screen), [Some(20), None]);
+    screen.keys("b");
+    screen.key(KeyCode::Right);
+    // Without a chosen cursor the arrow keys move the tick.
+    screen.key(KeyCode::Esc);
+    screen.key(KeyCode::Left);
+    assert_eq!((cursors(&mut screen), screen.session.status().tick), ([Some(20), Some(25)], 39));
     insta::assert_snapshot!(screen.drawn());
 }
 

@@ -65,10 +65,6 @@ impl App {
             Action::AskScope => Command::ScopeAdd { names: names() },
             Action::AskScopeRemove => Command::ScopeRemove { name },
             Action::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },
-            Action::CursorA | Action::CursorB if number().is_some() || text.is_empty() => {
-                Command::ScopeCursor { cursor: u8::from(action == Action::CursorB), tick: number() }
-            }
-            Action::CursorA | Action::CursorB => return self.message = wrong,
             Action::AskExport => return self.export(session, text),
             Action::AskKeep => Command::ScopeSave { name },
             Action::AskOpen => Command::ScopeLoad { name },

@@ -2,11 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Said;
+
 /// Inputs and outputs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct IoView {
     /// The windows: outputs, inputs.
     pub windows: Vec<IoWindow>,
+    /// Of which moment the values are, for people, where that is not the end of the tick that is shown.
+    pub moment: Option<String>,
     /// The warning of PMI 5.3, as long as the user has not confirmed it.
     pub warning: Option<String>,
 }
@@ -27,8 +31,10 @@ pub struct IoWindow {
 pub struct IoRow {
     /// The variable.
     pub name: String,
-    /// What people call it and say of it; empty where nothing is known.
+    /// What people call it and say of it, in one line; empty where nothing is known.
     pub text: String,
+    /// The same in columns.
+    pub said: Said,
     /// Where its lines are: port and bits, board and byte, address.
     pub place: String,
     /// What the program sees or assigns.

@@ -3,6 +3,7 @@
 
 mod events;
 mod io;
+mod machine;
 mod panels;
 mod scope;
 mod statements;
@@ -15,15 +16,18 @@ use serde::{Deserialize, Serialize};
 
 pub use events::{Active, EventKind, EventLine, EventsView};
 pub use io::{IoRow, IoView, IoWindow};
+pub use machine::{
+    AxisView, DeviceLine, DeviceView, MachineView, PathView, ProgramLine, ProgramView,
+};
 pub use panels::{OperatorView, Panel, PanelCell, PanelsView};
-pub use scope::{Channel, Sample, ScopeState, ScopeView};
+pub use scope::{AxisMark, Channel, Sample, ScopeState, ScopeView};
 pub use statements::{
     DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,
     StatementLine, StatementsView, Token,
 };
 pub use tasks::{Fact, TaskRow, TaskState, TasksView};
 pub use timing::{LineCost, Overrun, TimingView};
-pub use variables::{TerminalLine, TerminalView, VariableRow, VariablesView};
+pub use variables::{Said, TerminalLine, TerminalView, VariableRow, VariablesView};
 pub use why::{WhyLine, WhyPiece, WhyView};
 
 /// Which part of the session is to be shown.
@@ -63,6 +67,8 @@ pub enum Screen {
     Terminal,
     /// Operator panels, displays and tables of the control.
     Panels,
+    /// The simulated machine.
+    Machine,
     /// The operator's screen.
     Operator,
     /// The scope.
@@ -113,6 +119,8 @@ pub enum Body {
     Terminal(TerminalView),
     /// Panels.
     Panels(PanelsView),
+    /// The simulated machine.
+    Machine(MachineView),
     /// The operator's screen.
     Operator(OperatorView),
     /// The scope.
@@ -170,6 +178,8 @@ pub struct Status {
     pub part_title: String,
     /// Whether the control has a terminal.
     pub has_terminal: bool,
+    /// Whether a machine is simulated, which can be looked at.
+    pub has_machine: bool,
     /// `running`, `stopped`, `paused`, `ended`, `recorded`, `not connected`.
     pub state: String,
     /// Why the program was stopped or what is wrong with the connection.

@@ -10,6 +10,8 @@ use super::Active;
 pub struct PanelsView {
     /// The panels. Those of whose variables the program has none are left out.
     pub panels: Vec<Panel>,
+    /// Of which moment the values are, for people, where that is not the end of the tick that is shown.
+    pub moment: Option<String>,
 }
 
 /// What an operator sees: what is announced, and the keys, lamps and overrides that the program uses.
@@ -51,4 +53,15 @@ pub struct PanelCell {
     pub variable: Option<String>,
     /// Whether the value is not in use, so that it is shown less clearly.
     pub dim: bool,
+    /// What a press sets once, and to what: a command, which has no state. `None` while the past is shown, where none is given.
+    pub command: Option<(String, String)>,
+}
+
+impl PanelCell {
+    /// What a press sets, and to what: a push-button that is pressed is released. `None` if the cell can't be pressed.
+    pub fn press(&self) -> Option<(String, String)> {
+        let pressed = || Some((self.variable.clone()?, self.pressed?));
+        let button = || pressed().map(|(name, on)| (name, if on { "0" } else { "1" }.to_owned()));
+        self.command.clone().or_else(button)
+    }
 }

@@ -27,6 +27,19 @@ pub struct ScopeView {
     pub saved: Vec<String>,
     /// What can't be shown, and why.
     pub note: Option<String>,
+    /// The tick that is shown elsewhere.
+    pub tick: u64,
+    /// The marks of the axis of time.
+    pub axis: Vec<AxisMark>,
+}
+
+/// A mark of the axis of time.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AxisMark {
+    /// Its tick.
+    pub tick: u64,
+    /// The time of day (UTC), or the time since power-up where no time of day is known.
+    pub text: String,
 }
 
 /// What the scope does.

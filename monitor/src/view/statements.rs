@@ -48,6 +48,8 @@ pub struct StatementLine {
     pub file: String,
     /// Its text in pieces.
     pub tokens: Vec<Token>,
+    /// The comment that stands beside it in the source; empty without one.
+    pub comment: String,
     /// The variables that its statements have read and written, in order, with the last value of each.
     pub values: Vec<NamedValue>,
     /// Whether the scan has executed it.

@@ -13,9 +13,11 @@ pub struct TimingView {
     pub overruns: Option<u64>,
     /// How many ticks were skipped.
     pub skipped: Option<u64>,
-    /// How many ticks `lines` covers.
+    /// How many ticks `lines` covers: those that were run in the interpreter so far.
     pub ticks: u64,
-    /// Where the interpreter's time goes, the lines that take most first.
+    /// How many these have to be before lines are shown.
+    pub enough: u64,
+    /// Where the interpreter's time goes, the lines that take most first. Empty as long as too few ticks are covered.
     pub lines: Vec<LineCost>,
     /// The overruns that the record knows, the newest last.
     pub recorded_overruns: Vec<Overrun>,

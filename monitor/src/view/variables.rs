@@ -4,6 +4,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::Format;
 
+/// What the machine file says of a variable (`[names]`); each text may be empty.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Said {
+    /// Its other name.
+    pub alias: String,
+    /// What it is.
+    pub text: String,
+    /// The device that is wired to it.
+    pub device: String,
+    /// The terminal.
+    pub at: String,
+}
+
 /// The watch list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct VariablesView {
@@ -27,6 +40,8 @@ pub struct VariableRow {
     pub name: String,
     /// What it is within its entry: `delayed contact`, `timer counter`, or what it means to the control.
     pub title: Option<String>,
+    /// What the machine file says of it.
+    pub said: Said,
     /// The value in the format that was chosen; `None` where the program has no such variable.
     pub value: Option<String>,
     /// The format.

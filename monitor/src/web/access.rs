@@ -7,12 +7,14 @@
 //! - The address that is printed has a *token*, a random number that is valid once. The browser gets two
 //!   other random numbers for it: a *cookie* (`HttpOnly`, `SameSite=Strict`), without which no page is
 //!   given, and a *key*. Browsers send a cookie to all ports of a host, also to those of other users'
-//!   programs. The key stays within the page's origin, port included; a WebSocket needs both.
+//!   programs. The key stays within the page's origin, port included; a WebSocket needs both. Behind the key's random digits is
+//!   the number of the browser, by which it has a tick of its own.
 //! - The `Host` of each request must be `localhost` or a literal address, never a name.
 //! - The `Origin`, which a WebSocket must have, must be that host. Requests that a browser makes on behalf
 //!   of other sites (`Sec-Fetch-Site`) are refused.
 
 use std::net::{IpAddr, SocketAddr};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use axum::http::HeaderMap;
@@ -30,6 +32,8 @@ pub(super) struct Access {
     token: Mutex<String>,
     cookie: String,
     key: String,
+    /// How many browsers have got a key.
+    browsers: AtomicU16,
     announce: Box<dyn Fn(&str) + Send + Sync>,
 }
 
@@ -39,7 +43,7 @@ impl Access {
         announce: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Self, WebError> {
         let (token, cookie, key) = (Mutex::new(random()?), random()?, random()?);
-        Ok(Self { address, token, cookie, key, announce })
+        Ok(Self { address, token, cookie, key, browsers: AtomicU16::new(0), announce })
     }
 
     /// The page's address with the present token.
@@ -65,9 +69,9 @@ impl Access {
         true
     }
 
-    /// The key that a page gets for the token.
-    pub(super) fn key(&self) -> &str {
-        &self.key
+    /// The key that the next browser gets for the token.
+    pub(super) fn next_key(&self) -> String {
+        format!("{}{:04x}", self.key, self.browsers.fetch_add(1, Ordering::Relaxed))
     }
 
     fn cookie_name(&self) -> String {
@@ -89,13 +93,17 @@ impl Access {
             .any(|(found, value)| found == name && same(value, &self.cookie))
     }
 
-    /// Whether a request has the key among the names of WebSocket protocols.
-    pub(super) fn has_key(&self, headers: &HeaderMap) -> bool {
+    /// The number of the browser, if a request has its key among the names of WebSocket protocols.
+    pub(super) fn browser(&self, headers: &HeaderMap) -> Option<u16> {
         let values = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter();
-        values
-            .filter_map(|value| value.to_str().ok())
-            .flat_map(|value| value.split(','))
-            .any(|name| same(name.trim(), &self.key))
+        values.filter_map(|value| value.to_str().ok()).flat_map(|value| value.split(',')).find_map(
+            |name| {
+                let (key, number) = name.trim().split_at_checked(self.key.len())?;
+                let number =
+                    (number.len() == 4).then(|| u16::from_str_radix(number, 16).ok())??;
+                same(key, &self.key).then_some(number)
+            },
+        )
     }
 
     /// Whether a request was sent to this server, and by a page of it, or by none.
@@ -250,9 +258,17 @@ mod tests {
         assert!(access.has_cookie(&headers(&[("cookie", &format!("a=b; {cookie}"))])));
         assert!(!access.has_cookie(&headers(&[("cookie", "plcc-monitor-7400=")])));
         assert!(!access.has_cookie(&headers(&[])));
-        let key = format!("{PROTOCOL}, {}", access.key());
-        assert!(access.has_key(&headers(&[("sec-websocket-protocol", &key)])));
-        assert!(!access.has_key(&headers(&[("sec-websocket-protocol", PROTOCOL)])));
-        assert_ne!(access.key(), access.cookie);
+        let browser = |key: &str| {
+            let value = format!("{PROTOCOL}, {key}");
+            access.browser(&headers(&[("sec-websocket-protocol", &value)]))
+        };
+        let key = access.next_key();
+        // Each browser has a number.
+        assert_eq!((browser(&key), browser(&access.next_key())), (Some(0), Some(1)));
+        assert_eq!(
+            (browser(""), browser(&key[1..]), browser(&key[..key.len() - 4])),
+            (None, None, None)
+        );
+        assert!(!key.contains(&access.cookie));
     }
 }

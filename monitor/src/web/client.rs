@@ -12,9 +12,9 @@ use super::clients::{Request, Shown};
 use super::{limits, protocol};
 
 /// Serves a page until it leaves, hangs, or sends what is no message.
-pub(super) async fn serve(mut socket: WebSocket, requests: mpsc::Sender<Request>) {
+pub(super) async fn serve(mut socket: WebSocket, browser: u16, requests: mpsc::Sender<Request>) {
     let (sender, mut views) = watch::channel(Utf8Bytes::default());
-    let shown = Arc::new(Shown { views: sender, was_sent: AtomicBool::new(true) });
+    let shown = Arc::new(Shown { browser, views: sender, was_sent: AtomicBool::new(true) });
     let mut ping = interval(limits::PING_TIME);
     let mut heard = Instant::now();
     loop {

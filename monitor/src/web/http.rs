@@ -126,7 +126,7 @@ async fn page(State(shared): State<Arc<Shared>>, uri: Uri, headers: HeaderMap) -
     let token = uri.query().and_then(|query| query.strip_prefix("token="));
     match token {
         Some(token) if access.take_token(token) => {
-            let target = format!("/#key={}", access.key());
+            let target = format!("/#key={}", access.next_key());
             let headers = [(LOCATION, target), (SET_COOKIE, access.set_cookie())];
             (StatusCode::SEE_OTHER, headers).into_response()
         }
@@ -159,9 +159,8 @@ async fn socket(
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
 ) -> Response {
-    if !shared.access.has_cookie(&headers) || !shared.access.has_key(&headers) {
-        return no_cookie();
-    }
+    let browser = shared.access.browser(&headers).filter(|_| shared.access.has_cookie(&headers));
+    let Some(browser) = browser else { return no_cookie() };
     if !Access::has_origin(&headers) {
         return refused(StatusCode::FORBIDDEN, "a page's WebSocket has an Origin");
     }
@@ -177,8 +176,8 @@ async fn socket(
         .protocols([PROTOCOL])
         .max_message_size(limits::LONGEST_MESSAGE)
         .max_frame_size(limits::LONGEST_MESSAGE)
-        .on_upgrade(|socket| async move {
-            client::serve(socket, requests).await;
+        .on_upgrade(move |socket| async move {
+            client::serve(socket, browser, requests).await;
             drop(permit);
         })
 }

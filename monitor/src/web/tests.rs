@@ -302,6 +302,28 @@ fn a_page_that_comes_back_sees_the_same() {
 }
 
 #[test]
+fn another_browser_begins_in_the_present_and_has_a_tick_of_its_own() {
+    let served = Served::start();
+    let mut first = served.connect(&served.enter());
+    first.ask(statements());
+    first.ask(json!({"apply": {"command": "go_to_tick", "tick": 2}}));
+    let mut second = served.connect(&served.enter());
+    second.ask(statements());
+    let view = second.wait_for(|view| view["body"]["screen"] == "statements");
+    assert_eq!(view["status"]["following"], true);
+    // The program goes on, since the second browser follows it; the first one stays where it is.
+    let tick = view["status"]["tick"].as_u64().unwrap();
+    second.wait_for(|view| view["status"]["tick"].as_u64() > Some(tick.max(2)));
+    let view = first.wait_for(|view| view["status"]["last_tick"].as_u64() > Some(tick.max(2)));
+    assert_eq!((&view["status"]["tick"], &view["status"]["past"]), (&json!(2), &json!(true)));
+    let asked = first.ask(json!({"ask": {"screen": "status"}}));
+    assert_eq!(asked["view"]["status"]["tick"], 2);
+    second.ask(json!({"apply": {"command": "go_to_tick", "tick": 1}}));
+    let asked = first.ask(json!({"ask": {"screen": "status"}}));
+    assert_eq!(asked["view"]["status"]["tick"], 2);
+}
+
+#[test]
 fn long_and_strange_messages_end_a_page_and_no_other() {
     let served = Served::start();
     let known = served.enter();

@@ -11,6 +11,7 @@ mod timers;
 mod watch;
 
 use plcc_abi::pmac::PmacName;
+use plcc_abi::pmac::motion::MotionName;
 use plcc_diag::SourceMap;
 
 use super::{Program, access, outputs, tasks};
@@ -29,10 +30,12 @@ impl Presentation for Program {
         access::name(accessed).map(|name| name.to_string())
     }
 
-    /// Statements enable and disable PLCs, but no observer is told that as a write.
+    /// Statements enable and disable PLCs, but no observer is told that as a write. An on-line command is no variable.
     fn accessed(&self, name: &str) -> Option<Accessed> {
         let name = PmacName::parse(name, &self.loaded.layout).ok()?;
-        (!matches!(name, PmacName::Plc { .. })).then(|| access::accessed(name))
+        let is_told =
+            !matches!(name, PmacName::Plc { .. } | PmacName::Motion(MotionName::Online(_)));
+        is_told.then(|| access::accessed(name))
     }
 
     fn canonical(&self, name: &str) -> Option<String> {

@@ -1,17 +1,15 @@
 //! The motors of a PMAC as its registers show them: position, velocity, following error and status words (guide,
 //! PMAC Position Registers; appendix E).
 //!
-//! plcc runs the PLC programs of a PMAC and not its servo. These registers hold what the machine (a stimulus, a
-//! driver) or the program itself writes there, and 0 otherwise.
+//! Where motors are simulated, their positions have names of their own, on a Turbo PMAC too. Without simulation these registers
+//! hold what the machine (a stimulus, a driver) or the program itself writes there, and 0 otherwise.
 
 use std::collections::BTreeMap;
 
 use plcc_abi::pmac::Controller;
+use plcc_abi::pmac::motion::registers::{MotorRegisters, SystemRegisters, motors as last_motor};
 
 use crate::presentation::Read;
-
-/// How many motors a PMAC has, and how many coordinate systems.
-pub(in crate::pmac::presentation) const MOTORS: u32 = 8;
 
 /// The distance between the same registers of two neighbouring motors: below address $800, and from $800 on.
 const LOW_STEP: u32 = 0x3C;
@@ -65,6 +63,36 @@ pub(in crate::pmac::presentation) struct Motor {
     pub(in crate::pmac::presentation) velocity: f64,
     /// In counts; 0 in open loop.
     pub(in crate::pmac::presentation) following_error: f64,
+}
+
+/// A motor that is simulated and activated.
+#[derive(Clone, Debug)]
+pub(super) struct Simulated {
+    /// From 1.
+    pub(super) number: u32,
+    /// The names of its two status words.
+    pub(super) status: [String; 2],
+}
+
+/// The simulated motors that are activated (Ix00); none where motion is not simulated.
+///
+/// # Errors
+/// When values can't be read.
+pub(super) fn simulated(controller: Controller, read: Read<'_>) -> Result<Vec<Simulated>, String> {
+    let numbers = 1..=last_motor(controller);
+    let activated = |motor: u32| format!("I{motor}00");
+    let actual = |motor: u32| format!("#{motor}.ACT");
+    let names: Vec<String> =
+        numbers.clone().flat_map(|motor| [activated(motor), actual(motor)]).collect();
+    let values = read(&names)?;
+    let is_on = |motor: &u32| {
+        values.contains_key(&actual(*motor)) && values.get(&activated(*motor)) == Some(&1.0)
+    };
+    let motors = numbers.filter(is_on).map(|number| {
+        let at = MotorRegisters::of(controller, number);
+        Simulated { number, status: [word("X", at.status_x), word("Y", at.status_y)] }
+    });
+    Ok(motors.collect())
 }
 
 /// A word at an address in a space: `X:$3D`.
@@ -122,13 +150,16 @@ fn require_pmac(controller: Option<Controller>) -> Result<(), String> {
     match controller {
         Some(Controller::Pmac) => Ok(()),
         Some(Controller::Turbo) => {
-            Err("the guide gives the registers of motors for PMAC only, not for Turbo PMAC".into())
-        }
-        None => {
-            Err("without the program the controller is not known; name its source after the socket"
+            Err("the guide gives the registers of motors for PMAC only, not for Turbo PMAC; they can be read with --simulate"
                 .into())
         }
+        None => Err(no_program()),
     }
+}
+
+/// Why nothing is known of motors without the program.
+fn no_program() -> String {
+    "without the program the controller is not known; name its source after the socket".into()
 }
 
 /// The motors of these numbers, all of one moment.
@@ -140,6 +171,11 @@ pub(in crate::pmac::presentation) fn motors(
     numbers: &[u32],
     read: Read<'_>,
 ) -> Result<Vec<Motor>, String> {
+    if let Some(known) = controller
+        && let Some(motors) = simulated_motors(known, numbers, read)?
+    {
+        return Ok(motors);
+    }
     require_pmac(controller)?;
     let registers: Vec<Registers> = numbers.iter().map(|&motor| Registers::of(motor)).collect();
     let mut names: Vec<String> = registers.iter().flat_map(Registers::names).collect();
@@ -164,14 +200,44 @@ pub(in crate::pmac::presentation) fn motors(
     Ok(registers.iter().map(motor).collect())
 }
 
+/// The same where motors are simulated; `None` where they are not.
+fn simulated_motors(
+    controller: Controller,
+    numbers: &[u32],
+    read: Read<'_>,
+) -> Result<Option<Vec<Motor>>, String> {
+    // Actual position, velocity and following error, and what the bias is computed from.
+    let names = |motor: u32| {
+        let bias = word("D", MotorRegisters::of(controller, motor).bias);
+        let of = |value: &str| format!("#{motor}.{value}");
+        [of("ACT"), of("VEL"), of("FE"), bias, format!("I{motor}08")]
+    };
+    let values = read(&numbers.iter().flat_map(|&motor| names(motor)).collect::<Vec<_>>())?;
+    let tenth = |value: f64| (value * 10.0).round() / 10.0 + 0.0;
+    let motors = numbers.iter().map(|&motor| {
+        let values = names(motor).each_ref().map(|name| values.get(name).copied());
+        let [Some(actual), Some(velocity), Some(error), bias, ix08] = values else { return None };
+        let bias = quotient(bias.unwrap_or(0.0), ix08.unwrap_or(0.0) * 32.0);
+        Some(Motor {
+            position: tenth(actual + bias),
+            velocity: tenth(velocity),
+            following_error: tenth(error),
+        })
+    });
+    Ok(motors.collect())
+}
+
 /// The status words of some motors as twelve hexadecimal digits each, and the names of the bits that are on.
 pub(in crate::pmac::presentation) fn motor_statuses(
     controller: Option<Controller>,
     numbers: &[u32],
     read: Read<'_>,
 ) -> Result<Vec<String>, String> {
-    let words = numbers.iter().map(|&motor| Registers::of(motor).status).collect();
-    statuses(controller, read, words, [MOTOR_X, MOTOR_Y])
+    let words = |known: Controller, motor: u32| {
+        let at = MotorRegisters::of(known, motor);
+        [word("X", at.status_x), word("Y", at.status_y)]
+    };
+    statuses(controller, read, numbers, words, [MOTOR_X, MOTOR_Y])
 }
 
 /// The same of coordinate systems.
@@ -180,11 +246,11 @@ pub(in crate::pmac::presentation) fn system_statuses(
     numbers: &[u32],
     read: Read<'_>,
 ) -> Result<Vec<String>, String> {
-    let step = |address: u32, system: u32| address + (system - 1) * HIGH_STEP;
-    let words = numbers
-        .iter()
-        .map(|&system| [word("X", step(0x818, system)), word("Y", step(0x817, system))]);
-    statuses(controller, read, words.collect(), [SYSTEM_X, SYSTEM_Y])
+    let words = |known: Controller, system: u32| {
+        let at = SystemRegisters::of(known, system);
+        [word("X", at.status_x), word("Y", at.status_y)]
+    };
+    statuses(controller, read, numbers, words, [SYSTEM_X, SYSTEM_Y])
 }
 
 /// The global status words. The guide names bits of the first one only.
@@ -192,17 +258,28 @@ pub(in crate::pmac::presentation) fn global_status(
     controller: Option<Controller>,
     read: Read<'_>,
 ) -> Result<String, String> {
-    let found = statuses(controller, read, vec![[word("X", 3), word("Y", 3)]], [GLOBAL_X, &[]])?;
-    Ok(found.join("\n"))
+    let words = |known: Controller, _: u32| {
+        let address = if known == Controller::Turbo { 6 } else { 3 };
+        [word("X", address), word("Y", address)]
+    };
+    Ok(statuses(controller, read, &[0], words, [GLOBAL_X, &[]])?.join("\n"))
 }
 
+/// The status words of some motors or coordinate systems, which `words` names. The guide has their addresses for PMAC alone; a
+/// Turbo PMAC has something in them where its motors are simulated.
 fn statuses(
     controller: Option<Controller>,
     read: Read<'_>,
-    words: Vec<[String; 2]>,
+    numbers: &[u32],
+    words: impl Fn(Controller, u32) -> [String; 2],
     bits: [&[StatusBit]; 2],
 ) -> Result<Vec<String>, String> {
-    require_pmac(controller)?;
+    let is_simulated = !read(&["#1.ACT".to_owned()])?.is_empty();
+    if !is_simulated {
+        require_pmac(controller)?;
+    }
+    let known = controller.ok_or_else(no_program)?;
+    let words: Vec<[String; 2]> = numbers.iter().map(|&number| words(known, number)).collect();
     let names: Vec<String> = words.iter().flatten().cloned().collect();
     let values = read(&names)?;
     Ok(words.iter().map(|words| status_text(words, bits, &values)).collect())

@@ -1,86 +1,85 @@
-//! The windows of PMAC's executive program: positions, jog ribbon, connectors (guide, Executive Program; Checking the
-//! Flag Inputs; suggested M-variables of appendices E and F).
+//! The windows of PMAC's executive program: the jog ribbon, which moves simulated motors, and the connectors (guide, Executive
+//! Program; suggested M-variables of appendices E and F).
 
 use plcc_abi::number;
 use plcc_abi::pmac::Controller;
 
-use super::motors::{self, MOTORS, Motor};
+use super::motors::{self, Simulated};
 use crate::presentation::{Cell, PanelDraft, Read, Shown};
 
 /// How many decimals positions have.
 const DECIMALS: f64 = 1000.0;
 
-/// The windows of a PMAC.
+/// The windows of a PMAC. Motors have some only where they are simulated: without that nothing moves, and nothing takes a jog.
 ///
 /// # Errors
-/// On a Turbo PMAC, or when the registers can't be read.
+/// When values can't be read.
 pub(super) fn panels(controller: Controller, read: Read<'_>) -> Result<Vec<PanelDraft>, String> {
-    if controller != Controller::Pmac {
-        return Err(
-            "the guide gives the registers of motors and connectors for PMAC only, not for Turbo PMAC"
-                .into(),
-        );
+    let mut panels = vec![];
+    let motors = motors::simulated(controller, read)?;
+    if !motors.is_empty() {
+        panels.push(jog_ribbon(&motors));
     }
-    let numbers: Vec<u32> = (1..=MOTORS).collect();
-    let motors = motors::motors(Some(controller), &numbers, read)?;
-    Ok(vec![positions(&motors), flags(), connector()])
+    // The guide has the addresses of connectors for PMAC alone.
+    if controller == Controller::Pmac {
+        panels.push(connector());
+    }
+    Ok(panels)
 }
 
 fn rounded(value: f64) -> String {
     number((value * DECIMALS).round() / DECIMALS)
 }
 
-/// The position window.
-fn positions(motors: &[Motor]) -> PanelDraft {
-    let cells = (1..).zip(motors).flat_map(|(motor, values): (u32, &Motor)| {
-        let text = |label: &str, value: f64| Cell {
-            label: format!("#{motor} {label}"),
-            shown: Shown::Text(rounded(value)),
-            ..Cell::default()
-        };
+/// Each motor with its position, velocity, following error and state, and below them the commands that jog it.
+fn jog_ribbon(motors: &[Simulated]) -> PanelDraft {
+    let cells = motors.iter().flat_map(|motor| {
+        let number = motor.number;
+        let value =
+            |label: &str, name: &str| Cell::formatted(label, format!("#{number}.{name}"), rounded);
+        let command =
+            |word: &str| Cell::command(format!("#{number}{word}"), format!("#{number}{word}"), "1");
+        let [x, y] = motor.status.clone();
         [
-            text("position", values.position),
-            text("velocity", values.velocity),
-            text("following error", values.following_error),
+            value(&format!("#{number}"), "ACT"),
+            value("v", "VEL"),
+            value("FE", "FE"),
+            Cell { shown: Shown::FormattedBy(x, y, state), ..Cell::default() },
+            Cell::gap(),
+            Cell::gap(),
+            command("J-"),
+            command("J/"),
+            command("J+"),
+            command("HM"),
+            command("J="),
+            command("K"),
         ]
     });
     PanelDraft {
-        title: "Position window".into(),
-        columns: 3,
+        title: "Jog ribbon".into(),
+        columns: 6,
         cells: cells.collect(),
         note: Some(
-            "counts, and counts a millisecond, from the registers of the motors; plcc has no servo, so they hold what \
-             the machine or the program writes there"
+            "simulated motors: position in counts, velocity in counts/ms, following error. J= goes to the pre-jog position"
                 .into(),
         ),
     }
 }
 
-/// What the jog ribbon shows of each motor, and its flags. They are single bits of words, so each cell has the word, and a
-/// function for its bit.
-fn flags() -> PanelDraft {
-    let cells = (1..=MOTORS).flat_map(|motor| {
-        let (low, high) = ((motor - 1) * 0x3C, (motor - 1) * 0xC0);
-        let x = format!("X:${:X}", 0x3D + low);
-        let y = format!("Y:${:X}", 0x814 + high);
-        let channel = format!("X:${:X}", 0xC000 + 4 * (motor - 1));
-        [
-            Cell::formatted(format!("#{motor} in position"), y.clone(), bit::<0>),
-            Cell::formatted("open loop", x, bit::<18>),
-            Cell::formatted("home complete", y.clone(), bit::<10>),
-            Cell::formatted("amplifier on", y, bit::<14>),
-            Cell::formatted("HMFL", channel.clone(), bit::<20>),
-            Cell::formatted("-LIM", channel.clone(), bit::<21>),
-            Cell::formatted("+LIM", channel.clone(), bit::<22>),
-            Cell::formatted("FAULT", channel, bit::<23>),
-        ]
-    });
-    PanelDraft {
-        title: "Motors and flags".into(),
-        columns: 8,
-        cells: cells.collect(),
-        note: Some("a 1 in a flag is an open input. There is nothing to jog".into()),
-    }
+/// What two status words say of a motor.
+fn state(x: f64, y: f64) -> String {
+    let is_on = |word: f64, bit: u32| word as i64 >> bit & 1 != 0;
+    let states = [
+        (is_on(y, 0), "in pos"),
+        (is_on(y, 10), "homed"),
+        (is_on(x, 18), "open loop"),
+        (is_on(x, 22), "negative limit"),
+        (is_on(x, 21), "positive limit"),
+        (is_on(y, 2), "fatal error"),
+        (is_on(y, 3), "amplifier fault"),
+    ];
+    let on: Vec<&str> = states.into_iter().filter_map(|(on, name)| on.then_some(name)).collect();
+    if on.is_empty() { "moves".into() } else { on.join(" ") }
 }
 
 fn bit<const BIT: u32>(word: f64) -> String {

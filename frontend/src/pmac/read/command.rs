@@ -1,7 +1,7 @@
 //! COMMAND: the on-line commands in its text, and the statements that execute them.
 
 use plcc_abi::pmac::motion::{MotionAction, MotionCommand};
-use plcc_abi::pmac::{CommandStep, Define, Kind, Space, Text};
+use plcc_abi::pmac::{CommandStep, Controller, Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
 
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
@@ -242,6 +242,11 @@ impl DownloadReader<'_> {
 /// Whether the word COMMAND is at `cur`.
 pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
     words::find(cur, PLC).is_some_and(|(word, _)| word.keyword == Keyword::Command)
+}
+
+/// What a line of on-line commands does that somebody types; `None` if there is a mistake in it.
+pub(in crate::pmac) fn online_actions(text: &str, controller: Controller) -> Option<Vec<Action>> {
+    read_command(&mut Reader::new(text, controller)).ok()
 }
 
 /// Reads a COMMAND's text.

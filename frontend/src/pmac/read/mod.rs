@@ -42,3 +42,5 @@ mod template;
 mod texts;
 pub(crate) mod words;
 mod words_of_other_languages;
+
+pub(in crate::pmac) use command::online_actions;

@@ -197,7 +197,8 @@ impl Session<'_> {
         let missing = || Refusal::new(format!("the program has no line {row}"));
         let content = self.text.rows.get(row).ok_or_else(missing)?;
         let (file, number) = (content.file, content.number.clone());
-        let pieces = content.pieces.clone();
+        let (pieces, comment) = (content.pieces.clone(), content.comment.clone());
+        let comment = plcc_abi::printable(&comment).into_owned();
         let Some(debugger) = &self.debugger else { return Err(missing()) };
         let program = debugger.program();
         let named: Vec<(String, Access)> = flow
@@ -227,6 +228,7 @@ impl Session<'_> {
             number,
             file: program.sources().path(file).into(),
             tokens,
+            comment,
             values,
             execution: flow.execution,
             times: flow.times,

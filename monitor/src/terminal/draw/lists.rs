@@ -105,6 +105,7 @@ pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect
         | Body::Statements(_)
         | Body::Scope(_)
         | Body::Panels(_)
+        | Body::Machine(_)
         | Body::Operator(_) => {}
     }
     list.draw(&mut app.selected, frame, area);
@@ -152,6 +153,12 @@ fn variables(view: &VariablesView, list: &mut List) {
 
 /// The two windows of PMI 5.3, side by side.
 fn draw_io(app: &mut App, view: &IoView, frame: &mut Frame<'_>, area: Rect) {
+    let mut area = area;
+    if let Some(moment) = &view.moment {
+        let text = fitted(&format!("values of {moment}"), usize::from(area.width));
+        frame.render_widget(Paragraph::new(text), Rect { height: 1, ..area });
+        (area.y, area.height) = (area.y + 1, area.height.saturating_sub(1));
+    }
     let half = area.width / 2;
     let places = [
         Rect { width: half.saturating_sub(1), ..area },
@@ -251,6 +258,9 @@ fn timing(view: &TimingView, list: &mut List) {
         "time of the statement interpreter (not of the control), {} ticks",
         view.ticks
     ));
+    if view.ticks < view.enough {
+        list.text(format!("lines are shown as soon as {} ticks were run again", view.enough));
+    }
     for line in &view.lines {
         let percent = line.share * 100.0;
         list.row(

@@ -1,6 +1,7 @@
 //! Draws a view with characters. What colours say, underlines, marks or words say too.
 
 mod lists;
+mod machine;
 mod operator;
 mod panels;
 mod scope;
@@ -48,6 +49,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         }
         (Body::Statements(view), _) => statements::draw(view, frame, body),
         (Body::Scope(view), _) => scope::draw(view, frame, body),
+        (Body::Machine(view), _) => machine::draw(app, view, frame, body),
         (Body::Panels(view), _) => panels::draw(app, view, frame, body),
         (Body::Operator(view), _) => operator::draw(app, view, frame, body),
         (Body::Status { reason }, _) => {
@@ -208,17 +210,23 @@ fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let mut lines: Vec<Line<'static>> =
         rows.into_iter().map(|row| Line::styled(row, bold)).collect();
-    let mut pages = vec![];
-    for (number, (page, title)) in app.pages() {
+    let pages = app.pages().map(|(number, (page, title))| {
         let style = match page == app.page {
             true => Style::new().add_modifier(Modifier::REVERSED),
             false => Style::new(),
         };
-        pages.push(Span::styled(format!("{number} {title}"), style));
-        pages.push(Span::raw(" "));
+        Span::styled(format!("{} {title}", number % 10), style)
+    });
+    // A second row where one does not have room for all.
+    let mut row = Line::default();
+    for page in pages.chain([Span::raw("?:help")]) {
+        if row.width() + page.width() > width {
+            lines.push(std::mem::take(&mut row));
+        }
+        row.push_span(page);
+        row.push_span(Span::raw(" "));
     }
-    pages.push(Span::raw("?:help"));
-    lines.push(Line::from(pages));
+    lines.push(row);
     lines
 }
 

@@ -21,7 +21,9 @@ pub(super) fn draw(app: &mut App, view: &PanelsView, frame: &mut Frame<'_>, area
         return;
     };
     let number = app.panel % count + 1;
-    let title = format!("{} ({number} of {count}; F5/w: the next one)", panel.title);
+    let moment = view.moment.as_ref().map(|moment| format!(", values of {moment}"));
+    let moment = moment.unwrap_or_default();
+    let title = format!("{} ({number} of {count}; F5/w: the next one){moment}", panel.title);
     let width = usize::from(area.width);
     let columns = columns(panel, width);
     app.selected = app.selected.min(panel.cells.len().saturating_sub(1));

@@ -43,6 +43,7 @@ pub(super) fn draw(view: &ScopeView, frame: &mut Frame<'_>, area: Rect) {
         lines.push(Line::raw(course(channel, view, width.saturating_sub(1))));
     }
     lines.push(Line::raw(marks(view, width.saturating_sub(1))));
+    lines.push(Line::raw(axis(view, width.saturating_sub(1))));
     frame.render_widget(Paragraph::new(lines), area);
 }
 
@@ -97,10 +98,30 @@ fn course(channel: &Channel, view: &ScopeView, width: usize) -> String {
         .collect()
 }
 
-/// The row with trigger and cursors.
+/// The row with the times: a stroke at each mark, and its time behind it where there is room.
+fn axis(view: &ScopeView, width: usize) -> String {
+    let mut row = String::new();
+    for mark in &view.axis {
+        let at = cell(mark.tick, view, width);
+        let used = row.chars().count();
+        let text = format!("|{}", mark.text);
+        if at >= used && at + text.chars().count() <= width {
+            row.push_str(&" ".repeat(at - used));
+            row.push_str(&text);
+        }
+    }
+    row
+}
+
+/// The row with trigger, cursors, and the tick that is shown elsewhere.
 fn marks(view: &ScopeView, width: usize) -> String {
     let mut cells = vec![' '; width];
-    let marks = [(view.trigger_tick, 'T'), (view.cursors[0], 'A'), (view.cursors[1], 'B')];
+    let marks = [
+        (Some(view.tick), '^'),
+        (view.trigger_tick, 'T'),
+        (view.cursors[0], 'A'),
+        (view.cursors[1], 'B'),
+    ];
     for (tick, mark) in marks {
         let Some(tick) = tick.filter(|tick| (view.from..=view.to).contains(tick)) else { continue };
         if let Some(slot) = cells.get_mut(cell(tick, view, width)) {

@@ -26,14 +26,14 @@ pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
     let mut cursor_end = 0;
     for (at, line) in view.lines.iter().enumerate() {
         let is_cursor = view.first + at == view.cursor;
-        match view.layout {
-            StatementLayout::ValuesAbove => {
-                lines.extend(above(line, is_cursor, width, view.values))
-            }
-            StatementLayout::ValuesRight => {
-                lines.extend(right(line, is_cursor, width, view.values))
-            }
+        let mut rows = match view.layout {
+            StatementLayout::ValuesAbove => above(line, is_cursor, width, view.values),
+            StatementLayout::ValuesRight => right(line, is_cursor, width, view.values),
+        };
+        if let Some(last) = rows.last_mut() {
+            add_comment(last, &line.comment, width);
         }
+        lines.extend(rows);
         if is_cursor {
             cursor_end = lines.len();
         }
@@ -47,6 +47,19 @@ pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
     let reversed = Style::new().add_modifier(Modifier::REVERSED);
     lines.extend(foot.into_iter().map(|row| Line::styled(fitted(&row, width), reversed)));
     frame.render_widget(Paragraph::new(lines), area);
+}
+
+/// The comment of the source behind the last row of a statement, as far as there is room for a few words.
+fn add_comment(row: &mut Line<'static>, comment: &str, width: usize) {
+    /// How many cells have to be free.
+    const LEAST: usize = 12;
+    let room = width.saturating_sub(row.width() + 2);
+    if comment.is_empty() || room < LEAST {
+        return;
+    }
+    let text = fitted(comment, room.min(comment.chars().count()));
+    let style = Style::new().add_modifier(Modifier::DIM | Modifier::ITALIC);
+    row.push_span(Span::styled(format!("  {text}"), style));
 }
 
 fn style(line: &StatementLine) -> Style {

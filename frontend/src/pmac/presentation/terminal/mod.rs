@@ -1,19 +1,22 @@
 //! The PMAC terminal: on-line commands (PMAC quick reference, appendix C) for variables, memory, definitions, PLCs,
-//! motors' registers and gathering.
+//! motors, motion programs and gathering.
 //!
-//! Commands for motors and motion programs are refused with the reason: plcc runs the PLC programs of a PMAC, and no servo. Its
-//! answers are the guide's; an error begins with ERRnnn where the guide has a number for it.
+//! Commands for motors and motion programs act where these are simulated. Each is given by setting its name ([`Online`]), so that it
+//! needs `--allow write`, and is in the record and the log. The answers are the guide's; an error begins with ERRnnn where the
+//! guide has a number for it.
 
 mod gather;
+mod motion;
 mod plcs;
 
 use std::time::Instant;
 
 use plcc_abi::number;
+use plcc_abi::pmac::motion::registers::motors as last_motor;
 use plcc_abi::pmac::{Controller, Kind, Layout, PmacName};
 
 use super::io::{definition, definition_text};
-use super::motors::{self, MOTORS, Motor};
+use super::motors::{self, Motor};
 use super::text::opened_plc;
 use crate::presentation::{Answer, Desk, Terminal};
 
@@ -100,6 +103,9 @@ impl PmacTerminal {
         {
             return self.read_memory(desk, rest);
         }
+        if let Some(answer) = self.motion_commands(desk, plain) {
+            return answer;
+        }
         let names = self.in_system(range_of(plain)?);
         let values = desk.read(&names)?;
         let mut texts = vec![];
@@ -122,18 +128,27 @@ impl PmacTerminal {
         };
         let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
         let (digits, command) = rest.split_at_checked(end)?;
+        let last = if is_motor { self.last_motor() } else { self.last_system() };
         let slot = if is_motor { &mut self.motor } else { &mut self.system };
         if rest.is_empty() {
             return Some(Ok(slot.to_string()));
         }
         match digits.parse() {
-            Ok(number @ 1..=MOTORS) => *slot = number,
+            Ok(number) if (1..=last).contains(&number) => *slot = number,
             _ => {
                 let what = if is_motor { "motors" } else { "coordinate systems" };
-                return Some(Err(format!("ERR003: the {what} are 1 to {MOTORS}")));
+                return Some(Err(format!("ERR003: the {what} are 1 to {last}")));
             }
         }
         Some(self.command(desk, command, command))
+    }
+
+    fn last_motor(&self) -> u32 {
+        last_motor(self.controller.unwrap_or_default())
+    }
+
+    fn last_system(&self) -> u32 {
+        Layout::new(self.controller.unwrap_or_default()).systems()
     }
 
     /// Q-variables are those of the addressed coordinate system.
@@ -172,6 +187,7 @@ impl PmacTerminal {
             "??" => {
                 one(motors::system_statuses(controller, &[system], &mut |names| desk.read(names)))
             }
+            "%" => self.time_base(desk),
             "???" => motors::global_status(controller, &mut |names| desk.read(names)),
             "TYPE" => Ok(match self.controller {
                 Some(controller) => format!("{controller:?}").to_uppercase(),
@@ -196,11 +212,14 @@ impl PmacTerminal {
     /// A control character, by its letter.
     fn control_character(&mut self, desk: &mut dyn Desk, letter: &str) -> Answer {
         let controller = self.controller;
-        let all: Vec<u32> = (1..=MOTORS).collect();
+        let all: Vec<u32> = (1..=self.last_motor()).collect();
+        let systems: Vec<u32> = (1..=self.last_system()).collect();
         let row = |found: Result<Vec<String>, String>| found.map(|lines| lines.join("\n"));
         match letter {
             "B" => row(motors::motor_statuses(controller, &all, &mut |names| desk.read(names))),
-            "C" => row(motors::system_statuses(controller, &all, &mut |names| desk.read(names))),
+            "C" => {
+                row(motors::system_statuses(controller, &systems, &mut |names| desk.read(names)))
+            }
             "D" => self.disable_all_plcs(desk),
             "E" => self.gather_once(desk),
             "F" => self.motor_values(desk, &all, |motor| motor.following_error),
@@ -214,7 +233,7 @@ impl PmacTerminal {
             // Each command is answered before the next one is typed.
             "X" => Ok(String::new()),
             "Y" => Ok(self.last.clone()),
-            "A" | "K" | "O" | "Q" | "R" | "S" | "L" | "U" => Err(String::from(NO_MOTION)),
+            "A" | "K" | "O" | "Q" | "R" | "S" => self.give(desk, &format!("^{letter}")),
             _ => Err(String::from(
                 "this character is about the serial line or the dual-ported RAM, which the monitor does not use",
             )),
@@ -289,10 +308,6 @@ impl PmacTerminal {
     }
 }
 
-/// Why commands for motors and motion programs are refused.
-const NO_MOTION: &str = "plcc runs the PLC programs of a PMAC, not its motors and motion programs: nothing would move. \
-The registers of motors can be read (P, V, F, ?)";
-
 /// Why a command is refused that the guide has and this terminal does not; `None` for others.
 fn refused(plain: &str) -> Option<&'static str> {
     let begins = |words: &[&str]| words.iter().any(|word| plain.starts_with(word));
@@ -305,18 +320,13 @@ fn refused(plain: &str) -> Option<&'static str> {
             "programs are compiled and need no buffer memory, so there is no free memory to report",
         );
     }
-    if is(&["PC", "PE", "PR", "%"]) {
-        return Some("this terminal shows no lines and no feed rate of motion programs");
+    if is(&["PC", "PE", "PR"]) {
+        return Some("&1.PROG and &1.LINE say where motion programs are");
     }
     if begins(&["OPEN", "CLOSE", "CLEAR", "DELETE", "DEL", "UNDEFINE", "UND", "DEFINE", "SAVE"]) {
         return Some(
             "programs and buffers are changed in the source, which is built and swapped in",
         );
-    }
-    if is(&["A", "B", "H", "HM", "HMZ", "K", "Q", "R", "S", "/", "\\", "<", ">"])
-        || begins(&["J+", "J-", "J/", "J=", "J:", "J^", "O", "%", "HOME", "$", "MOVETIME"])
-    {
-        return Some(NO_MOTION);
     }
     None
 }
@@ -327,7 +337,7 @@ fn range_of(plain: &str) -> Result<Vec<String>, String> {
         format!(
             "`{plain}` can't be given here. The commands are P1 Q1 M1 I1 and ranges as P1..5, M1->, P1=…, \
              RX:$address and RHY:$address,n, LIST PLC n, ENABLE PLC n and the like, #n &n P V F ? ?? ???, \
-             GATHER and the like, TYPE, VERSION"
+             J+ J- J/ HM K and other commands for simulated motors, B R A Q for their programs, GATHER and the like, TYPE, VERSION"
         )
     };
     let (first, last) = plain.split_once("..").map_or((plain, None), |(a, b)| (a, Some(b)));
