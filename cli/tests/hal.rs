@@ -346,6 +346,62 @@ fn the_mill_runs_in_hal_as_in_plcc_run() {
     });
 }
 
+/// The lathe whose axes LinuxCNC moves and whose old program does the rest: each M, S and T is given by MDI.
+#[test]
+fn the_lathe_of_the_tutorial_runs_with_linuxcnc() {
+    if !Path::new("/usr/include/linuxcnc/hal.h").exists() {
+        tools::missing("linuxcnc", "is not installed");
+        return;
+    }
+    let library = library();
+    let _one = SESSION.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Folder::with(&[]);
+    let lathe = folder.path().join("lathe");
+    let mut copied = Command::new("cp");
+    copied.arg("-r").arg(root().join("examples/linuxcnc-lathe")).arg(&lathe);
+    assert!(copied.status().unwrap().success());
+    let mut make = Command::new("make");
+    make.arg(format!("LIBPLCRT={}", library.display()));
+    make.arg(format!("PLCC={}", env!("CARGO_BIN_EXE_plcc")));
+    let made = make.current_dir(&lathe).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    fs::rename(lathe.join("lathe-hal/lathe.so"), lathe.join("lathe.so")).unwrap();
+    assert!(Command::new("chmod").arg("a+rx").arg(folder.path()).status().unwrap().success());
+    let mut session = Command::new(root().join("cli/tests/hal/linuxcnc"));
+    let session = session.arg(&lathe).stdin(Stdio::null()).output().unwrap();
+    if session.status.code() == Some(77) {
+        tools::missing("linuxcnc", "can't have a session here, which takes root, for a name space");
+        return;
+    }
+    let steps = fs::read_to_string(lathe.join("steps")).unwrap_or_default();
+    let said = String::from_utf8_lossy(&session.stderr);
+    assert!(steps.ends_with("all steps are done\n"), "{steps}{said}");
+    assert!(steps.lines().filter(|line| line.starts_with("ok")).count() > 50, "{steps}");
+}
+
+/// M6 of an NCT: a strobe of one slice, and FIN when the tool is changed.
+#[test]
+fn a_function_is_handed_to_a_program_of_nct_and_its_fin_comes_back() {
+    if !Path::new("/usr/include/linuxcnc/hal.h").exists() {
+        tools::missing("linuxcnc", "is not installed");
+        return;
+    }
+    let _one = SESSION.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Folder::with(&[]);
+    let source = root().join("examples/desk/changer.nct");
+    folder.run(&["hal", source.to_str().unwrap(), "--name", "example"]).exits(0);
+    folder.write("session/commands.sh", include_str!("hal/nct_tool_change.sh"));
+    let strobe = root().join("examples/linuxcnc-lathe/nct_strobe.comp");
+    let inner = folder.path().join("session");
+    fs::copy(strobe, inner.join("nct_strobe.comp")).unwrap();
+    let mut compile = Command::new("halcompile");
+    let compiled = compile.args(["--compile", "nct_strobe.comp"]).current_dir(&inner).output();
+    assert!(compiled.unwrap().status.success());
+    let Some(said) = session(&folder, "0") else { return };
+    let printed = folder.read("session/printed");
+    assert_eq!(printed.lines().filter(|line| line.starts_with("ok")).count(), 8, "{printed}{said}");
+}
+
 /// Runs commands in a session that has a component of a program, which the program stops when N is no index of A. Gives
 /// what they print, and what was said on standard error.
 fn in_a_session(commands: &str) -> Option<(String, String)> {
