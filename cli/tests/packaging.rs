@@ -88,9 +88,12 @@ fn the_package_holds_programs_that_run() {
         ("-rw-r--r--", "./usr/share/zsh/vendor-completions/_plcc"),
         ("-rw-r--r--", "./usr/share/fish/vendor_completions.d/plcrt.fish"),
         ("-rw-r--r--", "./usr/lib/systemd/system/plcrt@.service"),
+        ("-rw-r--r--", "./usr/lib/systemd/system/plcio@.service"),
         ("-rw-r--r--", "./usr/lib/sysusers.d/plcrt.conf"),
+        ("-rw-r--r--", "./usr/lib/tmpfiles.d/plcrt.conf"),
         ("-rw-r--r--", "./usr/share/doc/plcc/copyright"),
         ("-rw-r--r--", "./usr/share/doc/plcc/examples/pmi/lathe.pmi"),
+        ("-rwxr-xr-x", "./usr/share/doc/plcc/examples/linuxcnc-lathe/commands"),
         ("drwxr-xr-x", "./etc/plcrt/"),
     ] {
         let has = |line: &str| {
@@ -106,7 +109,9 @@ fn the_package_holds_programs_that_run() {
     done(Command::new("dpkg").arg("-x").arg(&package).arg(&unpacked));
     for program in ["plcc", "plcrt", "plcctl", "plcio"] {
         let version = done(Command::new(unpacked.join("usr/bin").join(program)).arg("--version"));
-        assert_eq!(version, format!("{program} {}\n", env!("CARGO_PKG_VERSION")));
+        let first = format!("{program} {}\n", env!("CARGO_PKG_VERSION"));
+        assert!(version.starts_with(&first), "{version}");
+        assert_eq!(version.contains("drivers: modbus-tcp, modbus-rtu"), program == "plcio");
         let bytes = fs::read(unpacked.join("usr/bin").join(program)).unwrap();
         let holds = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
         assert!(!holds(".debug_line\0"), "{program} has tables of lines");
@@ -118,21 +123,23 @@ fn the_package_holds_programs_that_run() {
     let mut check = Command::new(unpacked.join("usr/bin/plcc"));
     done(check.arg("check").arg(example));
 
-    verify_unit(&unpacked);
+    for program in ["plcrt", "plcio"] {
+        verify_unit(&unpacked, program);
+    }
 }
 
-/// Has systemd read the unit, with the path of the unpacked program, where systemd is installed.
-fn verify_unit(unpacked: &Path) {
-    let text = fs::read_to_string(root().join("packaging/plcrt@.service")).unwrap();
-    let program = unpacked.join("usr/bin/plcrt");
-    let text = text.replace("/usr/bin/plcrt", program.to_str().unwrap());
-    let text = text.replace("Documentation=man:plcrt(1)\n", "");
-    let unit = unpacked.join("plcrt@.service");
+/// Has systemd read a program's unit, with the path of the unpacked program, where systemd is installed.
+fn verify_unit(unpacked: &Path, name: &str) {
+    let text = fs::read_to_string(root().join(format!("packaging/{name}@.service"))).unwrap();
+    let program = unpacked.join("usr/bin").join(name);
+    let text = text.replace(&format!("/usr/bin/{name}"), program.to_str().unwrap());
+    let text = text.replace(&format!("Documentation=man:{name}(1)\n"), "");
+    let unit = unpacked.join(format!("{name}@.service"));
     fs::write(&unit, text).unwrap();
     match Command::new("systemd-analyze").arg("verify").arg(&unit).output() {
         Ok(Output { stderr, .. }) => {
             let complaints = String::from_utf8_lossy(&stderr);
-            assert!(!complaints.contains("plcrt@"), "{complaints}");
+            assert!(!complaints.contains(&format!("{name}@")), "{complaints}");
         }
         Err(_) => tools::missing("systemd-analyze", "is not installed"),
     }

@@ -1,6 +1,6 @@
 //! The drivers that this `plcio` was built with. A new one is a module of `main.rs` and a line of the list.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use plcc_configuration::Mistake;
 use plcc_configuration::drivers;
@@ -40,6 +40,15 @@ fn is_built(name: &str) -> bool {
 /// The names of the drivers, each in a line of its own.
 pub(crate) fn names() -> String {
     ALL.iter().map(|(name, _)| format!("{name}\n")).collect()
+}
+
+/// What `--version` says: the version, and the drivers in a line.
+pub(crate) fn long_version() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let names: Vec<&str> = ALL.iter().map(|(name, _)| *name).collect();
+        format!("{}\ndrivers: {}", env!("CARGO_PKG_VERSION"), names.join(", "))
+    });
+    &TEXT
 }
 
 /// What a configuration asks for and this `plcio` was built without.

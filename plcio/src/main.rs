@@ -70,6 +70,7 @@ use settings::Settings;
 #[command(
     name = "plcio",
     version,
+    long_version = drivers::long_version(),
     after_help = "Exit status: 0 ended by a signal, or the configuration has no mistakes; 2 the configuration can't be used.\n\n\
                   Examples:\n  plcio run /etc/plcrt/lathe.toml\n  plcio check-config /etc/plcrt/lathe.toml\n  plcio checkout /etc/plcrt/lathe.toml\n\n\
                   `plcio FILE.toml` is short for `plcio run FILE.toml`."
