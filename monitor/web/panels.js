@@ -9,6 +9,11 @@ function textOf(cell) {
   return [lamp, cell.label, cell.pressed ? "pressed" : "", cell.value ?? ""].filter(Boolean).join(" ");
 }
 
+// How many of a panel's columns a phone has room for, so that rows begin where those of the panel do.
+function narrow(columns) {
+  return columns <= 3 ? columns : columns % 3 === 0 ? 3 : 2;
+}
+
 export class PanelsScreen {
   name = "panels";
   title = "Panels";
@@ -51,7 +56,7 @@ export class PanelsScreen {
     this.cells = [];
     refill(this.place, panels.map((panel) => element("div", { class: "panel" },
       element("h2", {}, panel.title),
-      element("div", { class: "cells", style: `grid-template-columns: repeat(${panel.columns}, minmax(min-content, 1fr))` },
+      element("div", { class: "cells", style: `grid-template-columns: repeat(${panel.columns}, minmax(min-content, 1fr)); --narrow: ${narrow(panel.columns)}` },
         panel.cells.map((cell) => this.makeCell(cell))),
       panel.note && element("p", { class: "panel-note" }, panel.note))));
   }

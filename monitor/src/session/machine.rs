@@ -186,12 +186,14 @@ impl Session<'_> {
         let history_first = self.debugger()?.history().first();
         let first = (last + 1).saturating_sub(most).max(history_first).max(self.first());
         let (samples, following) = (&self.machine.samples, self.time.following);
-        // While the newest ticks are followed, a way begins a second back and grows with them: to run ten seconds again would
-        // take longer than they leave.
-        let is_short = !following && samples.first > first;
-        if is_short || samples.end() < first || samples.is_empty() {
-            let back = if following { most / 10 } else { most };
-            self.machine.samples = Samples::from((last + 1).saturating_sub(back).max(first));
+        // While the newest ticks are followed, a way begins with the newest one and grows with them: others can be run again no
+        // faster than they come.
+        let is_wrong = match following {
+            true => samples.end() + most / 10 < last,
+            false => samples.first > first,
+        };
+        if is_wrong || samples.end() < first || samples.is_empty() {
+            self.machine.samples = Samples::from(if following { last } else { first });
         }
         let until = Instant::now() + PATH_TIME;
         while self.machine.samples.end() <= last && Instant::now() < until {

@@ -486,6 +486,9 @@ fn the_machine_of_a_pmac_has_motors_programs_and_ways() {
         let Body::Machine(view) = session.view(&Screen::Machine).body else { panic!() };
         view
     };
+    // A way that is followed begins when it is shown.
+    machine(&mut session);
+    run_on(&mut session, 50);
     let now = machine(&mut session);
     let motors: Vec<&str> = now.axes.iter().map(|axis| axis.name.as_str()).collect();
     assert_eq!(motors, ["#1"]);
