@@ -698,3 +698,62 @@ fn xref_lists_labels_calls_and_axes() {
     }
     assert_eq!(found.len(), 11, "{table}");
 }
+
+#[test]
+fn the_guide_s_listings_run() {
+    // Each with the motor that moves and the counts at which its section says that it ends.
+    let listings = [
+        // Running a motion program.
+        ("#1->2000X\nOPEN PROG 1 CLEAR\nLINEAR\nINC\nTA100\nTS0\nF50\nX1\nCLOSE\n", 1, 2000.0),
+        // Passing arguments to subroutines.
+        (
+            "#1->2000X\nopen prog1 clear\nLINEAR INC TA100 TS0 F50\ngosub 100 H10\nreturn\nn100\nread(h)\nIF (Q100 & $80 > 0)\n X(Q108)\n\
+             endif\nreturn\nclose\n",
+            1,
+            20_000.0,
+        ),
+        // Linear blended moves.
+        (
+            "&1\n#1->2000x\nOPEN PROG 1 CLEAR\n\nLINEAR\nINC\nTA100\nTS0\nTM250\nX10\nTA250\nX40\n\nCLOSE\n",
+            1,
+            100_000.0,
+        ),
+        (
+            "&1\n#1->2000X\nI190=1000\nOPEN PROG 1 CLEAR\nLINEAR\nINC\nTA100\nTS0\nF40\nX3\nCLOSE\n",
+            1,
+            6000.0,
+        ),
+        (
+            "&1\n#1->2000X\nI190=1000\nOPEN PROG 1\nCLEAR\nLINEAR\nINC\nTS0\nF40\nTA100\nX3\nTA75\nX3\nCLOSE\n",
+            1,
+            12_000.0,
+        ),
+        // Circular interpolation: X is a phantom.
+        (
+            "&1\nI200=1\n#2->2000Y\nopen prog1 clear\ninc\ninc (r)\nta300\nts0\ntm1000\ni13=10\nnormal k-1\ncircle1\nx0 y0 i10\nclose\n",
+            2,
+            0.0,
+        ),
+        // PVT-mode moves.
+        ("&1 #1->2000X\n\nOPEN PROG 1 CLEAR\nINC\nPVT300\n\nX5:50\n\nX5:0\n\nCLOSE\n", 1, 20_000.0),
+        // How PMAC executes a motion program.
+        (
+            "#1->2000X\nOPEN PROG 1 CLEAR\nI13=0\nLINEAR INC TA100 TS0 F50\nX1\nX1\nX1\nM1=1\n\nCLOSE\n",
+            1,
+            6000.0,
+        ),
+    ];
+    let begin = "close\ndelete gather\nundefine all\nI10=4194304 I116=1000 I216=1000 I117=10 I217=10\nM1->*\n";
+    for (listing, motor, end) in listings {
+        let folder = Folder::with(&[("g.pmc", &format!("{begin}{listing}&1b1r\n"))]);
+        let command = format!(
+            "run g.pmc --simulate --ticks 6000 --watch #{motor}.CMD --trace - --events e.jsonl"
+        );
+        let trace = folder.plcc(&command).exits(0).stdout;
+        assert!(folder.read("e.jsonl").contains(r#""state":"ended""#), "{listing}");
+        let all = rows(&trace, &format!("#{motor}.CMD"));
+        assert!(all.len() > 100, "{listing}");
+        let last = all.last().unwrap().1;
+        assert!((last - end).abs() < 1e-9, "{listing}: {last}");
+    }
+}
