@@ -71,6 +71,25 @@ fn what_is_not_written_has_its_exit_status() {
 }
 
 #[test]
+fn what_a_pmac_tells_its_host_is_told_with_its_line() {
+    let folder = folder();
+    let text =
+        "I5=2\nM1->Y:$FFC2,8\n#define PUMP M1\nOPEN PLC 1 CLEAR\nIF (P1>2.5)\nPUMP=1\nENDIF\n";
+    folder.write("pump.pmc", format!("{text}CLOSE\n"));
+    folder.plcc("export pump.pmc --to st").exits(0);
+    let st = folder.read("pump.st");
+    for part in ["M1 : DINT := 0; (* Y:$FFC2,8,1: PUMP *)", "IF P1 > 2.5 THEN", "M1 := 1;"] {
+        assert!(st.contains(part), "{part}\n{st}");
+    }
+    folder.write("told.pmc", format!("{text}SEND\"ON\"\nCLOSE\n"));
+    let done = folder.plcc("export told.pmc --to st --message-format json").exits(1);
+    let error: serde_json::Value =
+        serde_json::from_str(done.stdout.lines().next().unwrap()).unwrap();
+    assert_eq!((&error["code"], &error["line"]), (&"PMAC-X10".into(), &8.into()));
+    assert!(!folder.path().join("told.st").exists());
+}
+
+#[test]
 fn notes_are_json_too() {
     let folder = folder();
     let done = folder.plcc("export slide.pmi --to st --message-format json").exits(0);

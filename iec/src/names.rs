@@ -57,7 +57,7 @@ impl Names {
             made.insert(0, 'V');
         }
         let is_word = RESERVED.split_whitespace().any(|word| word == made)
-            || functions::ALL.iter().any(|function| function.name == made)
+            || functions::all().any(|function| function.name == made)
             || made.contains("_TO_");
         let first = if is_word { format!("{made}_V") } else { made.clone() };
         let more = (2..).map(|n: u32| format!("{made}_V{n}"));

@@ -134,8 +134,7 @@ impl Project {
     pub(crate) fn functions(&self) -> Vec<&'static Function> {
         let mut wanted: BTreeSet<&str> = BTreeSet::new();
         let called = |line: &String| -> Vec<&'static str> {
-            functions::ALL
-                .iter()
+            functions::all()
                 .filter(|function| calls(line, function.name))
                 .map(|function| function.name)
                 .collect()
@@ -143,12 +142,12 @@ impl Project {
         let mut open: Vec<&'static str> = self.body.iter().flat_map(called).collect();
         while let Some(name) = open.pop() {
             if wanted.insert(name) {
-                let function = functions::ALL.iter().find(|function| function.name == name);
+                let function = functions::all().find(|function| function.name == name);
                 open.extend(function.into_iter().flat_map(|function| function.needs));
             }
         }
         // In the table each function stands behind those that it calls.
-        functions::ALL.iter().filter(|function| wanted.contains(function.name)).collect()
+        functions::all().filter(|function| wanted.contains(function.name)).collect()
     }
 }
 

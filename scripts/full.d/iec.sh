@@ -4,7 +4,7 @@
 # automake, flex, bison, make, a C++ and a C compiler. PLCC_MATIEC names a matiec that is built already. A unit is a language.
 head=$'language\tresult\tseconds'
 
-units() { printf '%s\n' pmi nct; }
+units() { printf '%s\n' pmi nct pmac; }
 
 # matiec, built in the state's folder.
 matiec() {

@@ -170,6 +170,12 @@ pub static CODES: &[CodeInfo] = &[
         "Leave it out, or run without --simulate.",
     ),
     code(
+        "PMAC-X10",
+        "statement that can't be exported",
+        "Of `plcc export`. SEND, DISPLAY, COMMAND, ADDRESS of a system other than 1, computed numbers of variables, functions of angles and logarithms, statements of L-variables, motion programs, and M-variables that are no binary field of a plain word are not written in IEC 61131-3.",
+        "Leave it out of the text that is exported, and write the new program for this place by hand.",
+    ),
+    code(
         "PMAC-W1",
         "the last buffer is not closed",
         "The text ends while a buffer is open. The buffer is taken as closed.",

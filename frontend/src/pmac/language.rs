@@ -11,8 +11,8 @@ use super::tasks::tasks;
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, Logic, LowerError, Lowered, NumberFormat,
-    Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Exported, Expression, FileLoader, Logic, LowerError, Lowered,
+    NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
@@ -175,6 +175,10 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    fn export(&self, name: &str, given: &[GivenName]) -> Option<Result<Exported, Vec<Diagnostic>>> {
+        Some(super::export::export(&self.download, &self.loaded, &self.sources, name, given))
     }
 
     fn names_in_source(&self) -> Vec<GivenName> {

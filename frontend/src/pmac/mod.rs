@@ -19,6 +19,7 @@ mod analyse;
 mod ast;
 mod contacts;
 mod explain_arithmetic;
+mod export;
 pub mod expression;
 mod fingerprint;
 mod host_statements;

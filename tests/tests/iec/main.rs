@@ -7,5 +7,6 @@
 
 mod matiec;
 mod nct;
+mod pmac;
 mod pmi;
 mod run;

@@ -33,6 +33,7 @@ const RULES: Rules = Rules {
     line,
     from_control,
     differs: |_| false,
+    bits_alone: false,
     is_output: |_, _| false,
 };
 

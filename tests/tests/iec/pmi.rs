@@ -29,6 +29,7 @@ const RULES: Rules = Rules {
     is_given,
     line,
     differs: |name| name == "@CRSET",
+    bits_alone: false,
     from_control: |_| None,
     is_output: is_located_output,
 };

@@ -29,6 +29,8 @@ pub(crate) struct Rules {
     pub(crate) from_control: fn(&str) -> Option<String>,
     /// Whether a variable is another one in the exported program after a scan, since it stands for something outside.
     pub(crate) differs: fn(&str) -> bool,
+    /// Whether variables of 32 bits are given 0 and 1 alone, since each may be a single bit.
+    pub(crate) bits_alone: bool,
     /// Whether it is an output, which is off after a stop.
     pub(crate) is_output: fn(&str, &Exported) -> bool,
 }
@@ -184,6 +186,8 @@ pub(crate) fn compare_files(
         for (ty, key, place) in &given {
             if rng.chance(15) {
                 let value = value_for(&mut rng, *ty);
+                let is_bit = rules.bits_alone && *ty == Type::Dint;
+                let value = if is_bit { value & 1 } else { value };
                 executive.write(*key, Setting::Int(value));
                 let _ = write!(lines, "{place} {value} ");
             }
@@ -241,6 +245,7 @@ fn value_for(rng: &mut Rng, ty: Type) -> i64 {
         Type::Int if any => i64::from(bits as i16),
         Type::Uint if any => i64::from(bits as u16),
         Type::Dint | Type::Lint if any => i64::from(bits as i32),
+        Type::Lreal if any => i64::from(bits as i16),
         _ => bits.rem_euclid(12),
     }
 }

@@ -1,11 +1,10 @@
-//! The functions that programs may call: arithmetic of fixed width, which the standard leaves open where a result does not fit,
-//! and bits of numbers.
+//! Arithmetic of whole numbers in 16, 24 and 32 bits, and their bits.
 
 use crate::project::Function;
 use crate::project::Type::{Bool, Dint, Int, Lint, Uint, Usint};
 
-/// All of them, each behind those that it calls.
-pub const ALL: &[Function] = &[
+/// Each behind those that it calls.
+pub(super) const FUNCTIONS: &[Function] = &[
     Function {
         name: "INTEGER_OF",
         returns: Int,
@@ -147,7 +146,7 @@ pub const ALL: &[Function] = &[
         returns: Lint,
         inputs: &[("A", Lint), ("B", Lint)],
         locals: &[("X", Lint), ("Y", Lint), ("WEIGHT", Lint), ("SUM", Lint)],
-        comment: "The bits that two numbers from 0 to 2**32 - 1 have both",
+        comment: "The bits that two numbers that are not negative have both",
         body: &[
             "X := A;",
             "Y := B;",
@@ -159,7 +158,9 @@ pub const ALL: &[Function] = &[
             "  END_IF;",
             "  X := X / LINT#2;",
             "  Y := Y / LINT#2;",
-            "  WEIGHT := WEIGHT * LINT#2;",
+            "  IF (X > LINT#0) AND (Y > LINT#0) THEN",
+            "    WEIGHT := WEIGHT * LINT#2;",
+            "  END_IF;",
             "END_WHILE;",
             "BITS_AND := SUM;",
         ],
@@ -228,8 +229,8 @@ pub const ALL: &[Function] = &[
         returns: Lint,
         inputs: &[("A", Lint), ("B", Lint)],
         locals: &[],
-        comment: "The bits that one of two numbers from 0 to 2**32 - 1 has, or both",
-        body: &["BITS_OR := A + B - BITS_AND(A, B);"],
+        comment: "The bits that one of two numbers has that are not negative, or both",
+        body: &["BITS_OR := A + (B - BITS_AND(A, B));"],
         needs: &["BITS_AND"],
     },
     Function {
@@ -237,8 +238,8 @@ pub const ALL: &[Function] = &[
         returns: Lint,
         inputs: &[("A", Lint), ("B", Lint)],
         locals: &[],
-        comment: "The bits that just one of two numbers from 0 to 2**32 - 1 has",
-        body: &["BITS_XOR := A + B - LINT#2 * BITS_AND(A, B);"],
+        comment: "The bits that just one of two numbers that are not negative has",
+        body: &["BITS_XOR := (A - BITS_AND(A, B)) + (B - BITS_AND(A, B));"],
         needs: &["BITS_AND"],
     },
     Function {
@@ -454,29 +455,3 @@ pub const ALL: &[Function] = &[
         needs: &[],
     },
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_function_stands_behind_those_that_it_calls() {
-        for (at, function) in ALL.iter().enumerate() {
-            let before = &ALL[..at];
-            for name in function.needs {
-                assert!(before.iter().any(|other| other.name == *name), "{}", function.name);
-            }
-            for other in ALL {
-                let calls =
-                    function.body.iter().any(|line| line.contains(&format!("{}(", other.name)));
-                assert_eq!(
-                    calls,
-                    function.needs.contains(&other.name),
-                    "{} {}",
-                    function.name,
-                    other.name
-                );
-            }
-        }
-    }
-}
