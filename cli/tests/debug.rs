@@ -34,7 +34,7 @@ fn pmi_breaks_steps_back_over_scans_and_finds_the_last_writer() {
     // It was switched on in the scan before, when N had become 3.
     let why = client.ask("evaluate", json!({"expression": "why LAMP", "context": "repl"}));
     let why = why["result"].as_str().unwrap();
-    assert!(why.starts_with("LAMP is 1 since tick 2 (0.04 s), because N is 3.\n"), "{why}");
+    assert!(why.starts_with("LAMP has been 1 since tick 2 (0.04 s), because N is 3.\n"), "{why}");
     let reason = client.refused("evaluate", json!({"expression": "why L", "context": "repl"}));
     assert!(reason.contains("no variable named `L`"), "{reason}");
     assert_eq!(client.go("stepBack", json!({})), at("step", 2, 10));

@@ -90,8 +90,8 @@ fn pmi_why_it_did_not_come_and_what_a_timer_waits_for() {
     // No input makes time pass faster.
     assert_eq!(why["would"], json!([]));
     let text = folder.plcc("why a.pmi OUT --stimulus a.csv --ticks 40 --tick 13").exits(0).stdout;
-    assert!(text.starts_with("OUT is 0 since power-up, because DC is 0.\n"), "{text}");
-    assert!(text.contains("TC#COUNT is 2 (0.04 s left) since tick 13 (0.26 s)"), "{text}");
+    assert!(text.starts_with("OUT has been 0 since power-up, because DC is 0.\n"), "{text}");
+    assert!(text.contains("TC#COUNT has been 2 (0.04 s left) since tick 13 (0.26 s)"), "{text}");
     // In the next scan the timer runs out by itself.
     let why = json_of(&folder, "a.pmi OUT --stimulus a.csv --ticks 40 --tick 14");
     assert_eq!(why["would"], json!([[]]));
@@ -248,7 +248,7 @@ fn names_that_people_gave_stand_beside_those_of_the_program() {
     let folder = chain();
     let text = folder.plcc("why c.pmi OUT --stimulus c.csv --ticks 9").exits(0).stdout;
     assert!(
-        text.contains("DOOR (S12_DOOR: door closed, -S12, at X11:7) is 0 since tick 7"),
+        text.contains("DOOR (S12_DOOR: door closed, -S12, at X11:7) has been 0 since tick 7"),
         "{text}"
     );
     assert!(text.contains("make OUT 1 with DOOR (S12_DOOR) = 1."), "{text}");
@@ -280,7 +280,7 @@ fn a_fault_or_message_is_asked_for_by_its_text() {
         folder.run(&command).exits(0).stdout
     };
     let open = asked("door is open", "9");
-    let first = "DOPEN is 1 since tick 7 (0.14 s), because DOOR (S12_DOOR) is 0.\n";
+    let first = "DOPEN has been 1 since tick 7 (0.14 s), because DOOR (S12_DOOR) is 0.\n";
     assert!(open.starts_with(first), "{open}");
     assert!(open.contains("\n  The control shows the fault \"DOOR IS OPEN\".\n"), "{open}");
     let shut = asked("door is open", "6");
@@ -288,7 +288,7 @@ fn a_fault_or_message_is_asked_for_by_its_text() {
     // A part of the text is enough, if it is that of one alone.
     assert!(
         asked("not rea", "9")
-            .starts_with("NOTRDY is 1 since tick 7 (0.14 s), because READY is 0.\n")
+            .starts_with("NOTRDY has been 1 since tick 7 (0.14 s), because READY is 0.\n")
     );
     let refused = folder.run(&["why", "c.pmi", "oo", "--ticks", "3"]).exits(2).stderr;
     let several = "name one of them: DOPEN (DOOR IS OPEN), NOTRDY (NOT READY, SEE DOOR)";
@@ -299,7 +299,7 @@ fn a_fault_or_message_is_asked_for_by_its_text() {
     let mill = ":001\nI001 U711 E D711 Z\nJ1\n:000\nJ0\n:199 PRESSURE, LUBRICATION $\n";
     folder.write("n.nct", mill);
     let why = folder.run(&["why", "n.nct", "lubrication", "--ticks", "3"]).exits(0).stdout;
-    assert!(why.starts_with("Y711 is 0 since power-up, because I001 is 0.\n"), "{why}");
+    assert!(why.starts_with("Y711 has been 0 since power-up, because I001 is 0.\n"), "{why}");
     assert!(why.contains("the control shows the message \"LUBRICATION\"."), "{why}");
 }
 
@@ -331,7 +331,7 @@ fn a_control_without_a_record_is_explained_by_what_it_tells() {
     assert!(alone.stderr.contains("name its source after the socket"), "{}", alone.stderr);
     let by = holder["by"].as_str().unwrap();
     let text = folder.plcc("why socket DOOR").exits(0).stdout;
-    let said = "DOOR (S12_DOOR: door closed, -S12, at X11:7) is 1 since tick";
+    let said = "DOOR (S12_DOOR: door closed, -S12, at X11:7) has been 1 since tick";
     assert!(text.starts_with(said) && text.contains(&format!("by {by}.")), "{text}");
     // With it, what holds the value; since when is not known.
     let why = json_of(&folder, "socket c.pmi OUT");
@@ -357,7 +357,7 @@ fn an_answer_is_coloured_where_that_is_wanted() {
     let folder = chain();
     let plain = folder.plcc("why c.pmi OUT --ticks 3").exits(0).stdout;
     let coloured = folder.plcc("--color always why c.pmi OUT --ticks 3").exits(0).stdout;
-    assert!(coloured.starts_with("\u{1b}[1mOUT\u{1b}[0m is "), "{coloured:?}");
+    assert!(coloured.starts_with("\u{1b}[1mOUT\u{1b}[0m has been "), "{coloured:?}");
     let mut bare = String::new();
     for (number, part) in coloured.split("\u{1b}[").enumerate() {
         bare.push_str(if number == 0 { part } else { part.split_once('m').unwrap().1 });

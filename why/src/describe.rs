@@ -133,14 +133,15 @@ impl Explanation {
         format!("tick {tick} ({})", self.seconds(tick))
     }
 
-    /// `CW is 0 since tick 260 (5.20 s)`
+    /// `CW has been 0 since tick 260 (5.20 s)`
     fn since(&self, of: &Since<'_>, line: &mut Line) {
         let Since { name, said, value, remark, since, changed_by } = of;
         line.add(PieceKind::Name, *name);
         if !said.line.is_empty() {
             line.add(PieceKind::Plain, format!(" ({})", said.line));
         }
-        line.add(PieceKind::Plain, " is ");
+        let is_known = !matches!(changed_by, ChangedBy::Unknown);
+        line.add(PieceKind::Plain, if is_known { " has been " } else { " is " });
         line.add(PieceKind::Value, value.to_string());
         let remark = if remark.is_empty() { String::new() } else { format!(" ({remark})") };
         let since = match changed_by {

@@ -48,7 +48,7 @@ fn it_is_checked_and_explained() {
 fn it_says_why_a_lamp_is_off() {
     let folder = folder();
     let why = folder.plcc("why lamp.mini LAMP --stimulus s.csv --ticks 6").exits(0).stdout;
-    assert!(why.starts_with("LAMP is 0 since tick 4 (0.04 s), because DOOR is 1.\n"), "{why}");
+    assert!(why.starts_with("LAMP has been 0 since tick 4 (0.04 s), because DOOR is 1.\n"), "{why}");
     assert!(why.contains("The next scan would make LAMP 1 with DOOR = 0."), "{why}");
 }
 
