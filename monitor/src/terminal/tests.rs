@@ -317,13 +317,19 @@ fn y_says_why_a_variable_has_its_value() {
     screen.key(KeyCode::Enter);
     let text = screen.drawn();
     assert!(text.contains("SOL1 has been 0 since tick 6 (0.12 s), because B is 1."), "{text}");
-    assert!(text.contains(">  └─ B has been 1 since tick 6 (0.12 s)   set by the stimulus"), "{text}");
+    assert!(
+        text.contains(">  └─ B has been 1 since tick 6 (0.12 s)   set by the stimulus"),
+        "{text}"
+    );
     assert!(text.contains("The next scan would make SOL1 1 with B = 0."), "{text}");
     assert!(!screen.session.status().following);
     // Enter goes on to the selected line.
     screen.key(KeyCode::Enter);
     let text = screen.drawn();
-    assert!(text.contains("B has been 1 since tick 6 (0.12 s): the stimulus has set it."), "{text}");
+    assert!(
+        text.contains("B has been 1 since tick 6 (0.12 s): the stimulus has set it."),
+        "{text}"
+    );
     // Esc goes back to the screen from which was asked.
     screen.key(KeyCode::Esc);
     assert!(screen.drawn().contains("SOL1=A&/B"));
@@ -336,7 +342,8 @@ fn y_says_why_a_variable_has_its_value() {
     let tick = screen.session.status().tick;
     screen.keys("y");
     let text = screen.drawn();
-    let since = if tick >= 6 { "SOL1 has been 0 since tick 6" } else { "SOL1 has been 1 since tick 2" };
+    let since =
+        if tick >= 6 { "SOL1 has been 0 since tick 6" } else { "SOL1 has been 1 since tick 2" };
     assert!(text.contains(since), "{tick}: {text}");
     // An unknown name is refused, and the screen stays.
     screen.key(KeyCode::Esc);
