@@ -649,7 +649,7 @@ fn conditions_of_test_scripts_name_positions() {
     let failed = folder.plcc("test w.plctest").exits(1).stdout;
     assert!(failed.contains("#1.CMD = 500"), "{failed}");
     let why = folder.plcc("why w.pmc #1.CMD --simulate --ticks 200").exits(0).stdout;
-    assert!(why.contains("#1.CMD is") && why.contains("the control"), "{why}");
+    assert!(why.contains("#1.CMD has been") && why.contains("the control"), "{why}");
     folder.write("w.plctest", script.replace("#1.FE", "#1.NONE"));
     folder.plcc("test w.plctest").exits(2).says(&["#"]);
 }
