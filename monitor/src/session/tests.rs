@@ -479,9 +479,11 @@ fn the_jog_ribbon_moves_simulated_motors_and_only_in_the_present() {
 
 #[test]
 fn the_machine_of_a_pmac_has_motors_programs_and_ways() {
-    let mut session = open_with_motors(AXIS, "3,&1B1,1\n3,&1R,1\n");
+    // So slow that the program still runs, however many ticks are run at a time.
+    let slow = AXIS.replace("F10", "F0.2");
+    let mut session = open_with_motors(&slow, "3,&1B1,1\n3,&1R,1\n");
     assert!(session.status().has_machine && !open(Dialect::Pmac, PMAC, "").status().has_machine);
-    run_on(&mut session, 600);
+    run_on(&mut session, 1500);
     let machine = |session: &mut crate::Session<'_>| {
         let Body::Machine(view) = session.view(&Screen::Machine).body else { panic!() };
         view
