@@ -90,6 +90,26 @@ fn what_a_pmac_tells_its_host_is_told_with_its_line() {
 }
 
 #[test]
+fn a_machine_file_of_which_something_is_left_out_is_told() {
+    let folder = folder();
+    folder.write("pots.nct", ":001\nLI010 SY010\nJ1\n");
+    folder.write("pots.machine.toml", "[tool_pots]\n3 = { tool = 5, width = 1 }\n");
+    let done = folder.plcc("export pots.nct --to st").exits(0);
+    assert!(done.stderr.contains("[tool_pots]"), "{}", done.stderr);
+    folder.write("pots.machine.toml", "");
+    let done = folder.plcc("export pots.nct --to st").exits(0);
+    assert!(!done.stderr.contains("[tool_pots]"), "{}", done.stderr);
+}
+
+#[test]
+fn statements_of_a_define_are_told_once() {
+    let folder = folder();
+    folder.write("two.pmc", "#define TELL SEND\"A\" SEND\"B\"\nOPEN PLC 1 CLEAR\nTELL\nCLOSE\n");
+    let done = folder.plcc("export two.pmc --to st").exits(1);
+    assert_eq!(done.stderr.matches("PMAC-X10").count(), 1, "{}", done.stderr);
+}
+
+#[test]
 fn notes_are_json_too() {
     let folder = folder();
     let done = folder.plcc("export slide.pmi --to st --message-format json").exits(0);

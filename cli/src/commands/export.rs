@@ -27,7 +27,9 @@ pub(crate) fn export(args: &ExportArgs, report: &Report) -> Result<u8, Failure> 
     };
     let exported = match exported {
         Ok(exported) => exported,
-        Err(found) => {
+        Err(mut found) => {
+            // A name of a #define may stand for several statements at one place.
+            found.dedup_by(|one, before| (one.code, one.span) == (before.code, before.span));
             let count = report.show(&sources, &found, to)?;
             report.message(&format!("{count}: nothing is written"));
             return Ok(ERRORS);

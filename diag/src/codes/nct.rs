@@ -496,9 +496,9 @@ pub static CODES: &[CodeInfo] = &[
     ),
     page(
         "NCT-X5",
-        "texts that are not exported",
-        "A note of `plcc export`. The original control shows the texts of :197 to :200, and the messages of Y700 to Y897. IEC 61131-3 has nothing for that; the flags are variables of the exported program.",
-        "Let the display of the new control show the texts.",
+        "texts and tool pots that are not exported",
+        "A note of `plcc export`. The original control shows the texts of :197 to :200, and the messages of Y700 to Y897. IEC 61131-3 has nothing for that; the flags are variables of the exported program. What `[tool_pots]` of the machine file puts into the pots at first is not written either.",
+        "Let the display of the new control show the texts, and write the pots' first content once by hand.",
     ),
     page(
         "NCT-W1",

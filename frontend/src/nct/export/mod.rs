@@ -56,7 +56,7 @@ pub(super) fn export(
         interval_us: SLICE_US,
     }
     .complete();
-    Ok(Exported { project, names: writer.pairs(), notes: notes(program) })
+    Ok(Exported { project, names: writer.pairs(), notes: notes(program, settings) })
 }
 
 /// What is wrong with a statement that can't be written.
@@ -71,14 +71,18 @@ fn refused(stmt: &Stmt) -> Option<Diagnostic> {
     Some(Diagnostic::error("NCT-X4", stmt.span, text).help(help))
 }
 
-/// Texts that the control shows.
-fn notes(program: &Program) -> Vec<Diagnostic> {
+/// Texts that the control shows, and what the machine file puts into the tool pots.
+fn notes(program: &Program, settings: &NctSettings) -> Vec<Diagnostic> {
     let texts = program.stmts.iter().filter(|stmt| matches!(stmt.op, Op::Text));
     let note = |stmt: &Stmt| {
         let text = "the control shows these texts; IEC 61131-3 has nothing for that, and something else has to show them";
         Diagnostic::standalone_note("NCT-X5", stmt.span, text)
     };
-    texts.map(note).collect()
+    let pots = program.stmts.first().filter(|_| !settings.tool_pots.is_empty()).map(|stmt| {
+        let text = "what [tool_pots] of the machine file puts into the pots at first is not written: the exported program begins with pots of 0";
+        Diagnostic::standalone_note("NCT-X5", stmt.span, text)
+    });
+    texts.map(note).chain(pots).collect()
 }
 
 /// Writes a program.
