@@ -92,7 +92,7 @@ fn what_a_pmac_tells_its_host_is_told_with_its_line() {
 #[test]
 fn a_machine_file_of_which_something_is_left_out_is_told() {
     let folder = folder();
-    folder.write("pots.nct", ":001\nLI010 SY010\nJ1\n");
+    folder.write("pots.nct", ":000\nJ0\n:001\nLI010 SY010\nJ1\n");
     folder.write("pots.machine.toml", "[tool_pots]\n3 = { tool = 5, width = 1 }\n");
     let done = folder.plcc("export pots.nct --to st").exits(0);
     assert!(done.stderr.contains("[tool_pots]"), "{}", done.stderr);
