@@ -54,13 +54,13 @@ impl Server<'_> {
     fn show_values(&mut self, wanted: &ShowValues) -> Result<Shown, String> {
         let of = path_of(&wanted.text_document.uri);
         let path = of.parent().map_or_else(Default::default, |it| it.join(&wanted.run));
-        let mut shown = match self.shown.take() {
-            Some(shown) if shown.is(&of, &path) => shown,
-            _ => ShownRun::new(of, path.clone(), self.compiler.open_run(&path)?),
-        };
+        // Another run takes the place of the one that is shown when it has been opened.
+        if !self.shown.as_ref().is_some_and(|shown| shown.is(&of, &path)) {
+            let run = self.compiler.open_run(&path)?;
+            self.shown = Some(ShownRun::new(of, path, run));
+        }
         self.refreshes_hints = true;
-        let answer = shown.go_to(wanted.tick);
-        self.shown = Some(shown);
-        answer
+        let shown = self.shown.as_mut().ok_or("no run is shown")?;
+        shown.go_to(wanted.tick)
     }
 }

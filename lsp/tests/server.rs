@@ -379,6 +379,8 @@ fn values_of_a_run_stand_behind_names() {
     let (_, why) = show(&mut editor, "cell.record", json!(4)).unwrap_err();
     assert_eq!(why, "tick 4 can't be shown: 5 to 900 can");
     assert_eq!(labels(&mut editor), ["= 7"]);
+    show(&mut editor, "none.record", Value::Null).unwrap_err();
+    assert_eq!(labels(&mut editor), ["= 7"], "what can't be opened takes nothing away");
     let change = editor.ask("plcc/change", json!({"name": "LAMP", "value": "1", "force": true}));
     assert_eq!(change.unwrap(), json!({"tick": 901}));
     let (_, why) = editor.ask("plcc/change", json!({"name": "DOOR"})).unwrap_err();
