@@ -1,5 +1,7 @@
 //! Where motion programs go on: jumps, subroutines, codes, ends and steps (guide, Subroutines).
 
+use plcc_abi::pmac::motion::Destination;
+
 use crate::calculation::Jump;
 use crate::events::{Reason, State};
 use crate::machine::Machine;
@@ -31,9 +33,8 @@ impl Machine<'_> {
 
     /// CALL: the program in front of the point, the label behind it.
     pub(crate) fn call(&mut self, system: usize, value: f64) -> bool {
-        let whole = value.floor();
-        let label = ((value - whole) * 100_000.0).round();
-        let number = if (0.0..=4e9).contains(&whole) { whole as u32 } else { u32::MAX };
+        let Destination { program, label } = Destination::of_number(value);
+        let number = if (0.0..=4e9).contains(&program) { program as u32 } else { u32::MAX };
         let programs = &self.tables.programs;
         let found = programs.iter().position(|p| p.number == number && p.task.is_some());
         let Some(program) = found else {
@@ -52,9 +53,7 @@ impl Machine<'_> {
 
     /// G, M, T and D codes: calls of programs from 1000 on. What is not there is passed over.
     pub(crate) fn code(&mut self, system: usize, code: u8, value: f64) -> bool {
-        let hundreds = (value / 100.0).floor();
-        let label = ((value - hundreds * 100.0) * 1000.0).round();
-        let number = 1000.0 + 10.0 * hundreds + f64::from(code);
+        let Destination { program: number, label } = Destination::of_code(code, value);
         let programs = &self.tables.programs;
         let found = programs
             .iter()

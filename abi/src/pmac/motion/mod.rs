@@ -4,6 +4,7 @@
 
 pub mod axis;
 pub mod command;
+pub mod destination;
 pub mod name;
 pub mod online;
 pub mod plant;
@@ -12,6 +13,7 @@ pub mod tables;
 
 pub use axis::{Axis, AxisDefinition, AxisGroup, AxisSet};
 pub use command::{Jog, JogGoal, MotionAction, MotionCommand, Query};
+pub use destination::Destination;
 pub use name::{MotionName, MotorValue, SystemValue};
 pub use online::{Online, OnlineWord};
 pub use plant::Plant;

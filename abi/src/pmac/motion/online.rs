@@ -8,6 +8,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::command::{Jog, JogGoal, MotionAction};
+use super::destination::Destination;
 
 /// What a command says, without its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -102,9 +103,6 @@ const WORDS: [Row; 27] = [
     (OnlineWord::StepAll, '^', "S", false),
 ];
 
-/// How many labels of a program stand behind the point of `B`.
-const LABELS: f64 = 100_000.0;
-
 /// A command with the motor or coordinate system that takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Online {
@@ -176,7 +174,7 @@ impl Online {
             MotionAction::Kill => (Word::Kill, 0.0),
             MotionAction::OpenLoop(percent) => (Word::OpenLoop, percent),
             MotionAction::Begin { program, label } => {
-                (Word::Begin, f64::from(program) + f64::from(label) / LABELS)
+                (Word::Begin, Destination::number(program, label))
             }
             MotionAction::Run => (Word::Run, 0.0),
             MotionAction::Step => (Word::Step, 0.0),
@@ -222,8 +220,7 @@ impl Online {
             Word::OpenLoop => MotionAction::OpenLoop(operand),
             Word::Begin => {
                 // A conversion to an integer keeps within its range.
-                let program = libm::floor(operand);
-                let label = libm::round((operand - program) * LABELS);
+                let Destination { program, label } = Destination::of_number(operand);
                 MotionAction::Begin { program: program as u32, label: label as u32 }
             }
             Word::Run => MotionAction::Run,

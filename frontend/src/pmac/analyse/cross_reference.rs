@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use plcc_abi::Tables;
 use plcc_abi::pmac::Kind;
-use plcc_abi::pmac::motion::{Axis, MotionKind, MoveWord};
+use plcc_abi::pmac::motion::{Axis, Destination, MotionKind, MoveWord};
 use plcc_diag::SourceMap;
 
 use crate::common::{CrossReference, CrossReferenceBuilder, Use};
@@ -129,16 +129,10 @@ impl Finder<'_> {
                     }
                 }
                 MotionKind::Call | MotionKind::Prelude(None) => {
-                    let label = |value: f64| ((value - value.floor()) * 100_000.0).round();
-                    self.call(value.map(|value| (value.floor(), label(value))), stmt.at);
+                    self.call(value.map(Destination::of_number), stmt.at);
                 }
                 MotionKind::Code(code) | MotionKind::Prelude(Some(code)) => {
-                    let called = value.map(|value| {
-                        let hundreds = (value / 100.0).floor();
-                        let label = ((value - hundreds * 100.0) * 1000.0).round();
-                        (1000.0 + 10.0 * hundreds + f64::from(*code), label)
-                    });
-                    self.call(called, stmt.at);
+                    self.call(value.map(|value| Destination::of_code(*code, value)), stmt.at);
                 }
                 _ => {}
             }
@@ -146,9 +140,9 @@ impl Finder<'_> {
     }
 
     /// A call of a program, at a label or at its top (0); `None` where it is computed.
-    fn call(&mut self, called: Option<(f64, f64)>, at: TextRange) {
+    fn call(&mut self, called: Option<Destination>, at: TextRange) {
         match called {
-            Some((number, label)) if (0.0..=4e9).contains(&number) => {
+            Some(Destination { program: number, label }) if (0.0..=4e9).contains(&number) => {
                 self.add(&program(number as u32), at, Use::Read);
                 if label != 0.0 {
                     self.add(&label_of(number as u32, Some(label)), at, Use::Read);

@@ -1,7 +1,7 @@
 //! On-line commands for motors and coordinate systems (guide, appendix C): what they do where motion is simulated.
 
 use plcc_abi::pmac::motion::{
-    Axis, AxisGroup, AxisSet, Jog, JogGoal, MotionAction, MotionCommand, Query,
+    Axis, AxisGroup, AxisSet, Destination, Jog, JogGoal, MotionAction, MotionCommand, Query,
 };
 
 use super::cursor::Parsed;
@@ -194,9 +194,8 @@ impl Reader<'_> {
         Some(match word.spelling {
             "A" => MotionAction::Abort,
             "B" => {
-                let number = self.cur.number().unwrap_or(0.0);
-                let label = ((number - number.floor()) * 100_000.0).round();
-                MotionAction::Begin { program: number as u32, label: label as u32 }
+                let to = Destination::of_number(self.cur.number().unwrap_or(0.0));
+                MotionAction::Begin { program: to.program as u32, label: to.label as u32 }
             }
             "F" => MotionAction::Query(Query::FollowingError),
             "H" => MotionAction::Hold,
