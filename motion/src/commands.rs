@@ -78,7 +78,7 @@ impl Machine<'_> {
         }
         let runs = self.system_of(motor).is_some_and(|of| {
             let system = &self.state.systems[of];
-            system.running || system.sequence.runs() && !self.is_paused(of)
+            system.running || system.sequence.runs() && !system.is_paused()
         });
         if runs || self.state.motors[motor].has_programmed() {
             return Err(Error::Running);

@@ -25,7 +25,7 @@ impl Machine<'_> {
         if this.running {
             return Err(Error::Running);
         }
-        if matches!(this.pause, Pause::Stopped(_)) {
+        if this.is_paused() {
             this.sequence.clear();
             this.sync.clear();
         }
@@ -77,6 +77,15 @@ impl Machine<'_> {
         this.wait = Wait::None;
         self.system_latch(system, SystemLatch::RunError, false);
         self.system_latch(system, SystemLatch::CircleError, false);
+        self.announce_start(system);
+        if self.turbo() || self.i(14) == 1.0 {
+            self.match_axes(system);
+        }
+        Ok(())
+    }
+
+    /// Tells that a coordinate system's program has started, or goes on.
+    pub(crate) fn announce_start(&mut self, system: usize) {
         let program = self.program_number(system);
         self.events.push(MotionEvent::Program {
             system: system as u32 + 1,
@@ -85,10 +94,6 @@ impl Machine<'_> {
             reason: None,
             place: None,
         });
-        if self.turbo() || self.i(14) == 1.0 {
-            self.match_axes(system);
-        }
-        Ok(())
     }
 
     /// Whether a motor moves or waits to.
@@ -99,7 +104,7 @@ impl Machine<'_> {
             || this.search.is_some()
             || self.system_of(motor).is_some_and(|system| {
                 let sequence = &self.state.systems[system].sequence;
-                !self.is_paused(system)
+                !self.state.systems[system].is_paused()
                     && sequence.progress != Progress::None
                     && sequence.member[motor]
             })

@@ -4,10 +4,11 @@ use plcc_abi::pmac::motion::AxisSet;
 use serde::{Deserialize, Serialize};
 
 use crate::circle::Arc;
-use crate::events::{MotionEvent, Reason, State};
+use crate::events::{Reason, State};
 use crate::machine::Machine;
 use crate::moves::{Shape, Words};
 use crate::sequence::SequenceKind;
+use crate::system::System;
 
 /// A move that was calculated and not begun when `/` came.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,13 @@ pub(crate) enum Pause {
     Stopped(bool),
     /// R has ended it, and the time base comes back.
     Returning,
+}
+
+impl System {
+    /// Whether the moves stand still behind `\\`.
+    pub(crate) fn is_paused(&self) -> bool {
+        matches!(self.pause, Pause::Stopped(_))
+    }
 }
 
 impl Machine<'_> {
@@ -92,7 +100,7 @@ impl Machine<'_> {
         if this.running && segmented && this.pause == Pause::None && !this.held {
             this.pause = Pause::Slowing;
         }
-        if !matches!(this.pause, Pause::Stopped(_)) {
+        if !this.is_paused() {
             self.hold(system);
         }
     }
@@ -122,16 +130,12 @@ impl Machine<'_> {
         }
     }
 
-    /// Whether a coordinate system's moves stand still behind `\\`.
-    pub(crate) fn is_paused(&self, system: usize) -> bool {
-        matches!(self.state.systems[system].pause, Pause::Stopped(_))
-    }
-
     /// Whether a motor is not where `\\` has left it.
     pub(crate) fn is_elsewhere(&self, motor: usize) -> bool {
         self.system_of(motor).is_some_and(|system| {
-            let sequence = &self.state.systems[system].sequence;
-            self.is_paused(system)
+            let system = &self.state.systems[system];
+            let sequence = &system.sequence;
+            system.is_paused()
                 && sequence.member[motor]
                 && sequence.position(motor) != self.state.motors[motor].commanded
         })
@@ -144,13 +148,6 @@ impl Machine<'_> {
         this.base = 0;
         this.returning = true;
         this.pause = Pause::Returning;
-        let program = self.program_number(system);
-        self.events.push(MotionEvent::Program {
-            system: system as u32 + 1,
-            program,
-            state: State::Started,
-            reason: None,
-            place: None,
-        });
+        self.announce_start(system);
     }
 }

@@ -3,7 +3,6 @@
 use plcc_abi::pmac::motion::{Axis, Mode};
 use plcc_abi::pmac::{Space, fixed};
 
-use crate::halt::Pause;
 use crate::machine::{Machine, NOWHERE};
 use crate::motor::{FILTER, Loop, Motor, Purpose};
 use crate::sequence::Progress;
@@ -191,7 +190,7 @@ impl Machine<'_> {
         let of_system = system.map(|system| &self.state.systems[system]);
         let turbo = self.turbo();
         let in_sequence = of_system.is_some_and(|s| s.sequence.runs() && s.sequence.member[index])
-            && !system.is_some_and(|s| self.is_paused(s));
+            && !of_system.is_some_and(System::is_paused);
         let dwells = of_system.is_some_and(System::dwells);
         let moves = if turbo {
             in_sequence || dwells || motor.moves() && motor.row.has_end()
@@ -260,7 +259,7 @@ impl Machine<'_> {
             Mode::Circle2 => 0b00_011,
             Mode::Pvt => 0b10_010,
         };
-        let y = bit(23, matches!(system.pause, Pause::Stopped(_)))
+        let y = bit(23, system.is_paused())
             | bit(20, any.0)
             | bit(19, any.1)
             | bit(18, any.2)

@@ -5,7 +5,6 @@ use plcc_abi::pmac::motion::SyncOp;
 use plcc_abi::pmac::{Space, fixed};
 
 use crate::events::{MotionEvent, Reason};
-use crate::halt::Pause;
 use crate::machine::Machine;
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
 use crate::registers::Latch;
@@ -57,7 +56,7 @@ impl Machine<'_> {
             let commanded = self.commanded_base(system);
             let this = &self.state.systems[system];
             let goal = if this.held { 0 } else { commanded };
-            if matches!(this.pause, Pause::Stopped(_)) && !this.held {
+            if this.is_paused() && !this.held {
                 // The motors may jog, as fast as the time base lets them.
                 self.state.systems[system].base = goal;
             } else if this.base != goal {
@@ -117,7 +116,7 @@ impl Machine<'_> {
     /// The coordinate system whose sequence moves a motor.
     pub(crate) fn sequence_of(&self, motor: usize) -> Option<usize> {
         let systems = self.state.systems.iter();
-        let moves = |s: &System| !matches!(s.pause, Pause::Stopped(_)) && s.sequence.runs();
+        let moves = |s: &System| !s.is_paused() && s.sequence.runs();
         systems.into_iter().position(|s| moves(s) && s.sequence.member[motor])
     }
 
@@ -138,7 +137,7 @@ impl Machine<'_> {
             self.start_sequence(system);
             return;
         }
-        if matches!(this.pause, Pause::Stopped(_)) {
+        if this.is_paused() {
             return;
         }
         let base = this.base;
