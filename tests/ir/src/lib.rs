@@ -16,9 +16,23 @@
 //! ```
 #![allow(clippy::indexing_slicing)]
 
+use plcc_abi::{Program, Tables};
 use plcc_codegen::Optimization;
+use plcc_ir::Module;
 
 pub mod gen_ir;
+
+/// What an engine needs to know of a module's program.
+pub fn program_of(module: &Module) -> Program {
+    Program {
+        image_size: module.image_size,
+        regions: module.regions.clone(),
+        tasks: module.tasks.clone(),
+        tables: Tables::Pmi(Default::default()),
+        files: vec![],
+        names: vec![],
+    }
+}
 
 /// What is done in long programs, also in short ones.
 pub fn as_if_long() -> Optimization {

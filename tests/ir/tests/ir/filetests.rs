@@ -95,17 +95,9 @@ fn engines(module: &Module, changed: Option<&Module>) -> Vec<(&'static str, Box<
     // With what is done in long programs only.
     let mut as_if_long = module.clone();
     let long = plcc_ir_tests::as_if_long().run(&mut as_if_long).0;
-    let program = |module: &Module| Program {
-        image_size: module.image_size,
-        regions: module.regions.clone(),
-        tasks: module.tasks.clone(),
-        tables: Tables::Pmi(Default::default()),
-        files: vec![],
-        names: vec![],
-    };
     let native = |module: &Module, options| -> Box<dyn Engine> {
         let code = compile(module, &Target::host().unwrap(), options).unwrap();
-        Box::new(NativeEngine::new(&code, &program(module)).unwrap())
+        Box::new(NativeEngine::new(&code, &plcc_ir_tests::program_of(module)).unwrap())
     };
     let mut engines: Vec<(&str, Box<dyn Engine>)> = vec![
         ("native none", native(module, CodegenOptions::NONE)),

@@ -6,14 +6,14 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use plcc_abi::{Outcome, Program, Tables};
+use plcc_abi::Outcome;
 use plcc_codegen::{CodegenOptions, Optimization, Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel, Pass, PassOptions};
 use plcc_ir::text::{parse, print};
 use plcc_ir::{Module, verify};
-use plcc_ir_tests::as_if_long;
 use plcc_ir_tests::gen_ir::{generate, trace};
+use plcc_ir_tests::{as_if_long, program_of};
 use plcc_random::{Rng, seeds};
 use plcc_runtime::native::NativeEngine;
 
@@ -135,17 +135,6 @@ fn random_passes(seed: u64) -> Optimization {
     Optimization::some(|| rng.chance(50))
 }
 
-fn program(module: &Module) -> Program {
-    Program {
-        image_size: module.image_size,
-        regions: module.regions.clone(),
-        tasks: module.tasks.clone(),
-        tables: Tables::Pmi(Default::default()),
-        files: vec![],
-        names: vec![],
-    }
-}
-
 #[test]
 fn native_code_does_what_the_interpreter_does() {
     for seed in seeds(120) {
@@ -160,7 +149,7 @@ fn native_code_does_what_the_interpreter_does() {
         for (module, options) in [(&module, none), (&best, speed), (&changed, some)] {
             let target = Target::host().unwrap();
             let code = compile(module, &target, options).unwrap();
-            let mut native = NativeEngine::new(&code, &program(module)).unwrap();
+            let mut native = NativeEngine::new(&code, &program_of(module)).unwrap();
             assert_eq!(trace(&mut native, seed), wanted, "seed {seed}, {options:?}, {random:?}");
         }
     }

@@ -6,12 +6,13 @@
 use std::fmt::Write as _;
 
 use plcc_abi::engine::NoHost;
-use plcc_abi::{Code, Engine, Program, Scan, Tables};
+use plcc_abi::{Code, Engine, Scan};
 use plcc_codegen::{CodegenOptions, Target, compile};
 use plcc_ir::Module;
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{PassSet, optimize};
 use plcc_ir::text::parse;
+use plcc_ir_tests::program_of;
 use plcc_random::{Rng, seeds};
 
 use crate::ir_text::IrText;
@@ -242,15 +243,7 @@ fn code(module: &Module, options: CodegenOptions) -> Code {
 }
 
 fn engine(module: &Module, options: CodegenOptions) -> NativeEngine {
-    let program = Program {
-        image_size: module.image_size,
-        regions: module.regions.clone(),
-        tasks: module.tasks.clone(),
-        tables: Tables::Pmi(Default::default()),
-        files: vec![],
-        names: vec![],
-    };
-    NativeEngine::new(&code(module, options), &program).unwrap()
+    NativeEngine::new(&code(module, options), &program_of(module)).unwrap()
 }
 
 #[test]
