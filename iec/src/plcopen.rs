@@ -6,7 +6,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesCData, BytesDecl, Event};
 
 use crate::project::{Function, Kind, Project, Type, Variable};
-use crate::text::{comment, interval};
+use crate::text::{interval, one_line};
 
 type Xml = Writer<Vec<u8>>;
 
@@ -22,18 +22,15 @@ const TIME: &str = "2000-01-01T00:00:00";
 pub fn plcopen(project: &Project, version: &str) -> io::Result<Vec<u8>> {
     let mut xml = Writer::new_with_indent(vec![], b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("utf-8"), None)))?;
-    let root = xml
-        .create_element("project")
-        .with_attributes([("xmlns", NAMESPACE), ("xmlns:xhtml", XHTML)]);
-    root.write_inner_content(|xml| {
-        xml.create_element("fileHeader")
-            .with_attributes([
-                ("companyName", "-"),
-                ("productName", "plcc"),
-                ("productVersion", version),
-                ("creationDateTime", TIME),
-            ])
-            .write_empty()?;
+    let namespaces = [("xmlns", NAMESPACE), ("xmlns:xhtml", XHTML)];
+    element(&mut xml, "project", &namespaces, |xml| {
+        let header = [
+            ("companyName", "-"),
+            ("productName", "plcc"),
+            ("productVersion", version),
+            ("creationDateTime", TIME),
+        ];
+        empty(xml, "fileHeader", &header)?;
         content_header(xml, project)?;
         types(xml, project)?;
         instances(xml, project)
@@ -43,44 +40,47 @@ pub fn plcopen(project: &Project, version: &str) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// An element with others in it.
+fn element(
+    xml: &mut Xml,
+    name: &str,
+    attributes: &[(&str, &str)],
+    inner: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let element = xml.create_element(name).with_attributes(attributes.iter().copied());
+    element.write_inner_content(inner).map(drop)
+}
+
+/// An element without any.
+fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
+    xml.create_element(name).with_attributes(attributes.iter().copied()).write_empty().map(drop)
+}
+
 fn content_header(xml: &mut Xml, project: &Project) -> io::Result<()> {
-    let header = xml.create_element("contentHeader").with_attribute(("name", &*project.name));
-    header.write_inner_content(|xml| {
-        let information = xml.create_element("coordinateInfo");
-        information.write_inner_content(|xml| {
-            for language in ["fbd", "ld", "sfc"] {
-                xml.create_element(language).write_inner_content(|xml| {
-                    let scaling = xml.create_element("scaling");
-                    scaling.with_attributes([("x", "1"), ("y", "1")]).write_empty().map(drop)
-                })?;
-            }
-            Ok(())
-        })?;
-        Ok(())
-    })?;
-    Ok(())
+    element(xml, "contentHeader", &[("name", &project.name)], |xml| {
+        element(xml, "coordinateInfo", &[], |xml| {
+            ["fbd", "ld", "sfc"].into_iter().try_for_each(|language| {
+                element(xml, language, &[], |xml| empty(xml, "scaling", &[("x", "1"), ("y", "1")]))
+            })
+        })
+    })
 }
 
 fn types(xml: &mut Xml, project: &Project) -> io::Result<()> {
-    xml.create_element("types").write_inner_content(|xml| {
-        xml.create_element("dataTypes").write_empty()?;
-        xml.create_element("pous").write_inner_content(|xml| {
+    element(xml, "types", &[], |xml| {
+        empty(xml, "dataTypes", &[])?;
+        element(xml, "pous", &[], |xml| {
             project.functions().into_iter().try_for_each(|it| function(xml, it))?;
             program(xml, project)
-        })?;
-        Ok(())
-    })?;
-    Ok(())
+        })
+    })
 }
 
 fn function(xml: &mut Xml, function: &Function) -> io::Result<()> {
     let variable = |&(name, ty): &(&str, Type)| Variable::local(name, ty, "");
-    let pou = xml.create_element("pou");
-    let pou = pou.with_attributes([("name", function.name), ("pouType", "function")]);
-    pou.write_inner_content(|xml| {
-        xml.create_element("interface").write_inner_content(|xml| {
-            let returns = xml.create_element("returnType");
-            returns.write_inner_content(|xml| simple_type(xml, function.returns))?;
+    element(xml, "pou", &[("name", function.name), ("pouType", "function")], |xml| {
+        element(xml, "interface", &[], |xml| {
+            element(xml, "returnType", &[], |xml| empty(xml, function.returns.name(), &[]))?;
             let lists = [("inputVars", function.inputs), ("localVars", function.locals)];
             for (list, variables) in lists {
                 let variables: Vec<Variable> = variables.iter().map(variable).collect();
@@ -88,18 +88,14 @@ fn function(xml: &mut Xml, function: &Function) -> io::Result<()> {
             }
             Ok(())
         })?;
-        let lines = function.body.iter().copied();
-        body(xml, lines)?;
+        body(xml, function.body.iter().copied())?;
         documentation(xml, function.comment)
-    })?;
-    Ok(())
+    })
 }
 
 fn program(xml: &mut Xml, project: &Project) -> io::Result<()> {
-    let pou = xml.create_element("pou");
-    let pou = pou.with_attributes([("name", &*project.name), ("pouType", "program")]);
-    pou.write_inner_content(|xml| {
-        xml.create_element("interface").write_inner_content(|xml| {
+    element(xml, "pou", &[("name", &project.name), ("pouType", "program")], |xml| {
+        element(xml, "interface", &[], |xml| {
             for (kind, list, attributes) in [
                 (Kind::Input, "inputVars", &[][..]),
                 (Kind::Local, "localVars", &[]),
@@ -113,8 +109,7 @@ fn program(xml: &mut Xml, project: &Project) -> io::Result<()> {
         })?;
         body(xml, project.body.iter().map(String::as_str))?;
         documentation(xml, &project.comments.join("\n"))
-    })?;
-    Ok(())
+    })
 }
 
 fn list_of<'v>(
@@ -127,68 +122,46 @@ fn list_of<'v>(
     if variables.peek().is_none() {
         return Ok(());
     }
-    let list = xml.create_element(list).with_attributes(attributes.iter().copied());
-    list.write_inner_content(|xml| variables.try_for_each(|it| variable(xml, it)))?;
-    Ok(())
+    element(xml, list, attributes, |xml| variables.try_for_each(|it| variable(xml, it)))
 }
 
 fn variable(xml: &mut Xml, variable: &Variable) -> io::Result<()> {
-    let element = xml.create_element("variable").with_attribute(("name", &*variable.name));
-    let address = variable.address.iter().map(|place| ("address", place.as_str()));
-    element.with_attributes(address).write_inner_content(|xml| {
-        xml.create_element("type").write_inner_content(|xml| match variable.elements {
-            None => simple_type(xml, variable.ty),
-            Some(count) => {
-                xml.create_element("array").write_inner_content(|xml| {
-                    let upper = count.saturating_sub(1).to_string();
-                    let dimension = xml.create_element("dimension");
-                    dimension
-                        .with_attributes([("lower", "0"), ("upper", &*upper)])
-                        .write_empty()?;
-                    let base = xml.create_element("baseType");
-                    base.write_inner_content(|xml| simple_type(xml, variable.ty)).map(drop)
-                })?;
-                Ok(())
-            }
+    let mut attributes = vec![("name", variable.name.as_str())];
+    attributes.extend(variable.address.iter().map(|place| ("address", place.as_str())));
+    element(xml, "variable", &attributes, |xml| {
+        element(xml, "type", &[], |xml| match variable.elements {
+            None => empty(xml, variable.ty.name(), &[]),
+            Some(count) => element(xml, "array", &[], |xml| {
+                let upper = count.saturating_sub(1).to_string();
+                empty(xml, "dimension", &[("lower", "0"), ("upper", &upper)])?;
+                element(xml, "baseType", &[], |xml| empty(xml, variable.ty.name(), &[]))
+            }),
         })?;
         if !variable.initial.is_empty() {
-            let initial = xml.create_element("initialValue");
-            initial.write_inner_content(|xml| {
+            element(xml, "initialValue", &[], |xml| {
                 match (variable.elements, &variable.initial[..]) {
                     (None, [value, ..]) => simple_value(xml, value),
-                    (_, values) => {
-                        xml.create_element("arrayValue").write_inner_content(|xml| {
-                            values.iter().try_for_each(|value| {
-                                let element = xml.create_element("value");
-                                element
-                                    .write_inner_content(|xml| simple_value(xml, value))
-                                    .map(drop)
-                            })
-                        })?;
-                        Ok(())
-                    }
+                    (_, values) => element(xml, "arrayValue", &[], |xml| {
+                        values.iter().try_for_each(|value| {
+                            element(xml, "value", &[], |xml| simple_value(xml, value))
+                        })
+                    }),
                 }
             })?;
         }
         documentation(xml, &variable.comment)
-    })?;
-    Ok(())
-}
-
-fn simple_type(xml: &mut Xml, ty: Type) -> io::Result<()> {
-    xml.create_element(ty.name()).write_empty().map(drop)
+    })
 }
 
 fn simple_value(xml: &mut Xml, value: &str) -> io::Result<()> {
-    xml.create_element("simpleValue").with_attribute(("value", value)).write_empty().map(drop)
+    empty(xml, "simpleValue", &[("value", value)])
 }
 
 /// A text in an element of XHTML, as all texts of the form are.
 fn formatted(xml: &mut Xml, text: &str) -> io::Result<()> {
-    xml.create_element("xhtml:p").write_inner_content(|xml| {
+    element(xml, "xhtml:p", &[], |xml| {
         BytesCData::escaped(text).try_for_each(|part| xml.write_event(Event::CData(part)))
-    })?;
-    Ok(())
+    })
 }
 
 fn documentation(xml: &mut Xml, text: &str) -> io::Result<()> {
@@ -196,46 +169,26 @@ fn documentation(xml: &mut Xml, text: &str) -> io::Result<()> {
         return Ok(());
     }
     // Characters that XML does not have can't be in a text of it.
-    let text = comment(text);
-    let text = text.trim_start_matches("(* ").trim_end_matches(" *)");
-    xml.create_element("documentation").write_inner_content(|xml| formatted(xml, text)).map(drop)
+    element(xml, "documentation", &[], |xml| formatted(xml, &one_line(text)))
 }
 
 fn body<'l>(xml: &mut Xml, lines: impl Iterator<Item = &'l str>) -> io::Result<()> {
     let text = lines.collect::<Vec<_>>().join("\n");
-    xml.create_element("body").write_inner_content(|xml| {
-        xml.create_element("ST").write_inner_content(|xml| formatted(xml, &text)).map(drop)
-    })?;
-    Ok(())
+    element(xml, "body", &[], |xml| element(xml, "ST", &[], |xml| formatted(xml, &text)))
 }
 
 fn instances(xml: &mut Xml, project: &Project) -> io::Result<()> {
-    xml.create_element("instances").write_inner_content(|xml| {
-        xml.create_element("configurations").write_inner_content(|xml| {
-            let configuration = xml.create_element("configuration");
-            configuration.with_attribute(("name", "PLANT")).write_inner_content(|xml| {
-                let resource = xml.create_element("resource").with_attribute(("name", "CONTROL"));
-                resource.write_inner_content(|xml| {
-                    let time = interval(project);
-                    let task = xml.create_element("task").with_attributes([
-                        ("name", "SCAN"),
-                        ("interval", &*time),
-                        ("priority", "1"),
-                    ]);
-                    task.write_inner_content(|xml| {
-                        let instance = xml.create_element("pouInstance");
-                        instance
-                            .with_attributes([("name", "MAIN"), ("typeName", &*project.name)])
-                            .write_empty()
-                            .map(drop)
-                    })?;
-                    Ok(())
-                })?;
-                Ok(())
-            })?;
-            Ok(())
-        })?;
-        Ok(())
-    })?;
-    Ok(())
+    let time = interval(project);
+    element(xml, "instances", &[], |xml| {
+        element(xml, "configurations", &[], |xml| {
+            element(xml, "configuration", &[("name", "PLANT")], |xml| {
+                element(xml, "resource", &[("name", "CONTROL")], |xml| {
+                    let task = [("name", "SCAN"), ("interval", &*time), ("priority", "1")];
+                    element(xml, "task", &task, |xml| {
+                        empty(xml, "pouInstance", &[("name", "MAIN"), ("typeName", &project.name)])
+                    })
+                })
+            })
+        })
+    })
 }

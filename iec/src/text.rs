@@ -7,8 +7,13 @@ use crate::project::{Function, Kind, Project, Type, Variable};
 /// How many columns a step of indentation has.
 const INDENT: &str = "  ";
 
-/// A comment, in one line. What would end or nest it is taken apart.
+/// A comment. What would end or nest it is taken apart.
 pub fn comment(text: &str) -> String {
+    format!("(* {} *)", one_line(text))
+}
+
+/// The text of a comment, in one line.
+pub(crate) fn one_line(text: &str) -> String {
     let mut text = text.replace(['\n', '\r', '\t'], " ");
     for (pair, apart) in [("*)", "* )"), ("(*", "( *")] {
         while text.contains(pair) {
@@ -16,7 +21,7 @@ pub fn comment(text: &str) -> String {
         }
     }
     let printable: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    format!("(* {} *)", printable.trim())
+    printable.trim().to_owned()
 }
 
 /// The type of a variable as it is declared.
