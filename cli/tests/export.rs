@@ -102,6 +102,17 @@ fn a_machine_file_of_which_something_is_left_out_is_told() {
 }
 
 #[test]
+fn comments_of_included_statements_are_kept() {
+    let folder = folder();
+    folder.write("lamp.inc", "L = A ? the first line\n");
+    folder
+        .write("whole.pmi", "$INPUT\nA = 0/0\n$OUTPUT\nL = 2/0\n$END\n$INCLUDE LAMP.INC\nA2 = A\n");
+    folder.plcc("export whole.pmi --to st").exits(0);
+    let st = folder.read("whole.st");
+    assert!(st.contains("L_V := A; (* the first line *)"), "{st}");
+}
+
+#[test]
 fn statements_of_a_define_are_told_once() {
     let folder = folder();
     folder.write("two.pmc", "#define TELL SEND\"A\" SEND\"B\"\nOPEN PLC 1 CLEAR\nTELL\nCLOSE\n");

@@ -32,7 +32,8 @@ pub(super) fn export(
     // The comments of the declarations are beside those.
     for id in (0..sources.len() as u32).map(FileId) {
         let end = sources.text(id).lines().position(|line| line.trim_start().starts_with("$END"));
-        comments.skip_to(id, end.map_or(0, |line| line as u32) + 2);
+        // An included file may have statements alone.
+        comments.skip_to(id, end.map_or(1, |line| line as u32 + 2));
     }
     let own = Own::new(checked, &mut names);
     // The program's variables keep their names.
