@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -70,6 +72,16 @@ impl Editor {
         }
     }
 
+    /// The hints in a document from a line on.
+    fn labels(&mut self, uri: &str, line: u32) -> Vec<String> {
+        let place = |line: u32| json!({"line": line, "character": 0});
+        let range = json!({"start": place(line), "end": place(1000)});
+        let hints = json!({"textDocument": {"uri": uri}, "range": range});
+        let hints = self.ask("textDocument/inlayHint", hints);
+        let hints = hints.as_array().unwrap().iter();
+        hints.map(|it| it["label"].as_str().unwrap().to_owned()).collect()
+    }
+
     /// Says goodbye, and gives the exit status.
     fn leave(mut self) -> Option<i32> {
         self.ask("shutdown", Value::Null);
@@ -119,7 +131,6 @@ fn values_of_a_record_are_shown() {
         "textDocument/didOpen",
         json!({"textDocument": {"uri": uri, "languageId": "pmi", "version": 1, "text": text}}),
     );
-    let range = json!({"start": {"line": 3, "character": 0}, "end": {"line": 9, "character": 0}});
     for (tick, shown, values) in [
         (Value::Null, 49, ["= 50", "= 50", "= 100", "= 50"]),
         (json!(7), 7, ["= 8", "= 8", "= 16", "= 8"]),
@@ -127,13 +138,51 @@ fn values_of_a_record_are_shown() {
         let wanted = json!({"textDocument": {"uri": uri}, "run": "a.plcrec", "tick": tick});
         let answer = editor.ask("plcc/showValues", wanted);
         assert_eq!(answer, json!({"tick": shown, "first": 0, "last": 49}));
-        let hints = json!({"textDocument": {"uri": uri}, "range": range});
-        let hints = editor.ask("textDocument/inlayHint", hints);
-        let labels: Vec<&str> =
-            hints.as_array().unwrap().iter().map(|it| it["label"].as_str().unwrap()).collect();
-        assert_eq!(labels, values);
+        assert_eq!(editor.labels(&uri, 3), values);
     }
     assert_eq!(editor.leave(), Some(0));
+}
+
+/// A control that is ended with the test.
+struct Control(Child);
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The values of a running control stand behind the names, and it is changed from the editor.
+#[test]
+fn values_of_a_running_control_are_shown_and_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = "$INTEGER\nN, M, A[2]\n$END\nM = N * 2\nA[0] = M\n";
+    std::fs::write(path("a.pmi"), text).unwrap();
+    let mut control = Command::new(env!("CARGO_BIN_EXE_plcc"));
+    control.args(["run", &path("a.pmi"), "--realtime", "--socket", &path("a.sock")]);
+    let control = control.args(["--allow", "write"]).stderr(Stdio::null()).spawn();
+    let _control = Control(control.unwrap());
+    let mut editor = Editor::start();
+    let uri = format!("file://{}", path("a.pmi"));
+    editor.tell(
+        "textDocument/didOpen",
+        json!({"textDocument": {"uri": uri, "languageId": "pmi", "version": 1, "text": text}}),
+    );
+    while UnixStream::connect(path("a.sock")).is_err() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let shown = json!({"textDocument": {"uri": uri}, "run": "a.sock"});
+    let answer = editor.ask("plcc/showValues", shown);
+    assert_eq!(answer["first"], answer["last"], "of a control there is the present alone");
+    // An array as a whole has no value.
+    assert_eq!(editor.labels(&uri, 3), ["= 0", "= 0", "= 0"]);
+    editor.ask("plcc/change", json!({"name": "N", "value": "21"}));
+    let until = Instant::now() + Duration::from_secs(60);
+    while editor.labels(&uri, 3) != ["= 42", "= 21", "= 42"] {
+        assert!(Instant::now() < until, "{:?}", editor.labels(&uri, 3));
+    }
 }
 
 /// A script is checked against its program as `plcc test` does it, from the text in the editor.
