@@ -2,9 +2,10 @@
 //! values are read, keys are pressed, and ways in a plane are collected.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use plcc_frontend::presentation::PanelDraft;
+use plcc_frontend::presentation::{PanelDraft, Row};
 use plcc_runtime::{
     Class, Equipment, Executive, MachineDevice, MachineKey, MachineKind, MachineProgram, Names,
     Purpose, Reading,
@@ -48,7 +49,9 @@ struct Pressed {
 #[derive(Debug, Default)]
 pub(super) struct MachineState {
     /// What there is; empty where nothing is simulated.
-    equipment: Equipment,
+    equipment: Rc<Equipment>,
+    /// The variables of the program.
+    declared: Rc<BTreeSet<String>>,
     /// The variables of the ways, and their values.
     paths: Vec<String>,
     samples: Samples,
@@ -59,9 +62,13 @@ pub(super) struct MachineState {
 
 impl MachineState {
     pub(super) fn new(names: &dyn Names) -> Self {
-        let equipment = names.equipment();
+        let mut equipment = names.equipment();
+        let declared: BTreeSet<String> =
+            names.declared().into_iter().map(|(name, _)| name).collect();
+        equipment.keys.retain(|key| key.sets.as_ref().is_none_or(|name| declared.contains(name)));
         let paths = equipment.paths.iter().flat_map(|path| path.axes.clone()).collect();
-        Self { equipment, paths, ..Self::default() }
+        let (equipment, declared) = (Rc::new(equipment), Rc::new(declared));
+        Self { equipment, declared, paths, ..Self::default() }
     }
 
     /// Whether a machine is simulated.
@@ -92,21 +99,15 @@ impl Session<'_> {
             return Err(Refusal::new(no_machine()));
         }
         self.machine.shown_at = Some(Instant::now());
-        let equipment = self.machine.equipment.clone();
+        let equipment = Rc::clone(&self.machine.equipment);
+        let declared = Rc::clone(&self.machine.declared);
         let names = self.debugger()?.history_mut().executive().names();
         let program = self.debugger()?.program().shared();
         let drafts = program.panels(&[], &mut |names| self.read_values(names));
         let drafts = drafts.map_err(Refusal::new)?;
-        let declared: BTreeSet<String> =
-            names.declared().into_iter().map(|(name, _)| name).collect();
-        let keys: Vec<&MachineKey> = equipment
-            .keys
-            .iter()
-            .filter(|key| key.sets.as_ref().is_none_or(|name| declared.contains(name)))
-            .collect();
-        let lights = Lights::new(&drafts, &keys, &declared);
-        let wanted: Vec<String> =
-            names_of(&equipment, &keys).into_iter().chain(lights.names()).collect();
+        let keys = &equipment.keys;
+        let lights = Lights::new(&drafts, keys, &declared);
+        let wanted: Vec<String> = names_of(&equipment).into_iter().chain(lights.names()).collect();
         let moment = self.read(&wanted)?;
         let value = |name: &str| moment.values.get(name).copied();
         let past = self.is_past();
@@ -149,31 +150,36 @@ impl Session<'_> {
     ) -> ProgramView {
         let line = value(&program.line);
         let of = |name: &Option<String>| value(name.as_ref()?);
-        let numbered = |(at, text): (usize, &String)| (at as u32 + 1, text.clone());
-        let own = |text: &[String]| text.iter().enumerate().map(numbered).collect::<Vec<_>>();
-        let (text, at) = match line {
-            // An entered block.
-            Some(line) if line < 0.0 => (own(&program.entries), -line),
-            line if program.text.is_empty() => {
-                let rows = self.text.rows.iter().filter_map(|row| {
-                    Some((row.number.parse().ok()?, row.text().trim_end().to_owned()))
-                });
-                (rows.collect(), line.unwrap_or(0.0))
-            }
-            line => (own(&program.text), line.unwrap_or(0.0)),
-        };
-        let found = text.iter().position(|(number, _)| f64::from(*number) == at);
-        // Before the first block the beginning of a part program is shown; of another program nothing.
-        let around = found.or((!program.text.is_empty()).then_some(0));
-        let lines = around.map_or(vec![], |around| {
-            let first = around.saturating_sub(LINES_AROUND);
-            let lines = text.into_iter().enumerate().skip(first).take(2 * LINES_AROUND + 1);
-            let line =
-                |(at, (number, text))| ProgramLine { number, text, current: Some(at) == found };
-            lines.map(line).collect()
-        });
         let (number, base) = (of(&program.number), of(&program.base));
+        let at = line.map(|line| line.abs() as usize).filter(|at| *at > 0);
+        let lines = match line {
+            // An entered block.
+            Some(line) if line < 0.0 => lines_around(&program.entries, at),
+            _ if program.text.is_empty() => at.map_or(vec![], |at| self.lines_around(at)),
+            _ => lines_around(&program.text, at),
+        };
         ProgramView { name: program.name.clone(), number, base, line, lines }
+    }
+
+    /// The lines of the monitored program around the one with a number.
+    fn lines_around(&self, number: usize) -> Vec<ProgramLine> {
+        let rows = &self.text.rows;
+        let number_of = |row: &Row| row.number.parse::<u32>().ok();
+        let is_it = |row: &Row| number_of(row).is_some_and(|own| own as usize == number);
+        let Some(at) = rows.iter().position(is_it) else { return vec![] };
+        let (before, from) = rows.split_at(at);
+        let before: Vec<&Row> =
+            before.iter().rev().filter(|row| number_of(row).is_some()).take(LINES_AROUND).collect();
+        let all = before.into_iter().rev().chain(from);
+        let line = |row: &Row| {
+            let number = number_of(row)?;
+            Some(ProgramLine {
+                number,
+                text: row.text().trim_end().to_owned(),
+                current: is_it(row),
+            })
+        };
+        all.filter_map(line).take(2 * LINES_AROUND + 1).collect()
     }
 
     /// The ways up to the tick that is shown, as far as its ticks could be run again.
@@ -253,6 +259,19 @@ impl Session<'_> {
     }
 }
 
+/// The lines of a text around the one with a number, which is counted from 1; the first ones without.
+fn lines_around(text: &[String], number: Option<usize>) -> Vec<ProgramLine> {
+    let current = number.map(|number| number - 1).filter(|at| *at < text.len());
+    let first = current.unwrap_or(0).saturating_sub(LINES_AROUND);
+    let lines = text.iter().enumerate().skip(first).take(2 * LINES_AROUND + 1);
+    let line = |(at, text): (usize, &String)| ProgramLine {
+        number: at as u32 + 1,
+        text: text.clone(),
+        current: Some(at) == current,
+    };
+    lines.map(line).collect()
+}
+
 /// Why there is no machine.
 pub(crate) fn no_machine() -> String {
     "no machine is simulated here: start the control, or the monitor's program, with --simulate"
@@ -266,7 +285,7 @@ struct Lights {
 }
 
 impl Lights {
-    fn new(drafts: &[PanelDraft], keys: &[&MachineKey], declared: &BTreeSet<String>) -> Self {
+    fn new(drafts: &[PanelDraft], keys: &[MachineKey], declared: &BTreeSet<String>) -> Self {
         let mut lights = Self { by_button: BTreeMap::new(), alone: vec![] };
         let is_key = |button: &String| keys.iter().any(|key| key.sets.as_ref() == Some(button));
         for cell in drafts.iter().flat_map(|draft| &draft.cells) {
@@ -297,7 +316,7 @@ fn plain(name: &str) -> &str {
 }
 
 /// The variables whose values are shown.
-fn names_of(equipment: &Equipment, keys: &[&MachineKey]) -> Vec<String> {
+fn names_of(equipment: &Equipment) -> Vec<String> {
     let mut names: Vec<String> = vec![];
     for axis in &equipment.axes {
         let readings = [Some(&axis.actual), axis.commanded.as_ref(), axis.error.as_ref()];
@@ -308,7 +327,7 @@ fn names_of(equipment: &Equipment, keys: &[&MachineKey]) -> Vec<String> {
         names.push(device.at.clone());
         names.extend(device.lines.iter().map(|(_, name)| plain(name).to_owned()));
     }
-    for key in keys {
+    for key in &equipment.keys {
         names.extend(key.sets.clone());
         names.extend(key.selections.iter().map(|name| (*name).to_owned()));
     }
