@@ -15,7 +15,7 @@ pub use axis::{Axis, AxisDefinition, AxisGroup, AxisSet};
 pub use command::{Jog, JogGoal, MotionAction, MotionCommand, Query};
 pub use destination::Destination;
 pub use name::{MotionName, MotorValue, SystemValue};
-pub use online::{Online, OnlineWord};
+pub use online::Online;
 pub use plant::Plant;
 pub use registers::{MotorRegisters, SystemRegisters};
 pub use tables::{

@@ -10,97 +10,56 @@ use serde::{Deserialize, Serialize};
 use super::command::{Jog, JogGoal, MotionAction};
 use super::destination::Destination;
 
-/// What a command says, without its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub enum OnlineWord {
-    /// `J+`.
-    JogPositive,
-    /// `J-`.
-    JogNegative,
-    /// `J/`.
-    JogStop,
-    /// `J=`.
-    PreJog,
-    /// `J=` and a position.
-    JogTo,
-    /// `J==` and a position.
-    JogToAndKeep,
-    /// `J:` and a distance.
-    JogBy,
-    /// `J^` and a distance.
-    JogFromActual,
-    /// `HM`.
-    Home,
-    /// `HMZ`.
-    HomeZero,
-    /// `K`.
-    Kill,
-    /// `O` and a percentage.
-    OpenLoop,
-    /// `B` and a program, with a label behind the point.
-    Begin,
-    /// `R`.
-    Run,
-    /// `S`.
-    Step,
-    /// `A`.
-    Abort,
-    /// `H`.
-    Hold,
-    /// `Q`.
-    Quit,
-    /// `/`.
-    Halt,
-    /// `\`.
-    ProgramHold,
-    /// `%` and a percentage.
-    TimeBase,
-    /// `^A`.
-    AbortAll,
-    /// `^K`.
-    KillAll,
-    /// `^O`.
-    HoldAll,
-    /// `^Q`.
-    QuitAll,
-    /// `^R`.
-    RunAll,
-    /// `^S`.
-    StepAll,
+/// How a word's action is made.
+enum Make {
+    /// The word alone.
+    Word(MotionAction),
+    /// With the number behind it.
+    Number(fn(f64) -> MotionAction),
 }
 
-/// A row of [`WORDS`]: the word, the sign of whoever takes it, its spelling, and whether a number follows.
-type Row = (OnlineWord, char, &'static str, bool);
+/// A row of [`WORDS`]: the sign of whoever takes the word, its spelling, and what it does.
+type Row = (char, &'static str, Make);
+
+const fn jog(goal: JogGoal) -> MotionAction {
+    MotionAction::Jog(Jog { goal, trigger: None })
+}
+
+/// A conversion to an integer keeps within its range.
+fn begin(number: f64) -> MotionAction {
+    let Destination { program, label } = Destination::of_number(number);
+    MotionAction::Begin { program: program as u32, label: label as u32 }
+}
 
 /// All words, each with the sign in front of the number of the motor or coordinate system that takes it, or `^`.
-const WORDS: [Row; 27] = [
-    (OnlineWord::JogPositive, '#', "J+", false),
-    (OnlineWord::JogNegative, '#', "J-", false),
-    (OnlineWord::JogStop, '#', "J/", false),
-    (OnlineWord::PreJog, '#', "J=", false),
-    (OnlineWord::JogTo, '#', "J=", true),
-    (OnlineWord::JogToAndKeep, '#', "J==", true),
-    (OnlineWord::JogBy, '#', "J:", true),
-    (OnlineWord::JogFromActual, '#', "J^", true),
-    (OnlineWord::Home, '#', "HM", false),
-    (OnlineWord::HomeZero, '#', "HMZ", false),
-    (OnlineWord::Kill, '#', "K", false),
-    (OnlineWord::OpenLoop, '#', "O", true),
-    (OnlineWord::Begin, '&', "B", true),
-    (OnlineWord::Run, '&', "R", false),
-    (OnlineWord::Step, '&', "S", false),
-    (OnlineWord::Abort, '&', "A", false),
-    (OnlineWord::Hold, '&', "H", false),
-    (OnlineWord::Quit, '&', "Q", false),
-    (OnlineWord::Halt, '&', "/", false),
-    (OnlineWord::ProgramHold, '&', "\\", false),
-    (OnlineWord::TimeBase, '&', "%", true),
-    (OnlineWord::AbortAll, '^', "A", false),
-    (OnlineWord::KillAll, '^', "K", false),
-    (OnlineWord::HoldAll, '^', "O", false),
-    (OnlineWord::QuitAll, '^', "Q", false),
-    (OnlineWord::RunAll, '^', "R", false),
-    (OnlineWord::StepAll, '^', "S", false),
+static WORDS: [Row; 27] = [
+    ('#', "J+", Make::Word(jog(JogGoal::Positive))),
+    ('#', "J-", Make::Word(jog(JogGoal::Negative))),
+    ('#', "J/", Make::Word(jog(JogGoal::Stop))),
+    ('#', "J=", Make::Word(jog(JogGoal::PreJog))),
+    ('#', "J=", Make::Number(|position| jog(JogGoal::To(position)))),
+    ('#', "J==", Make::Number(|position| jog(JogGoal::ToAndKeep(position)))),
+    ('#', "J:", Make::Number(|distance| jog(JogGoal::By(distance)))),
+    ('#', "J^", Make::Number(|distance| jog(JogGoal::FromActual(distance)))),
+    ('#', "HM", Make::Word(MotionAction::Home)),
+    ('#', "HMZ", Make::Word(MotionAction::HomeZero)),
+    ('#', "K", Make::Word(MotionAction::Kill)),
+    ('#', "O", Make::Number(MotionAction::OpenLoop)),
+    ('&', "B", Make::Number(begin)),
+    ('&', "R", Make::Word(MotionAction::Run)),
+    ('&', "S", Make::Word(MotionAction::Step)),
+    ('&', "A", Make::Word(MotionAction::Abort)),
+    ('&', "H", Make::Word(MotionAction::Hold)),
+    ('&', "Q", Make::Word(MotionAction::Quit)),
+    ('&', "/", Make::Word(MotionAction::Halt)),
+    ('&', "\\", Make::Word(MotionAction::ProgramHold)),
+    ('&', "%", Make::Number(MotionAction::TimeBase)),
+    ('^', "A", Make::Word(MotionAction::AbortAll)),
+    ('^', "K", Make::Word(MotionAction::KillAll)),
+    ('^', "O", Make::Word(MotionAction::HoldAll)),
+    ('^', "Q", Make::Word(MotionAction::QuitAll)),
+    ('^', "R", Make::Word(MotionAction::RunAll)),
+    ('^', "S", Make::Word(MotionAction::StepAll)),
 ];
 
 /// A command with the motor or coordinate system that takes it.
@@ -108,7 +67,8 @@ const WORDS: [Row; 27] = [
 pub struct Online {
     /// The number of the motor or coordinate system, from 1; 0 of a command for all.
     pub number: u8,
-    word: OnlineWord,
+    /// The index of the word in [`WORDS`].
+    word: u8,
     /// The bits of the number behind the word; those of 0 where none follows.
     operand: u64,
 }
@@ -120,14 +80,37 @@ fn operand(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|number| is_plain && number.is_finite())
 }
 
+/// The number behind the word that gives an action; 0 where there is none.
+fn operand_of(action: &MotionAction) -> f64 {
+    use JogGoal::{By, FromActual, To, ToAndKeep};
+    match *action {
+        MotionAction::Jog(Jog {
+            goal: To(number) | ToAndKeep(number) | By(number) | FromActual(number),
+            ..
+        }) => number,
+        MotionAction::OpenLoop(percent) | MotionAction::TimeBase(percent) => percent,
+        MotionAction::Begin { program, label } => Destination::number(program, label),
+        _ => 0.0,
+    }
+}
+
+impl Make {
+    fn action(&self, operand: f64) -> MotionAction {
+        match self {
+            Self::Word(action) => action.clone(),
+            Self::Number(make) => make(operand),
+        }
+    }
+}
+
 impl Online {
-    fn new(number: u8, word: OnlineWord, operand: f64) -> Self {
-        // 0 and -0 are the same command.
-        Self { number, word, operand: (operand + 0.0).to_bits() }
+    fn new(number: u8, word: usize, operand: f64) -> Self {
+        // 0 and -0 are the same command; there are fewer words than 256.
+        Self { number, word: word as u8, operand: (operand + 0.0).to_bits() }
     }
 
-    fn row(word: OnlineWord) -> Option<&'static Row> {
-        WORDS.iter().find(|row| row.0 == word)
+    fn row(self) -> Option<&'static Row> {
+        WORDS.get(usize::from(self.word))
     }
 
     /// Reads a command in a text of capitals without blanks: its sign, its motor or coordinate system, which may be beyond the
@@ -143,56 +126,23 @@ impl Online {
                 (digits.parse().ok()?, rest)
             }
         };
-        let command = WORDS.iter().filter(|row| row.1 == sign).find_map(|row| {
-            let behind = rest.strip_prefix(row.2)?;
-            let value = if row.3 { operand(behind)? } else { behind.is_empty().then_some(0.0)? };
-            Some(Self::new(u8::try_from(number).unwrap_or(0), row.0, value))
+        let of_sign = WORDS.iter().enumerate().filter(|(_, row)| row.0 == sign);
+        let command = of_sign.into_iter().find_map(|(word, (_, spelling, make))| {
+            let behind = rest.strip_prefix(spelling)?;
+            let value = match make {
+                Make::Word(_) => behind.is_empty().then_some(0.0)?,
+                Make::Number(_) => operand(behind)?,
+            };
+            Some(Self::new(u8::try_from(number).unwrap_or(0), word, value))
         })?;
         Some((sign, number, command))
     }
 
     /// The command that does something to a motor or coordinate system; `None` for what can't be given from outside.
     pub fn of(action: &MotionAction, motor: u8, system: u8) -> Option<Self> {
-        use OnlineWord as Word;
-        let (word, operand) = match *action {
-            MotionAction::Jog(Jog { goal, trigger: None }) => match goal {
-                JogGoal::Positive => (Word::JogPositive, 0.0),
-                JogGoal::Negative => (Word::JogNegative, 0.0),
-                JogGoal::Stop => (Word::JogStop, 0.0),
-                JogGoal::PreJog => (Word::PreJog, 0.0),
-                JogGoal::To(position) => (Word::JogTo, position),
-                JogGoal::ToAndKeep(position) => (Word::JogToAndKeep, position),
-                JogGoal::By(distance) => (Word::JogBy, distance),
-                JogGoal::FromActual(distance) => (Word::JogFromActual, distance),
-                JogGoal::ToVariable
-                | JogGoal::ByVariable
-                | JogGoal::FromActualVariable
-                | JogGoal::Whole => return None,
-            },
-            MotionAction::Home => (Word::Home, 0.0),
-            MotionAction::HomeZero => (Word::HomeZero, 0.0),
-            MotionAction::Kill => (Word::Kill, 0.0),
-            MotionAction::OpenLoop(percent) => (Word::OpenLoop, percent),
-            MotionAction::Begin { program, label } => {
-                (Word::Begin, Destination::number(program, label))
-            }
-            MotionAction::Run => (Word::Run, 0.0),
-            MotionAction::Step => (Word::Step, 0.0),
-            MotionAction::Abort => (Word::Abort, 0.0),
-            MotionAction::Hold => (Word::Hold, 0.0),
-            MotionAction::Quit => (Word::Quit, 0.0),
-            MotionAction::Halt => (Word::Halt, 0.0),
-            MotionAction::ProgramHold => (Word::ProgramHold, 0.0),
-            MotionAction::TimeBase(percent) => (Word::TimeBase, percent),
-            MotionAction::AbortAll => (Word::AbortAll, 0.0),
-            MotionAction::KillAll => (Word::KillAll, 0.0),
-            MotionAction::HoldAll => (Word::HoldAll, 0.0),
-            MotionAction::QuitAll => (Word::QuitAll, 0.0),
-            MotionAction::RunAll => (Word::RunAll, 0.0),
-            MotionAction::StepAll => (Word::StepAll, 0.0),
-            _ => return None,
-        };
-        let number = match Self::row(word)?.1 {
+        let operand = operand_of(action);
+        let word = WORDS.iter().position(|(_, _, make)| make.action(operand) == *action)?;
+        let number = match WORDS.get(word)?.0 {
             '#' => motor,
             '&' => system,
             _ => 0,
@@ -202,60 +152,26 @@ impl Online {
 
     /// What it does.
     pub fn action(self) -> MotionAction {
-        use OnlineWord as Word;
-        let operand = f64::from_bits(self.operand);
-        let jog = |goal| MotionAction::Jog(Jog { goal, trigger: None });
-        match self.word {
-            Word::JogPositive => jog(JogGoal::Positive),
-            Word::JogNegative => jog(JogGoal::Negative),
-            Word::JogStop => jog(JogGoal::Stop),
-            Word::PreJog => jog(JogGoal::PreJog),
-            Word::JogTo => jog(JogGoal::To(operand)),
-            Word::JogToAndKeep => jog(JogGoal::ToAndKeep(operand)),
-            Word::JogBy => jog(JogGoal::By(operand)),
-            Word::JogFromActual => jog(JogGoal::FromActual(operand)),
-            Word::Home => MotionAction::Home,
-            Word::HomeZero => MotionAction::HomeZero,
-            Word::Kill => MotionAction::Kill,
-            Word::OpenLoop => MotionAction::OpenLoop(operand),
-            Word::Begin => {
-                // A conversion to an integer keeps within its range.
-                let Destination { program, label } = Destination::of_number(operand);
-                MotionAction::Begin { program: program as u32, label: label as u32 }
-            }
-            Word::Run => MotionAction::Run,
-            Word::Step => MotionAction::Step,
-            Word::Abort => MotionAction::Abort,
-            Word::Hold => MotionAction::Hold,
-            Word::Quit => MotionAction::Quit,
-            Word::Halt => MotionAction::Halt,
-            Word::ProgramHold => MotionAction::ProgramHold,
-            Word::TimeBase => MotionAction::TimeBase(operand),
-            Word::AbortAll => MotionAction::AbortAll,
-            Word::KillAll => MotionAction::KillAll,
-            Word::HoldAll => MotionAction::HoldAll,
-            Word::QuitAll => MotionAction::QuitAll,
-            Word::RunAll => MotionAction::RunAll,
-            Word::StepAll => MotionAction::StepAll,
-        }
+        let action = self.row().map(|(_, _, make)| make.action(f64::from_bits(self.operand)));
+        action.unwrap_or(MotionAction::Nothing)
     }
 
     /// The command without the number of its motor or coordinate system, as events have it: `J=200`, `^A`.
     pub fn text(self) -> String {
-        let Some(&(_, sign, spelling, has_operand)) = Self::row(self.word) else {
-            return String::new();
-        };
-        let sign = if sign == '^' { "^" } else { "" };
-        match has_operand {
-            true => format!("{sign}{spelling}{}", crate::number(f64::from_bits(self.operand))),
-            false => format!("{sign}{spelling}"),
+        let Some((sign, spelling, make)) = self.row() else { return String::new() };
+        let sign = if *sign == '^' { "^" } else { "" };
+        match make {
+            Make::Number(_) => {
+                format!("{sign}{spelling}{}", crate::number(f64::from_bits(self.operand)))
+            }
+            Make::Word(_) => format!("{sign}{spelling}"),
         }
     }
 }
 
 impl fmt::Display for Online {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match Self::row(self.word).map(|row| row.1) {
+        match self.row().map(|row| row.0) {
             Some(sign @ ('#' | '&')) => write!(f, "{sign}{}{}", self.number, self.text()),
             _ => f.write_str(&self.text()),
         }
@@ -270,13 +186,12 @@ mod tests {
 
     #[test]
     fn every_command_reads_back_and_does_what_it_says() {
-        for (word, ..) in WORDS {
-            let row = Online::row(word).unwrap();
-            let operand = if row.3 { 12.5 } else { 0.0 };
-            let number = if row.1 == '^' { 0 } else { 3 };
+        for (word, (sign, _, make)) in WORDS.iter().enumerate() {
+            let operand = if matches!(make, Make::Number(_)) { 12.5 } else { 0.0 };
+            let number = if *sign == '^' { 0 } else { 3 };
             let command = Online::new(number, word, operand);
             let read = Online::parse(&command.to_string());
-            assert_eq!(read, Some((row.1, u32::from(number), command)), "{command}");
+            assert_eq!(read, Some((*sign, u32::from(number), command)), "{command}");
             assert_eq!(Online::of(&command.action(), 3, 3), Some(command), "{command}");
         }
         let (_, number, far) = Online::parse("#300J+").unwrap();
