@@ -113,7 +113,7 @@ fn a_name_is_changed_where_the_machine_code_stays() {
     assert_eq!(editor.leave(), Some(0));
 }
 
-/// The values of a record stand behind the names, of any tick of it.
+/// The values of a record stand beside the names, of any tick of it.
 #[test]
 fn values_of_a_record_are_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -153,7 +153,7 @@ impl Drop for Control {
     }
 }
 
-/// The values of a running control stand behind the names, and it is changed from the editor.
+/// The values of a running control stand beside the names, and it is changed from the editor.
 #[test]
 fn values_of_a_running_control_are_shown_and_changed() {
     let folder = tempfile::tempdir().unwrap();

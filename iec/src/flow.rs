@@ -1,4 +1,4 @@
-//! Control flow: statements in a row, of which some jump, become IFs. Jumps that are no part of an IF, and places where a call
+//! Control flow: statements in a row, of which some jump, become IFs. Jumps that are not part of an IF, and places where a call
 //! begins anywhere but at the first statement, are not in the standard's language: the statements are then blocks of a CASE in a
 //! loop, and a variable holds the number of the block that is next. A block's number is that of its first statement, from 1.
 
@@ -21,7 +21,7 @@ pub enum Step {
         otherwise: usize,
     },
     /// Goes on with another item; `ends_body` says that it is the end of an IF's body, in front of the other body. A jump
-    /// behind the last item ends the call.
+    /// after the last item ends the call.
     Jump {
         /// A number of an item.
         to: usize,
@@ -37,7 +37,7 @@ pub enum Step {
 pub struct Item {
     /// Comments in front, a line each.
     pub comments: Vec<String>,
-    /// The comment behind it, or none.
+    /// The comment after it, or none.
     pub behind: String,
     /// What it does.
     pub step: Step,
@@ -254,7 +254,7 @@ impl<'a> Flow<'a> {
             let Step::Branch { condition, otherwise, .. } = &item.step else { return };
             let other = *otherwise;
             let has_other = other < end;
-            // The jump in front of an ELSE, also of an empty one, is no statement.
+            // The jump in front of an ELSE, also of an empty one, is not a statement.
             let jumps = other > at + 1 && self.jump_before(other) == Some(end);
             let mut body = self.body(out.depth, at + 1, other - usize::from(jumps));
             if !has_statements(&body) && word == "IF" {
@@ -327,7 +327,7 @@ impl Text {
         self.lines.push(format!("{}{text}", "  ".repeat(self.depth)));
     }
 
-    /// Puts a comment behind the first line that was written from `from` on.
+    /// Puts a comment after the first line that was written from `from` on.
     fn behind(&mut self, from: usize, text: &str) {
         if let Some(line) = self.lines.get_mut(from).filter(|_| !text.is_empty()) {
             line.push(' ');

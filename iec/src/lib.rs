@@ -2,7 +2,7 @@
 //!
 //! A front end fills a [`Project`]: the variables, the statements and the [`Function`]s that these call. The other modules
 //! help it: [`Names`] makes identifiers, [`Expression`] puts operators and parentheses, [`Flow`] makes IFs of jumps, or where
-//! there are none to be had, a CASE in a loop.
+//! there are none, a CASE in a loop.
 //!
 //! Architecture Invariant: nothing here knows a language or a control.
 //!

@@ -39,8 +39,8 @@ impl Names {
         Self { taken: BTreeSet::from(["NOTHING".to_owned()]) }
     }
 
-    /// An identifier that is as like a name as can be: what is no letter or digit becomes an underscore. A word of the
-    /// standard, a name that begins with a digit, and one that was given before, get something behind or in front.
+    /// An identifier that is as like a name as can be: what is not a letter or a digit becomes an underscore. A word of the
+    /// standard, a name that begins with a digit, and one that was given before, get something after or in front.
     pub fn make(&mut self, name: &str) -> String {
         let mut made = String::new();
         for c in name.chars() {

@@ -130,7 +130,7 @@ impl Project {
         self
     }
 
-    /// The functions that the statements call, each behind those that it calls itself.
+    /// The functions that the statements call, each after those that it calls itself.
     pub(crate) fn functions(&self) -> Vec<&'static Function> {
         let mut wanted: BTreeSet<&str> = BTreeSet::new();
         let called = |line: &String| -> Vec<&'static str> {
@@ -146,7 +146,7 @@ impl Project {
                 open.extend(function.into_iter().flat_map(|function| function.needs));
             }
         }
-        // In the table each function stands behind those that it calls.
+        // In the table each function stands after those that it calls.
         functions::all().filter(|function| wanted.contains(function.name)).collect()
     }
 }

@@ -17,7 +17,7 @@ pub trait Run {
     /// Why they can't be had.
     fn ticks(&mut self) -> Result<(u64, u64), String>;
 
-    /// The values that variables have at the end of a tick, as people read them; of a control that runs those of now. Names that
+    /// The values that variables have at the end of a tick, as people read them; of a control that runs the present ones. Names that
     /// have no single value are left out.
     ///
     /// # Errors

@@ -201,7 +201,7 @@ pub enum Command {
         /// When it triggers; `None` switches the trigger off.
         trigger: Option<Trigger>,
     },
-    /// Look for the trigger again, behind the tick in which it was met.
+    /// Look for the trigger again, after the tick in which it was met.
     ScopeNextTrigger,
     /// Put one of the two cursors on a tick.
     ScopeCursor {

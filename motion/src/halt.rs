@@ -38,7 +38,7 @@ pub(crate) enum Pause {
 }
 
 impl System {
-    /// Whether the moves stand still behind `\\`.
+    /// Whether the moves stand still after `\\`.
     pub(crate) fn is_paused(&self) -> bool {
         matches!(self.pause, Pause::Stopped(_))
     }
@@ -141,7 +141,7 @@ impl Machine<'_> {
         })
     }
 
-    /// R or S behind `\\`: the moves go on where they stood.
+    /// R or S after `\\`: the moves go on where they stood.
     pub(crate) fn resume(&mut self, system: usize, wanted: bool, step: bool) {
         let this = &mut self.state.systems[system];
         (this.running, this.flag, this.step) = (true, wanted, step);

@@ -86,7 +86,7 @@ impl Look<'_> {
 
 impl Machine<'_> {
     /// Sets a value as the machine would. A motor in closed loop can't be moved by hand. An on-line command, set to something
-    /// other than 0, is given as in the background behind the tick before.
+    /// other than 0, is given as in the background after the tick before.
     pub fn set(&mut self, name: MotionName, value: f64) {
         if let MotionName::Online(command) = name
             && value != 0.0

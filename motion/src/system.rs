@@ -56,7 +56,7 @@ pub(crate) struct Argument {
     pub(crate) value: f64,
 }
 
-/// How many moves `/` keeps at most: so many are calculated ahead.
+/// How many moves `/` keeps at most: this many are calculated ahead.
 pub(crate) const MAX_KEPT: usize = 2;
 
 /// The calls that PRELUDE1 makes.

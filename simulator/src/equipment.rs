@@ -137,7 +137,7 @@ pub struct MachineDevice {
 /// A key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineKey {
-    /// Its name in capitals, as a stimulus has it behind `KEY.`.
+    /// Its name in capitals, as a stimulus has it after `KEY.`.
     pub name: String,
     /// The variable that it sets.
     pub sets: Option<String>,
@@ -232,7 +232,7 @@ fn machine_axis(setup: &Setup, at: usize, axis: &Axis) -> MachineAxis {
     };
     let (actual, commanded, error) = match is_pmi {
         true => (one(format!("@POSRG[{at}]")), Some(one(format!("@CMDRG[{at}]"))), None),
-        // The lag stands behind the actual position (NCT 6.4).
+        // The lag stands after the actual position (NCT 6.4).
         false => (words(100 + 5 * at), None, Some(words(102 + 5 * at))),
     };
     let entry = setup.table.axes.get(at);

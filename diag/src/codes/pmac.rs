@@ -172,7 +172,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X10",
         "statement that can't be exported",
-        "Of `plcc export`. SEND, DISPLAY, COMMAND, ADDRESS of a system other than 1, computed numbers of variables, functions of angles and logarithms, statements of L-variables, motion programs, and M-variables that are no binary field of a plain word are not written in IEC 61131-3.",
+        "Of `plcc export`. SEND, DISPLAY, COMMAND, ADDRESS of a system other than 1, computed numbers of variables, functions of angles and logarithms, statements of L-variables, motion programs, and M-variables that are not a binary field of a plain word are not written in IEC 61131-3.",
         "Leave it out of the text that is exported, and write the new program for this place by hand.",
     ),
     code(

@@ -72,14 +72,14 @@ impl CommentsInOrder {
         Self { files }
     }
 
-    /// What stands in a file before this line is no comment of a statement.
+    /// What stands in a file before this line is not the comment of a statement.
     pub(crate) fn skip_to(&mut self, file: FileId, line: u32) {
         if let Some((_, next)) = self.files.get_mut(file.0 as usize) {
             *next = line.max(*next);
         }
     }
 
-    /// The comments in front of a statement and behind it.
+    /// The comments in front of a statement and after it.
     pub(crate) fn of_statement(&mut self, span: Span, line: u32) -> (Vec<String>, String) {
         let Some((comments, next)) = self.files.get_mut(span.file.0 as usize) else {
             return Default::default();
@@ -92,7 +92,7 @@ impl CommentsInOrder {
         (front, comments.at(line).to_owned())
     }
 
-    /// The comments behind the last statement of a file.
+    /// The comments after the last statement of a file.
     pub(crate) fn rest(&mut self, span: Span) -> Vec<String> {
         let Some((comments, next)) = self.files.get_mut(span.file.0 as usize) else {
             return vec![];

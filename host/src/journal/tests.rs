@@ -126,7 +126,7 @@ fn a_log_that_cannot_be_written_is_an_error_in_simulated_time_only() {
     assert_eq!(owner.finish(), Ok(()));
 }
 
-/// What the program tells people is for them alone, at most so many sentences a second.
+/// What the program tells people is for them alone, and a limited number of sentences a second.
 #[test]
 fn faults_are_sentences_and_no_lines_of_the_log() {
     let ((mut log, to_log), (mut console, to_console)) = (pipe().unwrap(), pipe().unwrap());

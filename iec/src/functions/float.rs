@@ -4,7 +4,7 @@
 use crate::project::Function;
 use crate::project::Type::{Dint, Lint, Lreal};
 
-/// Each behind those that it calls.
+/// Each after those that it calls.
 pub(super) const FUNCTIONS: &[Function] = &[
     Function {
         name: "FLOAT_MOST",

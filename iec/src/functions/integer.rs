@@ -3,7 +3,7 @@
 use crate::project::Function;
 use crate::project::Type::{Bool, Dint, Int, Lint, Uint, Usint};
 
-/// Each behind those that it calls.
+/// Each after those that it calls.
 pub(super) const FUNCTIONS: &[Function] = &[
     Function {
         name: "INTEGER_OF",

@@ -6,7 +6,7 @@ mod integer;
 
 use crate::project::Function;
 
-/// All of them, each behind those that it calls.
+/// All of them, each after those that it calls.
 pub fn all() -> impl Iterator<Item = &'static Function> {
     integer::FUNCTIONS.iter().chain(float::FUNCTIONS)
 }

@@ -1,4 +1,4 @@
-//! The value that each variable has in the run that is shown, behind its name.
+//! The value that each variable has in the run that is shown, after its name.
 
 use std::collections::BTreeSet;
 

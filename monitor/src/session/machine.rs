@@ -27,7 +27,7 @@ const PATH_POINTS: u64 = 2000;
 const PATH_TIME: Duration = Duration::from_millis(30);
 /// How long ways are collected after the last view of the machine.
 const PATH_WANTED: Duration = Duration::from_secs(3);
-/// How many lines of a program are shown in front of the one that is carried out, and behind it.
+/// How many lines of a program are shown in front of the one that is carried out, and after it.
 const LINES_AROUND: usize = 4;
 /// How long a key is pressed: in ticks, and in nanoseconds where those are short (as in a stimulus).
 const PRESS_TICKS: u64 = 5;

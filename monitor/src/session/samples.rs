@@ -18,7 +18,7 @@ impl Samples {
         Self { first, rows: VecDeque::new() }
     }
 
-    /// The tick behind the last one.
+    /// The tick after the last one.
     pub(super) fn end(&self) -> u64 {
         self.first + self.rows.len() as u64
     }

@@ -372,7 +372,7 @@ impl Session<'_> {
         Ok(Reply::default())
     }
 
-    /// Looks for the trigger again, behind the tick in which it was met.
+    /// Looks for the trigger again, after the tick in which it was met.
     pub(super) fn scope_next_trigger(&mut self) -> Result<Reply, Refusal> {
         let (Some(met), Some(trigger)) = (self.scope.trigger_tick, self.scope.trigger.clone())
         else {

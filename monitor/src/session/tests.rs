@@ -397,7 +397,7 @@ fn the_pmac_terminal_reports_motors_from_their_registers() {
 const AXIS: &str = "I100=1 I122=20 I120=10 I121=0 I119=0.5 I116=50 I117=0.5 I190=1000\n&1\n#1->1000X\n\
 OPEN PROG 1 CLEAR\nLINEAR ABS F10\nX5\nCLOSE\nOPEN PROG 2 CLEAR\nWHILE(1<2)\nX5\nX0\nENDWHILE\nCLOSE\nOPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n";
 
-/// Goes on by so many ticks, and follows them.
+/// Goes on by a number of ticks, and follows them.
 fn run_on(session: &mut crate::Session<'_>, ticks: u64) {
     session.apply(Command::Follow).unwrap();
     let last = session.status().last_tick;

@@ -1,7 +1,7 @@
 //! Numbers that name a program and a label in it: those of CALL and B, and those of G, M, T and D codes (guide, Writing a Motion
 //! Program).
 
-/// How many labels stand behind the point.
+/// How many labels stand after the point.
 const LABELS: f64 = 100_000.0;
 
 /// A program and a label in it, as a number gives them: any numbers, of which not each names something. The label 0 is the top.
@@ -14,7 +14,7 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// That of CALL and B: the program in front of the point, the label behind it.
+    /// That of CALL and B: the program in front of the point, the label after it.
     pub fn of_number(number: f64) -> Self {
         let program = libm::floor(number);
         Self { program, label: libm::round((number - program) * LABELS) }

@@ -14,7 +14,7 @@ use super::destination::Destination;
 enum Make {
     /// The word alone.
     Word(MotionAction),
-    /// With the number behind it.
+    /// With the number after it.
     Number(fn(f64) -> MotionAction),
 }
 
@@ -69,18 +69,18 @@ pub struct Online {
     pub number: u8,
     /// The index of the word in [`WORDS`].
     word: u8,
-    /// The bits of the number behind the word; those of 0 where none follows.
+    /// The bits of the number after the word; those of 0 where none follows.
     operand: u64,
 }
 
-/// A number behind a word: of signs, digits, a point and an exponent.
+/// A number after a word: of signs, digits, a point and an exponent.
 fn operand(text: &str) -> Option<f64> {
     let is_plain =
         text.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+' | b'E'));
     text.parse::<f64>().ok().filter(|number| is_plain && number.is_finite())
 }
 
-/// The number behind the word that gives an action; 0 where there is none.
+/// The number after the word that gives an action; 0 where there is none.
 fn operand_of(action: &MotionAction) -> f64 {
     use JogGoal::{By, FromActual, To, ToAndKeep};
     match *action {

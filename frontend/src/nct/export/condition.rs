@@ -1,5 +1,5 @@
 //! Conditions (NCT 4.2 to 4.11). One with an indirect access is computed test by test in front of its IF, since such an access writes
-//! status flags, which the tests behind it may ask.
+//! status flags, which the tests after it may ask.
 
 use plcc_iec::{Expression, Level};
 

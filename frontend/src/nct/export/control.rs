@@ -47,7 +47,7 @@ impl Writer<'_> {
         self.outputs.read_bit(bit(Space::Y, digits)).into_text()
     }
 
-    /// Lines that have a module begin, and the control go on with a block behind it.
+    /// Lines that have a module begin, and the control go on with a block after it.
     fn enter(&self, number: usize, after: usize) -> Vec<String> {
         let own = &self.own;
         let fuel = if number == 0 { MOST_OF_0 } else { MOST };

@@ -95,7 +95,7 @@ struct Writer<'a> {
     /// Lines of inputs and outputs that are used.
     lines_in: BTreeMap<(u16, u8), String>,
     lines_out: BTreeMap<(u16, u8), String>,
-    /// What the NC gives, for each unit of inputs that is no line.
+    /// What the NC gives, for each unit of inputs that is not a line.
     from_nc: BTreeMap<Unit, String>,
     /// Registers, counters, timers and constants.
     registers: BTreeMap<Word, String>,
@@ -169,7 +169,7 @@ impl<'a> Writer<'a> {
         this
     }
 
-    /// The lines that the program names, and those behind its images.
+    /// The lines that the program names, and those after its images.
     fn find_lines(&mut self, used: &[Named], names: &mut Names) {
         let (mut lines_in, mut lines_out) = (BTreeSet::new(), BTreeSet::new());
         for variable in used {
@@ -249,7 +249,7 @@ impl<'a> Writer<'a> {
         items
     }
 
-    /// The text of the lines behind one up to another.
+    /// The text of the lines after one up to another.
     fn source_between(&self, before: u32, line: u32) -> Vec<String> {
         let from = before.min(line) as usize;
         let lines = self.program.text.lines().skip(from).take((line as usize).saturating_sub(from));

@@ -53,7 +53,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The value of an operand that is no indirect access.
+    /// The value of an operand that is not an indirect access.
     pub(super) fn operand(&self, operand: Operand) -> Expression {
         match operand {
             Operand::Const(value) => Expression::name(value.to_string()),
@@ -343,7 +343,7 @@ impl Writer<'_> {
         self.own.slots.get(usize::from(slot)).map_or("", String::as_str)
     }
 
-    /// Lines that write a word; those of an indirect access are done where its address is one, and write the flags behind them.
+    /// Lines that write a word; those of an indirect access are done where its address is one, and write the flags after them.
     fn with_address(&self, word: Word, lines_of: impl FnOnce() -> Vec<String>) -> Vec<String> {
         let Word::Indirect(at) = word else { return lines_of() };
         let mut lines = self.find_address(at);
@@ -361,7 +361,7 @@ impl Writer<'_> {
     }
 }
 
-/// Stands in a list of lines where the flags of an indirect access belong: behind the result and in front of its flags.
+/// Stands in a list of lines where the flags of an indirect access belong: after the result and in front of its flags.
 pub(super) const FLAGS_FOLLOW: &str = "FLAGS";
 
 /// All bits of a word turned.

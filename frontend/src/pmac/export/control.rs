@@ -70,7 +70,7 @@ impl Writer<'_> {
         ((units / 8388.608).round() as u64).max(1)
     }
 
-    /// Puts the block behind its scan into each program.
+    /// Puts the block after its scan into each program.
     pub(super) fn chained(mut plcs: Vec<Plc<'_>>) -> Vec<Plc<'_>> {
         let count = plcs.len();
         let compiled = plcs.iter().position(|plc| plc.compiled && plc.number > 0);

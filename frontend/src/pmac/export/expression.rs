@@ -152,7 +152,7 @@ fn binary(op: Bin, left: Typed, right: Typed) -> Typed {
     })
 }
 
-/// Those that begin with `!` are the negations of the others, also for what is no number.
+/// Those that begin with `!` are the negations of the others, also for what is not a number.
 fn compare(cmp: Cmp, left: &Typed, right: &Typed) -> Expression {
     let whole = left.whole().zip(right.whole());
     let is_whole = whole.is_some();

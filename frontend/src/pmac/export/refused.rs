@@ -42,7 +42,7 @@ fn why(download: &Download, loaded: &Loaded, stmt: &Stmt) -> Option<String> {
         let is_known = !is_field || field_of(download, loaded, kind, number).is_some();
         let letter = if kind == Kind::L { 'L' } else { 'M' };
         (!is_known)
-            .then(|| format!("{letter}{number} is no binary field of a plain word of memory"))
+            .then(|| format!("{letter}{number} is not a binary field of a plain word of memory"))
     };
     match stmt.kind {
         StmtKind::Text(..) => {

@@ -30,7 +30,7 @@ impl Presentation for Program {
         access::name(accessed).map(|name| name.to_string())
     }
 
-    /// Statements enable and disable PLCs, but no observer is told that as a write. An on-line command is no variable.
+    /// Statements enable and disable PLCs, but no observer is told that as a write. An on-line command is not a variable.
     fn accessed(&self, name: &str) -> Option<Accessed> {
         let name = PmacName::parse(name, &self.loaded.layout).ok()?;
         let is_told =

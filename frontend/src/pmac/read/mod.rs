@@ -8,7 +8,7 @@
 //! 2. [`download`] reads that text: on-line commands ([`online`], `buffers`) and the statements of
 //!    the buffers between them ([`statement`], `structure`, `command`, `texts`, `ring`). Both use
 //!    the parsers of [`expr`], [`assign`], [`define`] and the table of `words`. `motion_program` and
-//!    `motion_structure` read motion programs, in which lines count, `motion_calls` the words behind calls; `kinematics` is for the programs of
+//!    `motion_structure` read motion programs, in which lines count, `motion_calls` the words after calls; `kinematics` is for the programs of
 //!    Turbo PMAC's kinematics, which are read as PLCs. `skip` passes over other buffers. After an error, `report` and `recover` find where reading goes on, and
 //!    `other_languages` says what people who know other languages probably meant.
 

@@ -78,7 +78,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// The words from the cursor to the end of the line, or to what is no word. `next` is the number of the first. The
+    /// The words from the cursor to the end of the line, or to what is not a word. `next` is the number of the first. The
     /// cursor stays where it is.
     fn words_ahead(&mut self, next: u16, values: &mut Vec<Expr>, words: &mut Vec<LineWord>) {
         let before = self.reader.cur;
@@ -143,7 +143,7 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// The letter and the value of the word at the cursor; `None` if there is none. Velocities and the like behind the value
+    /// The letter and the value of the word at the cursor; `None` if there is none. Velocities and the like after the value
     /// are passed over.
     fn word_ahead(&mut self) -> Option<(u8, Expr)> {
         self.reader.cur.blanks();

@@ -7,7 +7,7 @@ use super::Own;
 use super::variables::Variables;
 use crate::pmi::ast::{Checked, Meaning, SymbolId};
 
-/// The whole body of the program. `rest` are the comments behind the last statement.
+/// The whole body of the program. `rest` are the comments after the last statement.
 pub(super) fn body(
     checked: &Checked,
     variables: &mut Variables<'_>,

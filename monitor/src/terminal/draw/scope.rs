@@ -98,7 +98,7 @@ fn course(channel: &Channel, view: &ScopeView, width: usize) -> String {
         .collect()
 }
 
-/// The row with the times: a stroke at each mark, and its time behind it where there is room.
+/// The row with the times: a stroke at each mark, and its time after it where there is room.
 fn axis(view: &ScopeView, width: usize) -> String {
     let mut row = String::new();
     for mark in &view.axis {

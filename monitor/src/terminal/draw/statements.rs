@@ -49,7 +49,7 @@ pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
     frame.render_widget(Paragraph::new(lines), area);
 }
 
-/// The comment of the source behind the last row of a statement, as far as there is room for a few words.
+/// The comment of the source after the last row of a statement, as far as there is room for a few words.
 fn add_comment(row: &mut Line<'static>, comment: &str, width: usize) {
     /// How many cells have to be free.
     const LEAST: usize = 12;
