@@ -146,6 +146,7 @@ impl Place {
     }
 
     /// Reads the value; `None` where it lies outside the image.
+    #[inline]
     pub fn read(self, image: &[u8]) -> Option<Number> {
         let at = self.offset as usize;
         let rest = image.get(at..)?;

@@ -148,6 +148,16 @@ fn a_row_on_what_is_held_lasts_one_tick_and_a_key_jams_a_device() {
 }
 
 #[test]
+fn a_flag_that_a_row_has_set_is_written_by_the_control_again_in_the_next_tick() {
+    let program = ":000\nJ0\n:001\nLI541 SY540\nLI540 SY010\nJ1\n";
+    let folder = Folder::with(&[("a.plc", program), ("k.csv", "tick,name,value\n5,I540,0\n")]);
+    let run = "run a.plc --ticks 9 --simulate --stimulus k.csv --watch I540,Y010";
+    let trace = folder.plcc(run).exits(0).stdout;
+    assert_eq!(rows(&trace, "I540"), [(0, 0), (1, 1), (5, 0), (6, 1)]);
+    assert_eq!(rows(&trace, "Y010"), [(0, 0), (1, 1), (5, 0), (6, 1)]);
+}
+
+#[test]
 fn devices_stand_beside_a_pmac_too() {
     let source = "I5=2\nM1->Y:$FFC2,0\nM2->Y:$FFC2,8\nOPEN PLC 1 CLEAR\nM2=1\nP1=M1\nCLOSE\n";
     let table = "[[simulator.device]]\nname = \"K1\"\nkind = \"relay\"\noutput = \"M2\"\ninput = \"M1\"\n\

@@ -44,6 +44,10 @@ pub trait Access {
 
     /// Sets a variable as a row of the stimulus does, so that nothing else is written in this tick.
     fn row(&mut self, variable: Handle, value: i64);
+
+    /// A number that grows whenever a write may have been refused, or anything but a write may have set a variable. While it
+    /// stays, a flag outside of the image has the value that was written to it last.
+    fn revision(&self) -> u64;
 }
 
 /// A variable of the control that the program need not have.

@@ -237,7 +237,7 @@ impl Simulator {
         let State { tick, told, control, devices, .. } = &mut self.state;
         let mut now = Context { tick: *tick, tick_ns: self.tick_ns, access, told };
         let mut outputs_live = true;
-        let positions: &[i128] = match (&self.control, control) {
+        let positions: &[i128] = match (&mut self.control, control) {
             (Control::Pmi(control), ControlState::Pmi(state)) => {
                 control.step(state, &mut now);
                 state.actual()

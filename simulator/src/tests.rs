@@ -26,6 +26,7 @@ struct Table {
     numbers: HashMap<String, u32>,
     values: Vec<i64>,
     by_row: Vec<bool>,
+    revision: u64,
     /// The flags of which a byte consists.
     bytes: HashMap<u32, [u32; 8]>,
 }
@@ -89,6 +90,11 @@ impl Access for Table {
     fn row(&mut self, Handle(number): Handle, value: i64) {
         self.values[number as usize] = value;
         self.by_row[number as usize] = true;
+        self.revision += 1;
+    }
+
+    fn revision(&self) -> u64 {
+        self.revision
     }
 }
 
@@ -151,7 +157,10 @@ impl Desk {
         self.simulator.step(&mut self.table);
         let tick = self.tick;
         self.told.extend(self.simulator.take_told().map(|told| (tick, told)));
-        self.table.by_row.fill(false);
+        if self.table.by_row.contains(&true) {
+            self.table.by_row.fill(false);
+            self.table.revision += 1;
+        }
         self.tick += 1;
     }
 

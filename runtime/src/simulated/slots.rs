@@ -48,6 +48,8 @@ pub(super) struct Slots {
     slots: Vec<Slot>,
     /// Whether a row has set any of them in this tick.
     any_row: bool,
+    /// How often anything but a write of the simulator has changed what is known of them.
+    revision: u64,
 }
 
 /// What a checkpoint holds of them.
@@ -66,7 +68,7 @@ pub(super) struct Bound<'a> {
 
 impl Slots {
     pub(super) fn new(names: Arc<dyn Names>) -> Self {
-        Self { names, slots: vec![], any_row: false }
+        Self { names, slots: vec![], any_row: false, revision: 0 }
     }
 
     fn get(&self, Handle(number): Handle) -> Option<&Slot> {
@@ -82,6 +84,7 @@ impl Slots {
     pub(super) fn row(&mut self, variable: VariableKey, value: Setting, names: &dyn Names) {
         let bits = Bits::of(variable, names);
         let number = value.integer();
+        self.revision += 1;
         for slot in &mut self.slots {
             let overlap = slot.bits.zip(bits).filter(|(own, other)| own.overlap(*other));
             if slot.variable != variable && overlap.is_none() {
@@ -102,12 +105,15 @@ impl Slots {
         if let Some(slot) = self.slots.get_mut(number as usize) {
             slot.stuck = Some(value);
         }
+        self.revision += 1;
     }
 
     /// The step of the tick is done.
     pub(super) fn end_tick(&mut self) {
         if std::mem::take(&mut self.any_row) {
             self.slots.iter_mut().for_each(|slot| slot.by_row = false);
+            // In the next tick what the row has set is written over.
+            self.revision += 1;
         }
     }
 
@@ -133,6 +139,7 @@ impl Slots {
             (slot.last, slot.by_row) = (last, by_row);
             self.any_row |= by_row;
         }
+        self.revision += 1;
     }
 
     /// Takes what rows have set outside the image over from another program's variables.
@@ -142,6 +149,7 @@ impl Slots {
             let same = old.slots.iter().find(|was| was.variable == slot.variable);
             slot.last = same.and_then(|was| was.last).filter(|_| slot.source == Source::LastSet);
         }
+        self.revision += 1;
     }
 
     fn slot(&self, variable: VariableKey, wanted: Use) -> Slot {
@@ -277,5 +285,9 @@ impl Access for Bound<'_> {
         let names = Arc::clone(&self.slots.names);
         self.slots.row(variable, Setting::Int(value), &*names);
         self.executive.write(variable, Setting::Int(value));
+    }
+
+    fn revision(&self) -> u64 {
+        self.slots.revision
     }
 }

@@ -12,7 +12,7 @@ const REGISTERS: usize = 200;
 /// How many bytes of memory F there are.
 const MEMORY: usize = 1000;
 
-/// Flags, a byte each.
+/// Flags, eight in a byte.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flags([u8; BYTES]);
 
@@ -37,7 +37,7 @@ impl Flags {
         }
     }
 
-    fn set_byte(&mut self, byte: usize, value: u8) {
+    pub(super) fn set_byte(&mut self, byte: usize, value: u8) {
         if let Some(flags) = self.0.get_mut(byte) {
             *flags = value;
         }
@@ -71,8 +71,8 @@ const READ: [std::ops::RangeInclusive<usize>; 2] = [40..=67, 70..=97];
 /// The output flags of messages.
 pub(super) const MESSAGES: std::ops::RangeInclusive<usize> = 70..=89;
 
-/// The flags that the NC holds: byte, and its bits.
-const HELD: [(usize, &[usize]); 17] = [
+/// The flags that the NC holds: byte, and its bits. None of them is in the image: what was written stays.
+const HELD: [(usize, &[usize]); 20] = [
     (51, &[1]),
     (52, &[0, 1, 2, 3, 4, 5, 6, 7]),
     (53, &[0, 1, 2, 7]),
@@ -90,11 +90,12 @@ const HELD: [(usize, &[usize]); 17] = [
     (92, AXIS),
     (93, AXIS),
     (94, AXIS),
+    (95, AXIS),
+    (96, AXIS),
+    (97, AXIS),
 ];
 /// The flags of an axis.
 const AXIS: &[usize] = &[0, 1, 3, 7];
-/// The flags of the last axes.
-const HELD_TOO: [(usize, &[usize]); 3] = [(95, AXIS), (96, AXIS), (97, AXIS)];
 
 /// The registers that the NC holds.
 fn held_registers() -> impl Iterator<Item = usize> {
@@ -112,7 +113,10 @@ pub(super) struct Variables {
     feed_code: Variable,
     spindle_override_code: Variable,
     rapid_code: Variable,
-    flags: Vec<(usize, usize, Variable)>,
+    /// For each byte of flags that the NC holds its number, and its flags.
+    flags: Vec<(usize, [Variable; 8])>,
+    /// The flags that were written last, and the revision of the variables then.
+    written: Option<(Flags, u64)>,
     registers: Vec<(usize, Variable)>,
     /// I700 to I897.
     messages: Vec<Variable>,
@@ -145,9 +149,13 @@ impl Variables {
             .map(|byte| (byte, Variable::find(access, &format!("Y{byte:02}0"), Use::Byte)));
         let bytes = bytes.collect();
         let mut write = |name: &str| Variable::find(access, name, Use::Write);
-        let held = HELD.iter().chain(&HELD_TOO);
-        let held = held.flat_map(|(byte, bits)| bits.iter().map(|bit| (*byte, *bit)));
-        let flags = held.map(|(byte, bit)| (byte, bit, write(&format!("I{byte:02}{bit}"))));
+        let flags = HELD.iter().map(|(byte, bits)| {
+            let mut flags = [Variable::default(); 8];
+            for (bit, flag) in flags.iter_mut().enumerate().filter(|(bit, _)| bits.contains(bit)) {
+                *flag = write(&format!("I{byte:02}{bit}"));
+            }
+            (*byte, flags)
+        });
         let flags = flags.collect();
         let registers = held_registers().map(|number| (number, write(&format!("RH{number:03}"))));
         let registers = registers.collect();
@@ -163,6 +171,7 @@ impl Variables {
             spindle_override_code,
             rapid_code,
             flags,
+            written: None,
             registers,
             messages,
             overrides,
@@ -203,7 +212,7 @@ impl Variables {
 
     /// What is written.
     pub(super) fn writes(&self) -> Vec<Handle> {
-        let flags = self.flags.iter().map(|(.., flag)| *flag);
+        let flags = self.flags.iter().flat_map(|(_, flags)| *flags);
         let registers = self.registers.iter().map(|(_, register)| *register);
         let all = flags.chain(registers).chain(self.messages.iter().copied()).chain(self.overrides);
         all.filter_map(Variable::handle).collect()
@@ -239,10 +248,23 @@ impl Variables {
         }
     }
 
-    pub(super) fn write(&self, access: &mut dyn Access, flags: &Flags, registers: &Registers) {
-        for (byte, bit, variable) in &self.flags {
-            variable.write(access, flags.is_on(*byte, *bit).into());
+    /// Writes what the NC holds. Of the flags only those are looked at that have changed since they were written.
+    pub(super) fn write(&mut self, access: &mut dyn Access, flags: &Flags, registers: &Registers) {
+        let revision = access.revision();
+        let written = self.written.filter(|(_, at)| *at == revision);
+        for (byte, variables) in &self.flags {
+            let now = flags.byte(*byte);
+            let changed = written.map_or(u8::MAX, |(before, _)| before.byte(*byte) ^ now);
+            if changed == 0 {
+                continue;
+            }
+            for (bit, variable) in variables.iter().enumerate() {
+                if changed >> bit & 1 != 0 {
+                    variable.write(access, (now >> bit & 1).into());
+                }
+            }
         }
+        self.written = Some((*flags, revision));
         for (number, variable) in &self.registers {
             variable.write(access, registers.get(*number).into());
         }

@@ -61,6 +61,11 @@ struct Increments {
     lag: i64,
 }
 
+/// The byte with these bits, the lowest first.
+fn byte(bits: [bool; 8]) -> u8 {
+    bits.into_iter().rev().fold(0, |byte, bit| byte << 1 | u8::from(bit))
+}
+
 impl Step<'_, '_> {
     /// Whether the output flag Ypqr is 1: byte `pq`, bit `r`.
     fn y(&self, byte: usize, bit: usize) -> bool {
@@ -114,7 +119,7 @@ impl Nct {
 
     /// Does a step: machine on; what drops a block; I547 and answers; block; buffer; movements by hand; axes of the PLC;
     /// spindles; messages; serial data; chopping.
-    pub(crate) fn step(&self, state: &mut State, now: &mut Context<'_>) {
+    pub(crate) fn step(&mut self, state: &mut State, now: &mut Context<'_>) {
         if now.tick == 0 {
             self.variables.first_overrides(now.access, self.setup.rapid_override.is_some());
         }
@@ -144,10 +149,9 @@ impl Nct {
     }
 
     /// Writes everything that the control holds.
-    fn write(&self, state: &State, step: &mut Step<'_, '_>) {
+    fn write(&mut self, state: &State, step: &mut Step<'_, '_>) {
         let increments = std::array::from_fn(|axis| self.increments(state, axis));
-        let mut flags = Flags::default();
-        self.nc_flags(state, step, &increments, &mut flags);
+        let flags = self.nc_flags(state, step, &increments);
         let mut registers = Registers::default();
         self.registers(state, &increments, &mut registers);
         self.variables.write(step.now.access, &flags, &registers);
@@ -159,57 +163,53 @@ impl Nct {
         state: &State,
         step: &Step<'_, '_>,
         increments: &[Increments; state::AXES],
-        flags: &mut Flags,
-    ) {
-        *flags = step.strobes;
+    ) -> Flags {
+        let mut flags = step.strobes;
+        flags.set(51, 1, state.interrupted);
+        flags.set(53, 7, state.message.is_some());
+        let [off, on] = [false, true];
         let faulty = state.fault.is_some();
-        for (byte, bit, on) in [
-            (53, 7, state.message.is_some()),
-            (54, 0, state.machine_on),
-            (54, 1, true),
-            (54, 2, faulty),
-            (54, 5, state.home_block),
-            (54, 6, state.buffer_full),
-            (54, 7, state.blocks_held),
-            (55, 0, state.stopped),
-            (55, 1, state.interpolation_done),
-            (55, 2, state.ignores_stop),
-            (55, 3, state.is_feed),
-            (55, 4, state.is_thread),
-            (51, 1, state.interrupted),
-            (60, 6, state.serial.sent),
-            (60, 7, state.serial.received),
-            (67, 5, state.chopping),
-            (67, 6, state.is_chopping),
-            (67, 7, state.stands_at_r),
-        ] {
-            flags.set(byte, bit, on);
+        let [home, full, held] = [state.home_block, state.buffer_full, state.blocks_held];
+        flags.set_byte(54, byte([state.machine_on, on, faulty, off, off, home, full, held]));
+        flags.set(55, 0, state.stopped);
+        flags.set(55, 1, state.interpolation_done);
+        flags.set(55, 2, state.ignores_stop);
+        flags.set(55, 3, state.is_feed);
+        flags.set(55, 4, state.is_thread);
+        flags.set(60, 6, state.serial.sent);
+        flags.set(60, 7, state.serial.received);
+        flags.set(67, 5, state.chopping);
+        flags.set(67, 6, state.is_chopping);
+        flags.set(67, 7, state.stands_at_r);
+        let of_second = state.spindles.each_ref().map(|spindle| spindle.is_synchronous);
+        for (spindle, (number, [third, fourth])) in
+            state.spindles.iter().zip([(65, [off, off]), (66, of_second)])
+        {
+            let [command, oriented, positioned] =
+                [spindle.has_command, spindle.is_oriented, spindle.is_positioned];
+            let [at_speed, stands] = [spindle.is_at_speed, spindle.stands];
+            let bits = [command, oriented, positioned, third, fourth, off, at_speed, stands];
+            flags.set_byte(number, byte(bits));
         }
-        for (spindle, byte) in state.spindles.iter().zip([65, 66]) {
-            flags.set(byte, 0, spindle.has_command);
-            flags.set(byte, 1, spindle.is_oriented);
-            flags.set(byte, 2, spindle.is_positioned);
-            flags.set(byte, 6, spindle.is_at_speed);
-            flags.set(byte, 7, spindle.stands);
-        }
-        for (spindle, bit) in state.spindles.iter().zip([3, 4]) {
-            flags.set(66, bit, spindle.is_synchronous);
-        }
-        let [by_hand, by_hand_rapidly] = state.moved_by_hand();
-        let moves = state.moves | by_hand;
-        let moves_rapidly = state.moves_rapidly | by_hand_rapidly;
+        let [mut moves, mut moves_rapidly] = state.moved_by_hand();
+        moves |= state.moves;
+        moves_rapidly |= state.moves_rapidly;
+        let mut in_position = 0;
         let axes = state.plc_axes.iter().zip(increments).enumerate();
         for (axis, (of_plc, Increments { lag, .. })) in axes {
-            flags.set(56, axis, lag.abs() <= self.setup.in_position);
+            in_position |= u8::from(lag.abs() <= self.setup.in_position) << axis;
             let [plc_moves, plc_moves_rapidly] = of_plc.moves();
-            flags.set(61, axis, moves >> axis & 1 != 0 || plc_moves);
-            flags.set(62, axis, moves_rapidly >> axis & 1 != 0 || plc_moves_rapidly);
+            moves |= u8::from(plc_moves) << axis;
+            moves_rapidly |= u8::from(plc_moves_rapidly) << axis;
             let homed = state.homed >> axis & 1 != 0;
             let [stands, empty] = [of_plc.stands(), of_plc.is_empty()];
-            for (bit, on) in [(0, stands), (1, empty), (3, homed), (7, state.machine_on)] {
-                flags.set(90 + axis, bit, on);
-            }
+            let bits = [stands, empty, off, homed, off, off, off, state.machine_on];
+            flags.set_byte(90 + axis, byte(bits));
         }
+        flags.set_byte(56, in_position);
+        flags.set_byte(61, moves);
+        flags.set_byte(62, moves_rapidly);
+        flags
     }
 
     fn increments(&self, state: &State, axis: usize) -> Increments {
