@@ -413,7 +413,7 @@ fn a_trace_that_ends_in_vcd_is_a_value_change_dump() {
                     #80000\nb101 !\n#100000\n";
     assert_eq!(changes, expected);
     let (header, _) = run("b.plc --ticks 2 --watch F020,I002");
-    assert!(header.contains("integer 64 ! F020 $end"), "{header}");
+    assert!(header.contains("wire 16 ! F020 $end"), "{header}");
     assert!(header.contains("wire 1 \" I002 $end"), "{header}");
     let (header, changes) = run("c.pmc --ticks 2 --watch P1");
     assert!(header.contains("$var real 64 ! P1 $end"), "{header}");
@@ -425,11 +425,14 @@ fn groups_of_lines_and_words_have_their_own_widths_in_waveforms() {
     let pmi = "$INPUT\nTPOS = 0/4-7/BCD\nTEMP = 1/0-7/TWOC\n$OUTPUT\nOUT = 2/0-7/B\n$INTEGER\nN, LIST[2]\n$LONG\nL\n\
                $END\nN = -2\nL = -3\nOUT = TPOS\nLIST[1] = TEMP\n";
     let pmac = "M9->Y:$FFC2,8,8\nM8->Y:$FFC2,0\nM10->Y:$FFC2,16,8,S\nI5=2\nOPEN PLC 1 CLEAR\nM9=P1\nM10=0-2\nCLOSE\n";
+    let nct = ":001\nI001 UF0203 Z\nLF020 SRH050\nJ1\n:000\nJ0\n";
     let folder = Folder::with(&[
         ("a.pmi", pmi),
         ("a.csv", "tick,name,value\n1,TPOS,7\n1,TEMP,-5\n"),
         ("b.pmc", pmac),
         ("b.csv", "tick,name,value\n1,P1,200\n1,M8,1\n"),
+        ("c.nct", nct),
+        ("c.csv", "tick,name,value\n1,I001,1\n2,Y01,40000\n"),
     ]);
     for (line, declared, values) in [
         (
@@ -456,8 +459,24 @@ fn groups_of_lines_and_words_have_their_own_widths_in_waveforms() {
             ["wire 8 ! M9", "wire 1 \" M8", "integer 8 # M10", "real 64 $ P1", "real 64", "wire 1"],
             ["b11001000 !", "1\"", "b11111110 #", "r200 $", "b0 !", "0\""],
         ),
+        (
+            "c.nct --stimulus c.csv",
+            [
+                "wire 16 ! F020",
+                "wire 1 \" F0203",
+                "wire 16 # RH050",
+                "wire 16 $ Y01",
+                "wire 16",
+                "wire 1",
+            ],
+            ["b1000 !", "1\"", "b1000 #", "b1001110001000000 $", "b0 !", "0\""],
+        ),
     ] {
-        let names = if line.starts_with('a') { "TPOS,TEMP,OUT,N,L,LIST" } else { "M9,M8,M10,P1" };
+        let names = match line.get(..1) {
+            Some("a") => "TPOS,TEMP,OUT,N,L,LIST",
+            Some("b") => "M9,M8,M10,P1",
+            _ => "F020,F0203,RH050,Y01",
+        };
         folder
             .plcc(&format!("run {line} --ticks 4 --watch {names} --trace t.vcd --record r.plcrec"))
             .exits(0);

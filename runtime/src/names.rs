@@ -38,6 +38,8 @@ pub struct Properties {
     /// Where the value lies in the process image, of an array the first element. `None` for what is kept elsewhere
     /// or in parts. That of a PMAC's M-variable is the place after load; the program may move it.
     pub value: Option<Place>,
+    /// How many bits an integer of at least 0 has that lies in parts or elsewhere, where that is known.
+    pub width: Option<u8>,
     /// Where the physical lines of an input or output lie, if that is known and another place than the value.
     pub line: Option<Place>,
     /// The unit of the value; empty where none is known.
@@ -54,6 +56,7 @@ impl Properties {
             elements: None,
             direction: Direction::Internal,
             value,
+            width: None,
             line: None,
             unit: "",
             can_be_forced: false,

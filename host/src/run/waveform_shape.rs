@@ -35,7 +35,10 @@ impl WaveformShape {
                 let signed = matches!(ty, Type::Integer | Type::Long | Type::SignedBits);
                 bits(u32::from(width).clamp(1, UNKNOWN_WIDTH), signed)
             }
-            (Class::Integer, None) => bits(UNKNOWN_WIDTH, true),
+            (Class::Integer, None) => match properties.width {
+                Some(width) => bits(u32::from(width).clamp(1, UNKNOWN_WIDTH), false),
+                None => bits(UNKNOWN_WIDTH, true),
+            },
             (Class::Fraction, None) => Self::Real,
         }
     }

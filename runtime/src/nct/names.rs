@@ -191,7 +191,10 @@ impl Names for NctNames {
             NctName::M(_) => "min",
             _ => "",
         };
-        Properties { direction, line, unit, can_be_forced, ..Properties::internal(class, value) }
+        // A group of flags without its last digit is a word (NCT 2.1.1), as OP is.
+        let width = (class == Class::Integer && value.is_none()).then_some(16);
+        let internal = Properties::internal(class, value);
+        Properties { direction, width, line, unit, can_be_forced, ..internal }
     }
 
     /// NCT has no arrays.
