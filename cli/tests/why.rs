@@ -303,6 +303,97 @@ fn a_fault_or_message_is_asked_for_by_its_text() {
     assert!(why.contains("the control shows the message \"LUBRICATION\"."), "{why}");
 }
 
+/// PLC 1 tells once that the door is open; PLC 2 tells it as long as it is, and gives commands. PLC 3 is never enabled.
+const TELLS: &str = "M11->Y:$FFC2,0\nM12->Y:$FFC2,1\nI5=2\nOPEN PLC 1 CLEAR\nIF (M11=1)\nIF (P1=0)\nSEND\"DOOR OPEN\"\nP1=1\nENDIF\n\
+                     ELSE\nP1=0\nENDIF\nCLOSE\nOPEN PLC 2 CLEAR\nIF (M12=1 AND P1=1)\nDISPLAY 8\"SHUT IT\"\nCMD\"P5=7\"\nENDIF\nCLOSE\n\
+                     OPEN PLC 3 CLEAR\nSEND\"NEVER\"\nSEND\"P1\"\nCLOSE\nENABLE PLC 1,2\nDISABLE PLC 3\n";
+
+#[test]
+fn pmac_a_text_is_asked_for_by_its_words() {
+    let stimulus = "tick,name,value\n0,M11,0\n0,M12,0\n20,M11,1\n60,M11,0\n";
+    let folder = Folder::with(&[("t.pmc", TELLS), ("t.csv", stimulus)]);
+    let asked = |text: &str, more: &[&str]| {
+        let command = ["why", "t.pmc", text, "--stimulus", "t.csv", "--ticks", "80"];
+        let json = ["--message-format", "json"];
+        let done = folder.run(&[&command[..], more, &json].concat()).exits(0);
+        let people = folder.run(&[&command[..], more].concat()).exits(0).stdout;
+        (serde_json::from_str::<Json>(&done.stdout).unwrap(), people)
+    };
+    // It was sent once, when the door opened; what is told now is about that tick.
+    let (why, text) = asked("door op", &[]);
+    let sent = why["since"].as_u64().unwrap();
+    assert!((20..24).contains(&sent), "{sent}");
+    assert_eq!((&why["name"], &why["value"]), (&json!("SEND\"DOOR OPEN\""), &json!(1)));
+    assert_eq!((&why["file"], &why["line"]), (&json!("t.pmc"), &json!(7)));
+    assert_eq!(why["changed_by"], json!({"kind": "statement", "file": "t.pmc", "line": 7}));
+    let mut held = names(&why);
+    held.sort_by_key(|held| held.0);
+    assert_eq!(held, [("M11", 1.0), ("P1", 0.0)]);
+    assert_eq!(why["would"], json!([]));
+    assert!(
+        text.starts_with(&format!("SEND\"DOOR OPEN\" was executed in tick {sent} (")),
+        "{text}"
+    );
+    // In a later tick it is not sent again: that is held by P1, which the statement after it has set.
+    let (why, text) = asked("SEND\"DOOR OPEN\"", &["--tick", "50"]);
+    assert_eq!((&why["value"], &why["since"], &why["tick"]), (&json!(0), &json!(sent), &json!(50)));
+    assert_eq!(names(&why), [("P1", 1.0)]);
+    assert!(text.contains(&format!("was executed last in tick {sent} (")), "{text}");
+    // Never told: the other key is missing, and would do it.
+    let (why, text) = asked("shut it", &["--tick", "50"]);
+    assert_eq!((&why["value"], &why["changed_by"]["kind"]), (&json!(0), &json!("power-up")));
+    assert_eq!(names(&why), [("M12", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "M12", "value": 1}]]));
+    assert!(
+        text.starts_with(
+            "DISPLAY 8\"SHUT IT\" has not been executed since power-up, because M12 is 0.\n"
+        ),
+        "{text}"
+    );
+    assert!(text.ends_with("The next scan would execute it with M12 = 1.\n"), "{text}");
+    let (command, _) = asked("\"P5=7\"", &["--tick", "50"]);
+    assert_eq!((&command["name"], names(&command)), (&json!("CMD\"P5=7\""), names(&why)));
+    // A PLC that does not run; in quotes it is a text, although a variable has the name.
+    for text in ["never", "\"P1\"", "t.pmc:21"] {
+        let (why, people) = asked(text, &[]);
+        assert_eq!((&why["value"], names(&why)), (&json!(0), vec![]), "{text}");
+        assert!(people.contains("It is in PLC3, which does not run."), "{people}");
+    }
+    assert_eq!(asked("P1", &["--tick", "50"]).0["name"], "P1");
+    let refused = folder.run(&["why", "t.pmc", "\"DOOR\"", "--ticks", "3"]).exits(2).stderr;
+    assert!(refused.contains("\"DOOR\""), "{refused}");
+    let refused = folder.run(&["why", "t.pmc", "P", "--ticks", "3"]).exits(2).stderr;
+    assert!(refused.contains("no variable named"), "{refused}");
+    let refused = folder.run(&["why", "t.pmc", "t", "--ticks", "3"]).exits(2).stderr;
+    assert!(refused.contains("no variable named"), "{refused}");
+    // A record knows the same.
+    folder.plcc("run t.pmc --ticks 80 --stimulus t.csv --record t.plcrec").exits(0);
+    let (of_source, _) = asked("door op", &[]);
+    assert_eq!(json_of(&folder, "t.plcrec DOOR"), of_source);
+}
+
+#[test]
+fn pmac_several_statements_with_one_text_are_asked_for_together() {
+    let program = "M11->Y:$FFC2,0\nI5=2\nOPEN PLC 1 CLEAR\nIF (M11=1)\nSEND\"STOP\"\nELSE\nIF (P1>5)\nSEND\"STOP\"\nENDIF\nENDIF\n\
+                   SEND\"STOPPED\"\nCLOSE\nENABLE PLC 1\n";
+    let folder =
+        Folder::with(&[("t.pmc", program), ("t.csv", "tick,name,value\n0,M11,0\n9,P1,6\n")]);
+    // The one that was executed is explained.
+    let why = json_of(&folder, "t.pmc STOP --stimulus t.csv --ticks 20");
+    let mut held = names(&why);
+    held.sort_by_key(|held| held.0);
+    assert_eq!((&why["line"], held), (&json!(8), vec![("M11", 0.0), ("P1", 6.0)]));
+    // Where none was, what kept each of them; any of the inputs would do.
+    let why = json_of(&folder, "t.pmc STOP --stimulus t.csv --tick 5");
+    let mut held = names(&why);
+    held.sort_by_key(|held| held.0);
+    assert_eq!(held, [("M11", 0.0), ("P1", 0.0)]);
+    let why = json_of(&folder, "t.pmc t.pmc:5 --stimulus t.csv --ticks 20");
+    assert_eq!((&why["value"], names(&why)), (&json!(0), vec![("M11", 0.0)]));
+    let refused = folder.plcc("why t.pmc sto --ticks 3").exits(2).stderr;
+    assert!(refused.contains("name one of them: t.pmc:5 (STOP), t.pmc:11 (STOPPED)"), "{refused}");
+}
+
 /// The next reply of a control to a request.
 fn ask(folder: &Folder, request: Json) -> Json {
     let mut stream = UnixStream::connect(folder.path().join("socket")).unwrap();
@@ -344,6 +435,8 @@ fn a_control_without_a_record_is_explained_by_what_it_tells() {
     let text = folder.run(&["why", "socket", "c.pmi", "door is open"]).exits(0).stdout;
     assert!(text.starts_with("DOPEN is 0 now, because DOOR (S12_DOOR) is 1.\n"), "{text}");
     assert!(text.contains(&format!("forced by {by}\n")), "{text}");
+    let refused = folder.run(&["why", "socket", "\"DOOR IS OPEN\""]).exits(2).stderr;
+    assert!(refused.contains("the texts of a program are in its source"), "{refused}");
     let refused = folder.plcc("why socket c.pmi OUT --tick 3").exits(2).stderr;
     assert!(refused.contains("name that with --record"), "{refused}");
     // Variables are compared; a control says nothing else of its program.

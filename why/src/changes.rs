@@ -12,10 +12,10 @@ use crate::inquiry::{Inquiry, Moment};
 use crate::variable::Variable;
 
 /// How many ticks are looked through at once at first, on the way back; each next time twice as many.
-const SEGMENT: u64 = 64;
+pub(crate) const SEGMENT: u64 = 64;
 
 /// The most ticks that are looked through at once.
-const LONGEST_SEGMENT: u64 = 4096;
+pub(crate) const LONGEST_SEGMENT: u64 = 4096;
 
 /// Where a value comes from.
 #[derive(Clone, Debug)]

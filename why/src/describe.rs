@@ -153,6 +153,31 @@ impl Explanation {
         line.add(PieceKind::Plain, format!("{remark} {since}"));
     }
 
+    /// `SEND"DOOR" was executed in tick 260 (5.20 s)`
+    fn executed(&self, line: &mut Line) {
+        line.add(PieceKind::Name, &*self.name);
+        let is_executed = self.value.0 != 0.0;
+        line.add(
+            PieceKind::Plain,
+            match (&self.changed_by, is_executed) {
+                (ChangedBy::Unknown, true) => " is executed now".to_owned(),
+                (ChangedBy::Unknown, false) => " is not executed now".to_owned(),
+                (_, true) => format!(" was executed in {}", self.tick(self.since)),
+                (ChangedBy::PowerUp, false) => " has not been executed since power-up".to_owned(),
+                (ChangedBy::BeforeRecord, false) => {
+                    " has not been executed since the record begins".to_owned()
+                }
+                (_, false) => {
+                    let since = self.tick(self.since);
+                    format!(
+                        " is not executed in {}, and was executed last in {since}",
+                        self.tick(self.tick)
+                    )
+                }
+            },
+        );
+    }
+
     /// The first sentence: the value, and what holds it.
     fn sentence(&self) -> Line {
         let mut line = Line::default();
@@ -164,7 +189,10 @@ impl Explanation {
             since: self.since,
             changed_by: &self.changed_by,
         };
-        self.since(&of, &mut line);
+        match self.for_people.is_of_text {
+            true => self.executed(&mut line),
+            false => self.since(&of, &mut line),
+        }
         let causes = self.because.iter();
         let causes: Vec<String> = causes
             .map(|cause| {
@@ -184,6 +212,9 @@ impl Explanation {
 
     /// Why it has its value where no operand holds it.
     fn reason_without_operands(&self) -> Option<String> {
+        if self.for_people.is_of_text {
+            return None;
+        }
         Some(match &self.changed_by {
             ChangedBy::Input => ": the machine gives it this value".into(),
             ChangedBy::Stimulus => ": the stimulus has set it".into(),
@@ -323,9 +354,10 @@ impl Explanation {
             found.push(Line::plain(text));
         }
         for task in &self.for_people.idle {
-            found.push(Line::plain(format!(
-                "{task} would give it another value, and does not run."
-            )));
+            found.push(Line::plain(match self.for_people.is_of_text {
+                true => format!("It is in {task}, which does not run."),
+                false => format!("{task} would give it another value, and does not run."),
+            }));
         }
         if let ChangedBy::Statement { file, line } = &self.changed_by
             && (Some(file), Some(*line)) != (self.file.as_ref(), self.line)
@@ -355,15 +387,26 @@ impl Explanation {
                 .collect();
             listed(&wishes, "and")
         };
+        let sets = |sets: &[Vec<Wish>]| {
+            let sets: Vec<String> = sets.iter().map(set).collect();
+            sets.join("; or with ")
+        };
         let text = match self.would.as_slice() {
+            [] if self.for_people.is_of_text => {
+                "No three inputs or fewer would have the next scan execute it.".to_owned()
+            }
+            [only] if only.is_empty() && self.for_people.is_of_text => {
+                "The next scan executes it by itself.".to_owned()
+            }
+            wishes if self.for_people.is_of_text => {
+                format!("The next scan would execute it with {}.", sets(wishes))
+            }
             [] => format!("No three inputs or fewer would make {name} {other} in the next scan."),
             [only] if only.is_empty() => {
                 format!("The next scan makes {name} {other} by itself.")
             }
-            sets => {
-                let sets: Vec<String> = sets.iter().map(set).collect();
-                let sets = sets.join("; or with ");
-                format!("The next scan would make {name} {other} with {sets}.")
+            wishes => {
+                format!("The next scan would make {name} {other} with {}.", sets(wishes))
             }
         };
         let mut line = Line::default();

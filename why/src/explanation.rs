@@ -135,13 +135,13 @@ pub struct Wish {
 /// Why a variable has its value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
-    /// Its name in canonical spelling.
+    /// Its name in canonical spelling; of a text the statement that puts it out.
     pub name: String,
-    /// Its value.
+    /// Its value; of a text 1 if the last scan has executed the statement, otherwise 0.
     pub value: Number,
     /// The tick at which it has it.
     pub tick: u64,
-    /// The tick in which it got that value.
+    /// The tick in which it got that value; of a text that in which the statement was executed last.
     pub since: u64,
     /// The file of the statement that has written it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -182,6 +182,8 @@ pub struct ForPeople {
     pub remark: String,
     /// Whether its values are 0 and 1 alone.
     pub is_logical: bool,
+    /// Whether it is a statement that puts out a text, and its value says whether that was executed.
+    pub is_of_text: bool,
     /// Whether inputs were looked for that would switch it.
     pub was_tried: bool,
     /// The tasks that would give it another value and don't run.

@@ -15,6 +15,7 @@ use crate::Question;
 use crate::explanation::Explanation;
 use crate::graph::Graph;
 use crate::round::Round;
+use crate::texts::AskedText;
 use crate::trial::{Trial, execute};
 use crate::variable::Variable;
 
@@ -221,13 +222,16 @@ impl<'a> Inquiry<'a> {
 
     /// The answer.
     pub(crate) fn explain(mut self, question: &Question) -> Result<Explanation, DebugError> {
+        let steps = self.trace(question.tick)?.steps.len();
+        let at = Moment { tick: question.tick, step: question.step.unwrap_or(steps).min(steps) };
         let key = match self.names.find(&question.name, Purpose::Watch) {
-            Ok(key) => key,
-            Err(error) => {
-                let named = self.of_text(&question.name)?;
-                let found = named.and_then(|name| self.names.find(&name, Purpose::Watch).ok());
-                found.ok_or_else(|| DebugError(error.to_string()))?
+            Ok(key) if quoted(&question.name).is_none() => key,
+            found => match self.of_text(&question.name)? {
+                Some(OfText::Variable(name)) => self.names.find(&name, Purpose::Watch),
+                Some(OfText::Statements(asked)) => return self.text(&asked, at, question),
+                None => found,
             }
+            .map_err(|error| DebugError(error.to_string()))?,
         };
         if self.names.properties(key).elements.is_some() {
             return Err(DebugError(format!(
@@ -236,38 +240,82 @@ impl<'a> Inquiry<'a> {
                 self.names.canonical(key)
             )));
         }
-        let steps = self.trace(question.tick)?.steps.len();
-        let at = Moment { tick: question.tick, step: question.step.unwrap_or(steps).min(steps) };
         let variable = self.named(&self.names.canonical(key));
         self.tree(&variable, at, question.would)
     }
 
-    /// The variable of the fault or message with a text; small and capital letters are the same. `None` if none has it.
+    /// What has a text: a fault or message, or statements that put it out; small and capital letters are the same. `None` if
+    /// nothing has it.
     ///
     /// # Errors
     /// When several have it.
-    fn of_text(&self, text: &str) -> Result<Option<String>, DebugError> {
-        let text = text.trim().to_lowercase();
-        let all = self.checked().announcements();
+    fn of_text(&self, asked: &str) -> Result<Option<OfText>, DebugError> {
+        let text = quoted(asked).unwrap_or(asked).trim().to_lowercase();
+        let announced = self.checked().announcements().into_iter();
+        let announced = announced.map(|one| (one.text, OfText::Variable(one.name)));
+        let mut all: Vec<(String, OfText)> = announced.collect();
+        let mut by_text: BTreeMap<String, Vec<u32>> = BTreeMap::new();
+        for one in self.checked().text_statements() {
+            if self.shown_place(one.statement) == asked.trim() {
+                let statements = vec![one.statement];
+                return Ok(Some(OfText::Statements(AskedText { text: one.text, statements })));
+            }
+            by_text.entry(one.text).or_default().push(one.statement);
+        }
+        all.extend(by_text.into_iter().map(|(text, statements)| {
+            (text.clone(), OfText::Statements(AskedText { text, statements }))
+        }));
         let has = |exactly: bool| {
             let matches = |other: &str| match exactly {
                 true => other.to_lowercase() == text,
                 false => other.to_lowercase().contains(&text),
             };
-            all.iter().filter(|one| matches(&one.text)).collect::<Vec<_>>()
+            all.iter().filter(|(other, _)| matches(other)).collect::<Vec<_>>()
         };
         let found = if text.is_empty() { vec![] } else { has(true) };
-        let found = if found.is_empty() && text.len() > 1 { has(false) } else { found };
+        let may_be_part = found.is_empty() && text.len() > 1 && quoted(asked).is_none();
+        let found = if may_be_part { has(false) } else { found };
         match found.as_slice() {
             [] => Ok(None),
-            [one] => Ok(Some(one.name.clone())),
+            [(_, one)] => Ok(Some(one.clone())),
             several => {
-                let named = several.iter().map(|one| format!("{} ({})", one.name, one.text));
+                let name = |of: &OfText| match of {
+                    OfText::Variable(name) => name.clone(),
+                    OfText::Statements(asked) => asked
+                        .statements
+                        .first()
+                        .map_or_else(String::new, |&at| self.shown_place(at)),
+                };
+                let named = several.iter().map(|(text, of)| format!("{} ({text})", name(of)));
                 let named = named.collect::<Vec<_>>().join(", ");
                 Err(DebugError(format!("several have this text; name one of them: {named}")))
             }
         }
     }
+
+    /// Where a statement begins, as `FILE:LINE`.
+    fn shown_place(&self, statement: u32) -> String {
+        let place = self.place(statement);
+        place.map_or_else(String::new, |place| {
+            format!("{}:{}", self.program.sources().path(place.file), place.line)
+        })
+    }
+}
+
+/// What has a text.
+#[derive(Clone, Debug)]
+enum OfText {
+    /// The variable of a fault or message.
+    Variable(String),
+    /// Statements that put it out.
+    Statements(AskedText),
+}
+
+/// The text of a name that is a text in quotes, which may have the statement's word in front: `"DOOR OPEN"`, `SEND"DOOR OPEN"`.
+fn quoted(name: &str) -> Option<&str> {
+    let (word, text) = name.trim().strip_suffix('"')?.split_once('"')?;
+    let is_word = word.chars().all(|c| c.is_ascii_alphanumeric() || c == ' ' || c == ',');
+    is_word.then_some(text)
 }
 
 fn accessed_name(program: &DebuggedProgram, accessed: Accessed) -> Option<String> {

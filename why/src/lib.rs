@@ -28,6 +28,7 @@ mod inquiry;
 mod operands;
 mod reasons;
 mod round;
+mod texts;
 mod tree;
 mod trial;
 mod variable;
@@ -42,7 +43,9 @@ use inquiry::Inquiry;
 /// What is asked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// The variable: a single one, or an element of an array; or the text of a fault or message, or a part of it.
+    /// The variable: a single one, or an element of an array. Or the text of a fault or message, or one that a statement puts
+    /// out, or a part of it; in quotes it is nothing but a text, all of it. Or the place of a statement that puts out a text, as
+    /// `FILE:LINE`.
     pub name: String,
     /// The tick.
     pub tick: u64,
@@ -50,12 +53,15 @@ pub struct Question {
     pub step: Option<usize>,
     /// Whether inputs are looked for that would switch it.
     pub would: bool,
+    /// Whether the answer for a text that was put out before the tick is about the last tick in which it was. Otherwise it says
+    /// why the text is not put out in the tick itself.
+    pub looks_back: bool,
 }
 
 impl Question {
-    /// Why a variable has the value that it has at the end of a tick, and what would switch it.
+    /// Why a variable has the value that it has at the end of a tick, and what would switch it; or why a text was put out last.
     pub fn new(name: impl Into<String>, tick: u64) -> Self {
-        Self { name: name.into(), tick, step: None, would: true }
+        Self { name: name.into(), tick, step: None, would: true, looks_back: true }
     }
 }
 

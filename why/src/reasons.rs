@@ -67,8 +67,9 @@ impl Inquiry<'_> {
         if let Some((step, statement)) = written {
             let decided = Decided::Value(Rc::clone(variable));
             let operands = self.operands(step, &decided)?;
-            self.add_followed(variable, operands, &mut reasons)?;
-            self.add_guards(variable, value, (step, statement), &round, &mut reasons)?;
+            self.add_followed(Some(variable), operands, &mut reasons)?;
+            let of = Some((variable, value));
+            self.add_guards(of, (step, statement), &round, &mut reasons)?;
         }
         self.add_others(variable, value, (&image, &round), &mut reasons)?;
         Ok(reasons)
@@ -78,7 +79,7 @@ impl Inquiry<'_> {
     /// holds those.
     fn add_followed(
         &mut self,
-        of: &Rc<Variable>,
+        of: Option<&Rc<Variable>>,
         operands: Vec<Operand>,
         reasons: &mut Reasons,
     ) -> Result<(), DebugError> {
@@ -91,8 +92,9 @@ impl Inquiry<'_> {
                     found.reverse();
                     open.extend(found);
                 }
-                (Some(variable), _) if variable.name == of.name => {
+                (Some(variable), _) if of.is_some_and(|of| variable.name == of.name) => {
                     // What an earlier scan has left is not a reason.
+                    let Some(of) = of else { continue };
                     if self.followed < MOST_FOLLOWED && self.is_written_before(of, operand.at)? {
                         self.followed += 1;
                         let value = operand.value.number();
@@ -149,12 +151,11 @@ impl Inquiry<'_> {
         Ok(None)
     }
 
-    /// Adds what holds the conditions on the way to the statement that has written a variable, if the variable had
-    /// another value before.
-    fn add_guards(
+    /// Adds what holds the conditions on the way to a statement; of one that has written a variable, those before which the
+    /// variable had another value.
+    pub(crate) fn add_guards(
         &mut self,
-        variable: &Rc<Variable>,
-        value: f64,
+        of: Option<(&Rc<Variable>, f64)>,
         (step, statement): (Moment, u32),
         round: &Round,
         reasons: &mut Reasons,
@@ -171,11 +172,16 @@ impl Inquiry<'_> {
                 if self.way_taken(execution)? != Some(guard.way) {
                     continue;
                 }
-                let image = self.image(execution)?;
-                let before = variable.value_in(&image).map(Value::number);
-                if before != Some(value) {
+                let counts = match of {
+                    Some((variable, value)) => {
+                        let image = self.image(execution)?;
+                        variable.value_in(&image).map(Value::number) != Some(value)
+                    }
+                    None => true,
+                };
+                if counts {
                     let operands = self.operands(execution, &Decided::Way)?;
-                    self.add_followed(variable, operands, reasons)?;
+                    self.add_followed(of.map(|of| of.0), operands, reasons)?;
                 }
                 open.push(guard.condition);
             }
@@ -201,20 +207,32 @@ impl Inquiry<'_> {
             if self.would_write(writer, variable, image).is_none_or(|other| other == value) {
                 continue;
             }
-            let task = self.task_of(writer);
-            let (blockers, is_reached) = self.blockers(writer, round)?;
-            if blockers.is_empty() && !is_reached && !round.tasks.contains(&task) {
-                reasons.idle.push(task);
-            }
-            for (at, condition) in blockers {
-                // What stands before the statement that has written it would be overwritten.
-                let is_overwritten = reasons
-                    .written
-                    .is_some_and(|(_, last)| writer < last && !self.graph.depends(last, condition));
-                if !is_overwritten {
-                    let operands = self.operands(at, &Decided::Way)?;
-                    self.add_followed(variable, operands, reasons)?;
-                }
+            self.add_blockers(Some(variable), writer, round, reasons)?;
+        }
+        Ok(())
+    }
+
+    /// Adds what kept a statement from being executed; `of` is the variable that it would have written.
+    pub(crate) fn add_blockers(
+        &mut self,
+        of: Option<&Rc<Variable>>,
+        statement: u32,
+        round: &Round,
+        reasons: &mut Reasons,
+    ) -> Result<(), DebugError> {
+        let task = self.task_of(statement);
+        let (blockers, is_reached) = self.blockers(statement, round)?;
+        if blockers.is_empty() && !is_reached && !round.tasks.contains(&task) {
+            reasons.idle.push(task);
+        }
+        for (at, condition) in blockers {
+            // What stands before the statement that has written it would be overwritten.
+            let is_overwritten = reasons
+                .written
+                .is_some_and(|(_, last)| statement < last && !self.graph.depends(last, condition));
+            if !is_overwritten {
+                let operands = self.operands(at, &Decided::Way)?;
+                self.add_followed(of, operands, reasons)?;
             }
         }
         Ok(())

@@ -7,13 +7,23 @@ use plcc_frontend::common::Value;
 use plcc_replay::DebugError;
 
 use crate::changes::Origin;
-use crate::explanation::{Announcing, Cause, Explanation, ForPeople, Number, Said};
+use crate::explanation::{Announcing, Cause, Explanation, ForPeople, Number, Said, Wish};
 use crate::inquiry::{Inquiry, Moment};
 use crate::reasons::Reasons;
 use crate::variable::Variable;
 
 /// How many variables an answer has at most.
 const MOST_NODES: usize = 1000;
+
+/// What is asked for.
+pub(crate) struct Root {
+    pub(crate) variable: Rc<Variable>,
+    pub(crate) value: f64,
+    pub(crate) at: Moment,
+    pub(crate) reasons: Reasons,
+    /// Since when it has its value, where that is known already: the variable stands for a statement that puts out a text.
+    pub(crate) origin: Option<Origin>,
+}
 
 /// A variable of the answer.
 struct Node {
@@ -34,10 +44,30 @@ impl Inquiry<'_> {
         would: bool,
     ) -> Result<Explanation, DebugError> {
         let value = self.value_at(variable, at)?;
-        let nodes = self.nodes(variable, value, at)?;
+        let reasons = self.reasons(variable, value, at)?;
+        let is_stopped = self.trace(at.tick)?.stop.is_some();
+        let is_tried = would && variable.is_logical && !is_stopped;
+        let root = Root { variable: Rc::clone(variable), value, at, reasons, origin: None };
+        let would = if is_tried { Some(self.would(variable, value, at)?) } else { None };
+        self.answer(root, would)
+    }
+
+    /// The answer for what is asked for; `would` are the sets of inputs that would switch it, where they were looked for.
+    pub(crate) fn answer(
+        mut self,
+        root: Root,
+        would: Option<Vec<Vec<Wish>>>,
+    ) -> Result<Explanation, DebugError> {
+        let Root { variable, value: _, at, reasons: _, origin } = &root;
+        let (variable, at, given) = (Rc::clone(variable), *at, origin.clone());
+        let is_of_text = given.is_some();
+        let nodes = self.nodes(root)?;
         let asked: Vec<_> =
             nodes.iter().map(|node| (Rc::clone(&node.variable), node.value, node.at)).collect();
-        let origins = self.origins(&asked)?;
+        let mut origins = self.origins(&asked)?;
+        if let (Some(first), Some(given)) = (origins.first_mut(), given) {
+            *first = given;
+        }
         let idle = nodes.first().map(|node| node.reasons.idle.clone()).unwrap_or_default();
         let tasks = &self.program.tables().tasks;
         let mut idle: Vec<String> =
@@ -66,8 +96,7 @@ impl Inquiry<'_> {
         let announces = announces.next_back();
         let trace = self.trace(at.tick)?;
         let stopped = trace.stop.as_ref().map(|stop| stop.code.clone());
-        let is_tried = would && is_logical && stopped.is_none();
-        let would = if is_tried { self.would(variable, value, at)? } else { vec![] };
+        let was_tried = would.is_some();
         Ok(Explanation {
             name: root.name,
             said: root.said,
@@ -78,12 +107,13 @@ impl Inquiry<'_> {
             line: root.line,
             because: root.because,
             changed_by: root.changed_by,
-            would,
+            would: would.unwrap_or_default(),
             for_people: ForPeople {
                 statement: root.statement,
                 remark: root.remark,
                 is_logical,
-                was_tried: is_tried,
+                was_tried,
+                is_of_text,
                 idle,
                 tick_ns,
                 announces,
@@ -109,12 +139,7 @@ impl Inquiry<'_> {
     }
 
     /// The variables of the answer; the first one is that which is asked for.
-    fn nodes(
-        &mut self,
-        variable: &Rc<Variable>,
-        value: f64,
-        at: Moment,
-    ) -> Result<Vec<Node>, DebugError> {
+    fn nodes(&mut self, root: Root) -> Result<Vec<Node>, DebugError> {
         let node = |variable, value, at| Node {
             variable,
             value,
@@ -122,13 +147,18 @@ impl Inquiry<'_> {
             reasons: Reasons::default(),
             because: vec![],
         };
-        let mut nodes = vec![node(Rc::clone(variable), value, at)];
+        let Root { variable, value, at, reasons, origin: _ } = root;
         let mut seen = HashSet::from([variable.name.clone()]);
+        let mut nodes = vec![node(variable, value, at)];
+        let mut known = Some(reasons);
         let mut next = 0;
         while let Some((variable, value, at)) =
             nodes.get(next).map(|node| (Rc::clone(&node.variable), node.value, node.at))
         {
-            let reasons = self.reasons(&variable, value, at)?;
+            let reasons = match known.take() {
+                Some(reasons) => reasons,
+                None => self.reasons(&variable, value, at)?,
+            };
             let mut because = vec![];
             for operand in &reasons.operands {
                 let Some(variable) = &operand.variable else { continue };

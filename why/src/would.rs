@@ -8,10 +8,11 @@ use plcc_abi::place::Direction;
 use plcc_frontend::common::Accessed;
 use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_replay::DebugError;
-use plcc_runtime::{Setting, VariableKey};
+use plcc_runtime::{Event, Executive, Setting, Value, VariableKey};
 
 use crate::explanation::{Number, Wish};
 use crate::inquiry::{Inquiry, Moment};
+use crate::texts::AskedText;
 use crate::variable::Variable;
 
 /// How many sets are looked for.
@@ -44,6 +45,38 @@ impl Inquiry<'_> {
         at: Moment,
     ) -> Result<Vec<Vec<Wish>>, DebugError> {
         let Some(key) = variable.key else { return Ok(vec![]) };
+        let is_switched =
+            move |executive: &mut dyn Executive, _: &[Event]| match executive.read(key) {
+                Value::Int(number) => number as f64 != value,
+                Value::Float(number) => number != value,
+                Value::Array(_) => false,
+            };
+        self.sets(at, &|inquiry| inquiry.choices(vec![Rc::clone(variable)], vec![]), &is_switched)
+    }
+
+    /// The smallest sets of inputs with which the next scan puts out a text.
+    pub(crate) fn would_put_out(
+        &mut self,
+        asked: &AskedText,
+        at: Moment,
+    ) -> Result<Vec<Vec<Wish>>, DebugError> {
+        if self.trace(at.tick)?.stop.is_some() {
+            return Ok(vec![]);
+        }
+        let is_put_out = |_: &mut dyn Executive, events: &[Event]| {
+            events.iter().any(|event| asked.is_put_out_by(event))
+        };
+        self.sets(at, &|inquiry| inquiry.choices(vec![], asked.statements.clone()), &is_put_out)
+    }
+
+    /// The smallest sets of the choices after which a tick does what is looked for, as `is_done` says of the executive and
+    /// the events of the tick.
+    fn sets(
+        &mut self,
+        at: Moment,
+        choices: &dyn Fn(&mut Self) -> Result<Vec<Choice>, DebugError>,
+        is_done: &dyn Fn(&mut dyn Executive, &[Event]) -> bool,
+    ) -> Result<Vec<Vec<Wish>>, DebugError> {
         let round = self.round(at)?;
         // Where the tasks run in turn, one reads what another has written: all of them run twice at most before that has
         // come from the first to the last.
@@ -52,7 +85,7 @@ impl Inquiry<'_> {
             turn => 2 * turn,
         };
         self.go_behind(at.tick)?;
-        let choices = self.choices(variable)?;
+        let choices = choices(self)?;
         let state = self.history.executive().checkpoint();
         let mut engine = self.checked().interpreter();
         let given = self.program.given();
@@ -63,15 +96,11 @@ impl Inquiry<'_> {
                 executive.write(choice.key, setting(choice.value));
             }
             for _ in 0..ticks {
-                if executive.tick(engine.as_mut(), &mut vec![]).is_err() {
+                let mut events = vec![];
+                if executive.tick(engine.as_mut(), &mut events).is_err() {
                     return Ok(false);
                 }
-                let now = match executive.read(key) {
-                    plcc_runtime::Value::Int(number) => number as f64,
-                    plcc_runtime::Value::Float(number) => number,
-                    plcc_runtime::Value::Array(_) => return Ok(false),
-                };
-                if now != value {
+                if is_done(executive, &events) {
                     return Ok(true);
                 }
             }
@@ -108,14 +137,21 @@ impl Inquiry<'_> {
         Ok(found)
     }
 
-    /// The inputs on which a variable depends, the nearest ones first, each with its other values.
-    fn choices(&mut self, variable: &Rc<Variable>) -> Result<Vec<Choice>, DebugError> {
+    /// The inputs on which variables depend, and whether statements are executed, the nearest ones first, each with its other
+    /// values.
+    fn choices(
+        &mut self,
+        variables: Vec<Rc<Variable>>,
+        mut statements: Vec<u32>,
+    ) -> Result<Vec<Choice>, DebugError> {
         let image = self.history.executive().image().to_vec();
         let mut choices: Vec<Choice> = vec![];
         let mut inputs = 0;
-        let mut seen = HashSet::from([variable.name.clone()]);
+        let mut seen: HashSet<String> = variables.iter().map(|one| one.name.clone()).collect();
         let mut seen_statements = HashSet::new();
-        let mut open = vec![(Rc::clone(variable), vec![])];
+        let mut open: Vec<(Rc<Variable>, Vec<f64>)> =
+            variables.into_iter().map(|one| (one, vec![])).collect();
+        self.add_reads(&mut statements, &image, (&mut seen, &mut seen_statements), &mut open);
         while !open.is_empty() && choices.len() < MOST_CHOICES {
             let mut next = vec![];
             for (variable, numbers) in open {
@@ -141,33 +177,45 @@ impl Inquiry<'_> {
                         next.push((part, vec![]));
                     }
                 }
-                while let Some(statement) = statements.pop() {
-                    if !seen_statements.insert(statement) {
-                        continue;
-                    }
-                    let task = self.task_of(statement);
-                    let reads: Vec<Accessed> =
-                        self.effects(task, statement).reads.iter().map(|read| read.0).collect();
-                    let numbers = self.numbers_of(statement, &image);
-                    for read in reads {
-                        if self.checked().is_handed_on(read) {
-                            statements.extend(self.before_it(statement));
-                            continue;
-                        }
-                        let Some(variable) = self.variable(read) else { continue };
-                        if seen.insert(variable.name.clone()) {
-                            next.push((variable, numbers.clone()));
-                        }
-                    }
-                    statements
-                        .extend(self.graph.guards(statement).iter().map(|guard| guard.condition));
-                    statements.extend(self.graph.callers(statement));
-                }
+                let seen = (&mut seen, &mut seen_statements);
+                self.add_reads(&mut statements, &image, seen, &mut next);
             }
             open = next;
         }
         choices.truncate(MOST_CHOICES);
         Ok(choices)
+    }
+
+    /// Adds the variables that statements read, and that the conditions around these read, each with the numbers that the
+    /// statement names; without those that were seen.
+    fn add_reads(
+        &mut self,
+        statements: &mut Vec<u32>,
+        image: &[u8],
+        (seen, seen_statements): (&mut HashSet<String>, &mut HashSet<u32>),
+        found: &mut Vec<(Rc<Variable>, Vec<f64>)>,
+    ) {
+        while let Some(statement) = statements.pop() {
+            if !seen_statements.insert(statement) {
+                continue;
+            }
+            let task = self.task_of(statement);
+            let reads: Vec<Accessed> =
+                self.effects(task, statement).reads.iter().map(|read| read.0).collect();
+            let numbers = self.numbers_of(statement, image);
+            for read in reads {
+                if self.checked().is_handed_on(read) {
+                    statements.extend(self.before_it(statement));
+                    continue;
+                }
+                let Some(variable) = self.variable(read) else { continue };
+                if seen.insert(variable.name.clone()) {
+                    found.push((variable, numbers.clone()));
+                }
+            }
+            statements.extend(self.graph.guards(statement).iter().map(|guard| guard.condition));
+            statements.extend(self.graph.callers(statement));
+        }
     }
 
     /// The statements in front of one to which a register is handed, from the one on that gives the register a value by itself.

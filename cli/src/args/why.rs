@@ -16,7 +16,8 @@ pub(crate) struct WhyArgs {
     #[arg(required = true, value_name = "TARGET")]
     pub(crate) target: Vec<PathBuf>,
 
-    /// The variable: a single one, or an element of an array; or the text of a fault or message, or a part of it
+    /// The variable: a single one, or an element of an array; or the text of a fault, of a message or of a PMAC's
+    /// SEND, DISPLAY or COMMAND, or a part of it; "TEXT" in quotes is nothing but all of a text
     #[arg(value_name = "NAME")]
     pub(crate) name: String,
 

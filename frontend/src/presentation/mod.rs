@@ -13,6 +13,7 @@ mod part;
 mod places;
 mod terminal;
 mod text;
+mod text_statement;
 pub mod tokens;
 mod watch;
 
@@ -31,6 +32,7 @@ pub use part::Part;
 pub use places::{StatementPlace, StatementPlaces};
 pub use terminal::{Answer, Desk, Terminal};
 pub use text::{Block, Piece, Role, Row, rows};
+pub use text_statement::TextStatement;
 pub use watch::{MAX_ROWS, WatchRow};
 
 /// Reads the values of variables at the moment that is shown. A name that has no value is left out.
@@ -140,6 +142,11 @@ pub trait Presentation {
 
     /// The faults and messages that are on in an image.
     fn announced(&self, _image: &[u8]) -> Vec<Announced> {
+        vec![]
+    }
+
+    /// The statements that put out a text of their own, in their order.
+    fn text_statements(&self) -> Vec<TextStatement> {
         vec![]
     }
 

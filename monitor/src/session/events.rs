@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use plcc_runtime::{Event, EventBody};
+use plcc_runtime::{DisplayedText, Event, EventBody};
 
 use super::Session;
 use crate::Refusal;
@@ -93,6 +93,17 @@ fn name_of(body: &EventBody) -> Option<&str> {
     }
 }
 
+/// The text that a statement has put out; `None` for a value, which is not a text of the program.
+fn text_of(body: &EventBody) -> Option<&str> {
+    match body {
+        EventBody::Send { text, .. }
+        | EventBody::Command { text, .. }
+        | EventBody::Macro { text }
+        | EventBody::Display { text: DisplayedText::Text(text), .. } => Some(text),
+        _ => None,
+    }
+}
+
 /// An event in a line.
 fn line(event: &Event) -> EventLine {
     let (kind, on, text) = match &event.body {
@@ -129,7 +140,8 @@ fn line(event: &Event) -> EventLine {
     };
     let text = plcc_abi::printable(&text).replace(['\n', '\t'], " ");
     let name = name_of(&event.body).map(str::to_owned);
-    EventLine { tick: event.tick, time: None, kind, name, on, text }
+    let asked = name.clone().or_else(|| text_of(&event.body).map(|text| format!("\"{text}\"")));
+    EventLine { tick: event.tick, time: None, kind, name, asked, on, text }
 }
 
 /// What DISPLAY has left on the display, if it was used.

@@ -21,17 +21,20 @@ impl Session<'_> {
             return Ok(Reply::default());
         }
         let is_newest = self.time.following && tick.is_none();
+        let looks_back = tick.is_none();
         self.go_to_tick(tick.unwrap_or(self.time.shown))?;
         self.enter_version_of(self.time.shown)?;
         self.executive_tick = None;
         let tick = self.time.shown;
         let (program, history) = self.debugger()?.program_and_history();
-        let mut explanation = explain(program, history, &Question::new(name.trim(), tick))?;
+        let question = Question { looks_back, ..Question::new(name.trim(), tick) };
+        let mut explanation = explain(program, history, &question)?;
         if is_newest && let Some(status) = self.link.as_ref().and_then(|link| link.status()) {
             explanation.note_forces(&|name| forced_by(status, name));
         }
         self.why = Some(view(&explanation));
-        Ok(Reply::message(format!("{} at the end of tick {tick}", explanation.name)))
+        let (name, tick) = (&explanation.name, explanation.tick);
+        Ok(Reply::message(format!("{name} at the end of tick {tick}")))
     }
 
     /// What a control tells of a variable without a record: its value now, and who forces it.

@@ -15,7 +15,7 @@ impl App {
             Page::Events => {
                 let Body::Events(view) = session.view(&Screen::Events).body else { return None };
                 let active = view.active.into_iter().map(|one| Some(one.name));
-                let log = view.log.into_iter().rev().map(|event| event.name);
+                let log = view.log.into_iter().rev().map(|event| event.asked);
                 active.chain(log).nth(self.selected).flatten()
             }
             Page::Statements => {

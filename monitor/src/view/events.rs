@@ -53,6 +53,8 @@ pub struct EventLine {
     pub kind: EventKind,
     /// The variable or flag of a fault or message.
     pub name: Option<String>,
+    /// What a question about it names: the variable or flag, or a text in quotes that the program put out.
+    pub asked: Option<String>,
     /// `on` or `off` of a fault or message.
     pub on: Option<bool>,
     /// The event in words.

@@ -102,7 +102,7 @@ fn of_source(args: &WhyArgs, report: &Report) -> Result<Option<Explanation>, Fai
     };
     let mut debugger = Debugger::new(session);
     let tick = run_to(&mut debugger, last, args.tick.is_some()).map_err(refused)?;
-    answer(&mut debugger, &args.name, tick).map(Some)
+    answer(&mut debugger, args, tick).map(Some)
 }
 
 /// Runs up to a tick, and gives it: the tick in which the program is stopped, if that comes before and need not be the one
@@ -130,12 +130,15 @@ fn of_record(args: &WhyArgs, path: &Path, is_live: bool) -> Result<Explanation, 
     let mut debugger = Debugger::new(session);
     let tick = args.tick.unwrap_or(last);
     debugger.go_to_tick(tick).map_err(refused)?;
-    answer(&mut debugger, &args.name, tick)
+    answer(&mut debugger, args, tick)
 }
 
-fn answer(debugger: &mut Debugger<'_>, name: &str, tick: u64) -> Result<Explanation, Failure> {
+/// The answer at a tick. Of a text it is about the last time that it was put out, unless a tick was asked for.
+fn answer(debugger: &mut Debugger<'_>, args: &WhyArgs, tick: u64) -> Result<Explanation, Failure> {
     let (program, history) = debugger.program_and_history();
-    explain(program, history, &Question::new(name, tick)).map_err(refused)
+    let looks_back = args.tick.is_none();
+    let question = Question { looks_back, ..Question::new(&*args.name, tick) };
+    explain(program, history, &question).map_err(refused)
 }
 
 fn refused(error: DebugError) -> Failure {

@@ -68,7 +68,10 @@ pub(super) fn explanation(
     let history = Launched::new(executive, engine, player, Some(last + 1));
     let mut debugger = Debugger::new(Session::offline(program, Box::new(history), view, true));
     debugger.history_mut().run_unobserved(last).map_err(refused)?;
-    let explanation = answer(&mut debugger, &args.name, last)?.of_present(ticks);
+    let explanation = answer(&mut debugger, args, last)?.of_present(ticks);
+    if explanation.for_people.is_of_text {
+        return Ok(Some(explanation));
+    }
     let value = control.values(std::slice::from_ref(&explanation.name)).map_err(refused)?.1;
     let value = value.get(&explanation.name).and_then(|values| values.first().copied());
     if let Some(value) = value.filter(|value| *value != explanation.value.0) {
@@ -83,6 +86,11 @@ pub(super) fn explanation(
 
 /// The answer for a control of whose program nothing is known.
 fn value_alone(control: &ControlSocket, name: &str) -> Result<Explanation, Failure> {
+    if name.contains('"') {
+        return Err(Failure::usage(
+            "the texts of a program are in its source: name that after the socket, or the record with --record",
+        ));
+    }
     let (ticks, values) = control.values(&[name.to_owned()]).map_err(refused)?;
     let value = match values.get(name).map(Vec::as_slice) {
         Some([value]) => *value,

@@ -10,15 +10,16 @@ mod text;
 mod timers;
 mod watch;
 
-use plcc_abi::pmac::PmacName;
 use plcc_abi::pmac::motion::MotionName;
+use plcc_abi::pmac::{PmacName, Text};
 use plcc_diag::SourceMap;
 
+use super::ast::{Stmt, StmtKind};
 use super::{Program, access, outputs, tasks};
 use crate::common::Accessed;
 use crate::presentation::{
     Announced, Exchange, Fact, IoPoint, PanelDraft, Presentation, Read, Row, StatementPlaces,
-    Terminal, Uses, WatchRow,
+    Terminal, TextStatement, Uses, WatchRow,
 };
 
 pub(super) use classes::{CLASSES, title};
@@ -81,6 +82,24 @@ impl Presentation for Program {
 
     fn defined_name(&self, word: &str) -> Option<String> {
         watch::defined_name(self, word)
+    }
+
+    /// SEND, DISPLAY of a text, COMMAND, and writes to the MACRO ring.
+    fn text_statements(&self) -> Vec<TextStatement> {
+        let tasks = tasks::tasks(&self.download, &self.loaded);
+        let all = (0..).zip(tasks.iter().flat_map(|(_, code)| code.iter()));
+        let of = |(statement, stmt): (u32, &Stmt)| {
+            let StmtKind::Text(index, _) = stmt.kind else { return None };
+            let text = match self.download.texts.get(index as usize)? {
+                Text::Send { text, .. }
+                | Text::Show { text, .. }
+                | Text::Command { text, .. }
+                | Text::Macro { text } => text.clone(),
+                Text::Value { .. } => return None,
+            };
+            Some(TextStatement { statement, text })
+        };
+        all.filter_map(of).collect()
     }
 
     fn io_points(&self, declared: &[String], image: &[u8]) -> Vec<IoPoint> {
