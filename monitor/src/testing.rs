@@ -1,6 +1,6 @@
 //! Sessions of small programs, for tests.
 
-use plcc_abi::Dialect;
+use plcc_abi::{Dialect, GivenName, Program};
 use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
@@ -13,24 +13,40 @@ use crate::{Session, Target};
 
 /// A program with a stimulus, opened, before its first tick.
 pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'static> {
-    open_with(dialect, text, stimulus, &ControlArgs::default())
+    open_with(dialect, text, stimulus, &ControlArgs::default(), vec![])
+}
+
+/// The same with what a machine file says of variables.
+pub(crate) fn open_with_names(
+    dialect: Dialect,
+    text: &str,
+    stimulus: &str,
+    names: Vec<GivenName>,
+) -> Session<'static> {
+    open_with(dialect, text, stimulus, &ControlArgs::default(), names)
 }
 
 /// The same of a PMAC whose motors are simulated.
 pub(crate) fn open_with_motors(text: &str, stimulus: &str) -> Session<'static> {
     let mut args = ControlArgs::default();
     args.pmac.motors = Some(vec![]);
-    open_with(Dialect::Pmac, text, stimulus, &args)
+    open_with(Dialect::Pmac, text, stimulus, &args, vec![])
 }
 
-fn open_with(dialect: Dialect, text: &str, stimulus: &str, args: &ControlArgs) -> Session<'static> {
+fn open_with(
+    dialect: Dialect,
+    text: &str,
+    stimulus: &str,
+    args: &ControlArgs,
+    names: Vec<GivenName>,
+) -> Session<'static> {
     let mut sources = SourceMap::new();
     let file = sources.add("main".to_owned(), text.as_bytes());
     let options = Options::default();
     let loader = MemoryLoader::new();
     let (checked, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
     let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
-    let tables = checked.lower().unwrap().program;
+    let tables = Program { names, ..checked.lower().unwrap().program };
     let make = || plcc_control::executive(&tables, args, false, None).unwrap();
     let (executive, view) = (make(), make());
     let stimulus = format!("tick,name,value\n{stimulus}");

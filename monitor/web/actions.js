@@ -6,7 +6,7 @@ import { element } from "./dom.js";
 // What the machine file says of a variable, in columns; those of which nothing is said are left out.
 export function saidColumns() {
   const column = (title, key, kind = "") => ({ title, cell: (row) => row.said[key], has: (row) => row.said[key], class: kind });
-  return [column("Alias", "alias", "code"), column("What it is", "text"), column("Device", "device", "wide"), column("Terminal", "at", "wide")];
+  return [column("Alias", "alias", "code"), column("What it is", "text", "said"), column("Device", "device", "wide"), column("Terminal", "at", "wide")];
 }
 
 // Names that were typed: separated by blanks or commas outside of brackets.

@@ -20,7 +20,7 @@ export class EventsScreen {
       onActivate: (row) => app.apply({ command: "go_to_tick", tick: row.tick }).then((done) => done && app.open("statements")),
       columns: [
         { title: "Tick", cell: (row) => String(row.tick), class: "numeric" },
-        { title: "Time", cell: (row) => row.time ?? "" },
+        { title: "Time", cell: (row) => row.time ?? "", has: (row) => row.time },
         { title: "Kind", cell: (row) => row.kind, class: "wide" },
         { title: "", cell: (row) => (row.on === null ? "" : row.on ? "on" : "off"), class: "wide" },
         { title: "Text", cell: (row) => row.text },
@@ -50,8 +50,8 @@ export class EventsScreen {
   }
 
   selectedEvent() {
-    const { name, tick } = this.log.selected ?? {};
-    return name ? { name, tick } : null;
+    const { asked, tick } = this.log.selected ?? {};
+    return asked ? { name: asked, tick } : null;
   }
 
   menu() {

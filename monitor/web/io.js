@@ -53,7 +53,7 @@ export class IoScreen {
         // An override of an input changes the variable, one of an output the line alone.
         { title: window.outputs ? "Program assigns" : "Program sees", class: "numeric", cell: (row) => value(row.logical, row, row.forced !== null && !window.outputs) },
         { title: "Line", class: "numeric", cell: (row) => value(row.physical, row, row.forced !== null && window.outputs) },
-        { title: "Override", cell: (row) => row.forced !== null && element("span", { class: "badge" }, `forced to ${row.forced}`) },
+        { title: "Override", has: (row) => row.forced !== null, cell: (row) => row.forced !== null && element("span", { class: "badge" }, `forced to ${row.forced}`) },
       ],
     });
     return table;

@@ -54,7 +54,8 @@ export class ScopeScreen {
     const when = trigger ? ` · trigger: ${trigger.edge === "both" ? "change" : `${trigger.edge} edge`} of ${trigger.expression}` : "";
     const between = body.difference !== null ? ` · A to B: ${timeText(body.difference)}` : "";
     const length = `${body.to - body.from + 1} ticks (${timeText((body.to - body.from + 1) * this.tickSeconds)})`;
-    setText(this.state, `${STATES[body.state]} · ${body.from} – ${body.to}, ${length}${when}${body.trigger_tick !== null ? ` in tick ${body.trigger_tick}` : ""}${between}${body.note ? ` · ${body.note}` : ""}`);
+    const does = body.state === "rolling" && body.tick < body.to ? `shows what is around tick ${body.tick}` : STATES[body.state];
+    setText(this.state, `${does} · ${body.from} – ${body.to}, ${length}${when}${body.trigger_tick !== null ? ` in tick ${body.trigger_tick}` : ""}${between}${body.note ? ` · ${body.note}` : ""}`);
     this.state.dataset.state = body.state;
     const text = JSON.stringify(body);
     if (text === this.last) return;

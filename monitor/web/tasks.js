@@ -16,8 +16,8 @@ export class TasksScreen {
       rowClass: (row) => row.state,
       onActivate: (row) => row.row !== null && goToRow(app, row.row),
       columns: [
-        { title: "Task", cell: (row) => row.name },
-        { title: "State", cell: (row) => row.state },
+        { title: "Task", cell: (row) => row.name, class: "short" },
+        { title: "State", cell: (row) => row.state, class: "short" },
         { title: "Waits or goes on at", cell: (row) => row.place ?? "", class: "code" },
         { title: "Last ran in tick", cell: (row) => (row.tick ?? "–").toString(), class: "numeric wide" },
         { title: "Scans a second", cell: (row) => row.scans_per_second.toFixed(1), class: "numeric" },

@@ -24,7 +24,7 @@ export class VariablesScreen {
       onActivate: (row) => variableMenu(app, row.name),
       columns: [
         { title: "Name", cell: (row) => row.name, class: "code" },
-        { title: "", cell: (row) => row.title ?? "", has: (row) => row.title && !row.said.text && !row.said.device },
+        { title: "", cell: (row) => row.title ?? "", has: (row) => row.title },
         ...saidColumns(),
         { title: "Value", class: "numeric", cell: (row) => element("span", {
           class: `value${row.forced ? " forced" : ""}${row.logical && row.value === "1" ? " true" : ""}`,

@@ -41,11 +41,16 @@ impl Session<'_> {
         for (entry, row) in rows {
             let number = row.fixed.or_else(|| moment.values.get(&row.name).copied());
             let last = self.watch.last.get(&row.name).copied();
-            let resolved =
-                (row.name != entry.name && row.title.is_none()).then(|| entry.name.clone());
+            let said = self.said(&row.name);
+            // The name by which the user called it, unless that is the one of the machine file.
+            let called = || {
+                let is_other = row.name != entry.name;
+                let is_said = said.alias.eq_ignore_ascii_case(&entry.name);
+                (is_other && !is_said).then(|| entry.name.clone())
+            };
             shown.push(VariableRow {
-                title: row.title.map(str::to_owned).or_else(|| self.said_of(&row.name, resolved)),
-                said: self.said(&row.name),
+                title: row.title.map(str::to_owned).or_else(called),
+                said,
                 value: number.map(|value| formatted(value, entry.format, language)),
                 format: entry.format,
                 logical: matches!(number, Some(value) if value == 0.0 || value == 1.0),
@@ -75,15 +80,6 @@ impl Session<'_> {
             device: shown(&said.device),
             at: shown(&said.at),
         })
-    }
-
-    /// What people say of a variable, behind the name by which the user called it, if that is another one.
-    fn said_of(&self, name: &str, called: Option<String>) -> Option<String> {
-        let program = self.debugger.as_ref().map(|debugger| debugger.program());
-        let said = program.and_then(|program| program.given().said_of(name));
-        let Some(mut said) = said.map(|said| said.into_owned()) else { return called };
-        said.alias = called.unwrap_or(said.alias);
-        Some(said.line()).filter(|line| !line.is_empty())
     }
 
     /// The rows of an entry.

@@ -1,13 +1,13 @@
 //! Screens as they are drawn, and what keys do.
 
-use plcc_abi::Dialect;
+use plcc_abi::{Dialect, GivenName};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Modifier;
 
 use super::app::App;
-use crate::testing::open;
+use crate::testing::{open, open_with_names};
 use crate::{Command, Session};
 
 /// A terminal of 80 x 24 with a session.
@@ -19,11 +19,19 @@ struct Screen {
 
 impl Screen {
     fn new(dialect: Dialect, program: &str, stimulus: &str, tick: u64) -> Self {
-        let mut session = open(dialect, program, stimulus);
+        Self::of(open(dialect, program, stimulus), tick)
+    }
+
+    fn of(mut session: Session<'static>, tick: u64) -> Self {
         session.run_to(tick);
         let app = App::new(&session);
         let terminal = Terminal::new(TestBackend::new(80, 24)).unwrap();
         Self { session, app, terminal }
+    }
+
+    /// Makes the terminal wider or narrower.
+    fn resize(&mut self, width: u16) {
+        self.terminal = Terminal::new(TestBackend::new(width, 12)).unwrap();
     }
 
     fn key(&mut self, code: KeyCode) {
@@ -228,6 +236,62 @@ fn panels_are_pressed_and_chosen() {
     screen.drawn();
     screen.keys("p");
     assert!(screen.drawn().contains("nothing can be set here"));
+}
+
+#[test]
+fn what_people_say_has_columns_where_there_is_room() {
+    let given = |name: &str, alias: &str, text: &str, device: &str, at: &str| GivenName {
+        name: name.into(),
+        alias: alias.into(),
+        text: text.into(),
+        device: device.into(),
+        at: at.into(),
+        drawing: String::new(),
+    };
+    let names = vec![
+        given("A", "DOOR", "door of the chuck closed", "-S12", "X11:7"),
+        given("SOL1", "", "clamp", "-K3", ""),
+    ];
+    let session = open_with_names(Dialect::Pmi, PMI, "1,A,1\n", names);
+    let mut screen = Screen::of(session, 19);
+    screen.keys("2i");
+    screen.keys("A,SOL1,N");
+    screen.key(KeyCode::Enter);
+    screen.resize(110);
+    insta::assert_snapshot!(screen.drawn());
+    screen.keys("3");
+    screen.resize(150);
+    insta::assert_snapshot!(screen.drawn());
+    // In a narrow one the values stay.
+    for (width, shown, left_out) in [
+        (70, "-S12", "X11:7"),
+        (62, "door of", "-S12"),
+        (52, "DOOR", "door of"),
+        (44, "A ", "DOOR"),
+    ] {
+        screen.keys("2");
+        screen.resize(width);
+        let text = screen.drawn();
+        assert!(text.contains(shown) && !text.contains(left_out), "{width}: {text}");
+        screen.keys("3");
+        let text = screen.drawn();
+        assert!(text.contains("A        1/1") && text.contains("0/0"), "{width}: {text}");
+    }
+}
+
+#[test]
+fn y_says_why_a_text_in_the_log_was_put_out() {
+    let program = "M11->Y:$FFC2,0\nI5=2\nOPEN PLC 1 CLEAR\nIF (M11=1)\nIF (P1=0)\nSEND\"DOOR OPEN\"\nP1=1\nENDIF\nELSE\nP1=0\nENDIF\n\
+                   CLOSE\nENABLE PLC 1\n";
+    let mut screen = Screen::new(Dialect::Pmac, program, "0,M11,0\n4,M11,1\n", 30);
+    screen.keys("4");
+    let text = screen.drawn();
+    assert!(text.contains("SEND DOOR OPEN"), "{text}");
+    screen.keys("y");
+    let text = screen.drawn();
+    assert!(text.contains("SEND\"DOOR OPEN\" was executed in tick 4"), "{text}");
+    assert!(text.contains("because P1 is 0 and M11 is"), "{text}");
+    assert!(screen.session.status().past);
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub struct AxisMark {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ScopeState {
-    /// It shows the newest ticks.
+    /// It shows the newest ticks, or those around the tick that is shown.
     Rolling,
     /// It waits for the trigger.
     Waiting,

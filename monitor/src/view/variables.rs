@@ -38,7 +38,8 @@ pub struct VariableRow {
     pub entry: String,
     /// The variable.
     pub name: String,
-    /// What it is within its entry: `delayed contact`, `timer counter`, or what it means to the control.
+    /// What it is within its entry: `delayed contact`, `timer counter`; or what it means to the control, or the name by which the
+    /// entry has it.
     pub title: Option<String>,
     /// What the machine file says of it.
     pub said: Said,

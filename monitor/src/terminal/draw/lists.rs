@@ -8,10 +8,11 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::super::app::App;
+use super::said::SaidColumns;
 use super::{first_shown, fitted, word_rows};
 use crate::view::{
-    Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimingView, VariablesView,
-    WhyView,
+    Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimingView, VariableRow,
+    VariablesView, WhyView,
 };
 
 const SELECTED: Style = Style::new().add_modifier(Modifier::REVERSED);
@@ -66,7 +67,7 @@ impl List {
 pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect) {
     let mut list = List::default();
     match body {
-        Body::Variables(view) => variables(view, &mut list),
+        Body::Variables(view) => variables(view, &mut list, usize::from(area.width)),
         Body::Io(view) => return draw_io(app, view, frame, area),
         Body::Events(view) => events(view, &mut list),
         Body::Tasks(view) => tasks(view, &mut list),
@@ -131,7 +132,11 @@ fn why(view: &WhyView, list: &mut List, width: usize) {
     }
 }
 
-fn variables(view: &VariablesView, list: &mut List) {
+/// How many cells a row of the watch list has before what is said of the variable: mark, name, value, whether it has changed or is
+/// forced.
+const BEFORE_SAID: usize = 1 + 16 + 1 + 20 + 2;
+
+fn variables(view: &VariablesView, list: &mut List, width: usize) {
     list.title(format!(
         "watch list {} ({}), values of {}",
         view.list,
@@ -141,13 +146,26 @@ fn variables(view: &VariablesView, list: &mut List) {
     if view.rows.is_empty() {
         list.text("no variable is watched: F1, i or Insert adds some");
     }
+    // What a row is within its entry has a column of its own in front of what the machine file says.
+    let title_of = |row: &VariableRow| row.title.clone().unwrap_or_default();
+    let titles = view.rows.iter().map(|row| title_of(row).chars().count()).max().unwrap_or(0);
+    let room = width.saturating_sub(BEFORE_SAID + titles);
+    let columns = SaidColumns::new(view.rows.iter().map(|row| &row.said), room);
+    let titles = if columns.width() > 0 { titles } else { 0 };
+    if columns.width() > 0 {
+        let gap = BEFORE_SAID + titles + usize::from(titles > 0);
+        list.title(format!("{:gap$}{}", "", columns.titles()));
+    }
     for row in &view.rows {
         let value = row.value.as_deref().unwrap_or("?");
-        let title = row.title.as_deref().unwrap_or_default();
         let forced = if row.forced { '!' } else { ' ' };
         let changed = if row.changed { '*' } else { ' ' };
         let style = if row.forced { FORCED.patch(SELECTED) } else { Style::new() };
-        list.row(format!("{:<16} {value:>20}{changed}{forced} {title}", row.name), style);
+        let title = title_of(row);
+        let gap = if titles > 0 || !title.is_empty() { " " } else { "" };
+        let said = columns.row(&row.said);
+        let value = format!("{:<16} {value:>20}{changed}{forced}", row.name);
+        list.row(format!("{value}{gap}{title:titles$}{said}"), style);
     }
 }
 
@@ -166,10 +184,26 @@ fn draw_io(app: &mut App, view: &IoView, frame: &mut Frame<'_>, area: Rect) {
     ];
     for (number, (window, place)) in view.windows.iter().zip(places).enumerate() {
         let mut list = List::default();
-        list.title(format!("{:<10} value/line", window.title));
+        let width = usize::from(place.width);
+        let longest = |of: &dyn Fn(&IoRow) -> usize| window.rows.iter().map(of).max().unwrap_or(0);
+        let before = longest(&|row| io_value(row).chars().count());
+        let after = longest(&|row| row.place.chars().count());
+        let room = width.saturating_sub(before + after + 3);
+        let columns = SaidColumns::new(window.rows.iter().map(|row| &row.said), room);
+        let title = format!("{:<10} value/line", window.title);
+        list.title(match columns.width() {
+            0 => title,
+            // The columns begin where the values end.
+            _ => {
+                let title = if title.len() > before { window.title.as_str() } else { &title };
+                format!("{}{}", fitted(title, before + 1), columns.titles())
+            }
+        });
         for row in &window.rows {
             let style = if row.forced.is_some() { FORCED.patch(SELECTED) } else { Style::new() };
-            list.row(io_row(row, usize::from(place.width)), style);
+            let left = format!("{:before$}{}", io_value(row), columns.row(&row.said));
+            let room = width.saturating_sub(row.place.chars().count() + 3);
+            list.row(format!("{} {}", fitted(&left, room), row.place), style);
         }
         if number == app.window {
             list.draw(&mut app.selected, frame, place);
@@ -183,13 +217,12 @@ fn draw_io(app: &mut App, view: &IoView, frame: &mut Frame<'_>, area: Rect) {
     }
 }
 
-fn io_row(row: &IoRow, width: usize) -> String {
+/// An input or output with its value, and the one to which it is forced.
+fn io_value(row: &IoRow) -> String {
     let lines = row.physical.as_deref().map(|lines| format!("/{lines}")).unwrap_or_default();
-    let forced = row.forced.as_deref().map(|value| format!("!{value}!")).unwrap_or_default();
+    let forced = row.forced.as_deref().map(|value| format!(" !{value}!")).unwrap_or_default();
     let changed = if row.changed { "*" } else { "" };
-    let left = format!("{:<8} {}{lines}{changed} {forced} {}", row.name, row.logical, row.text);
-    let room = width.saturating_sub(row.place.chars().count() + 3);
-    format!("{} {}", fitted(&left, room), row.place)
+    format!("{:<8} {}{lines}{changed}{forced}", row.name, row.logical)
 }
 
 fn events(view: &EventsView, list: &mut List) {

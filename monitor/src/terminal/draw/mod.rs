@@ -4,6 +4,7 @@ mod lists;
 mod machine;
 mod operator;
 mod panels;
+mod said;
 mod scope;
 mod statements;
 

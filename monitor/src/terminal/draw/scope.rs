@@ -16,6 +16,7 @@ pub(super) fn draw(view: &ScopeView, frame: &mut Frame<'_>, area: Rect) {
     let width = usize::from(area.width);
     let strong = Style::new().add_modifier(Modifier::BOLD);
     let state = match view.state {
+        ScopeState::Rolling if view.tick < view.to => "around the tick that is shown",
         ScopeState::Rolling => "newest ticks",
         ScopeState::Waiting => "waits for the trigger",
         ScopeState::Triggered => "triggered",
