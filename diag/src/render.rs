@@ -178,7 +178,10 @@ impl Excerpts {
             let start = cut_before(text, start.min(text.len()));
             let end = cut_behind(text, end.clamp(start, text.len()));
             let (line, column) = map.line_col(id, start as u32);
-            let piece = printable(text.get(start..end).unwrap_or("")).replace('\t', " ");
+            // Each byte stays one, since places count bytes. A carriage return is the end of a line, or part of one.
+            let piece =
+                text.get(start..end).unwrap_or("").replace("\r\n", " \n").replace('\r', "\n");
+            let piece = printable(&piece).replace('\t', " ");
             let lines = (line as usize).saturating_sub(1);
             let empty_lines = if lines <= MAX_EMPTY_LINES { lines } else { 0 };
             let source = Source::from("\n".repeat(empty_lines) + &piece)
@@ -276,6 +279,23 @@ mod tests {
         assert_eq!(drawn.matches("m.pmi:").count(), 1, "{drawn}");
         assert!(drawn.contains("m.pmi:3:1"), "{drawn}");
         assert!(drawn.find("it is declared here") < drawn.find("╰── here"), "{drawn}");
+    }
+
+    #[test]
+    fn lines_of_every_system_are_shown_alike() {
+        let draw = |text: &str| {
+            let mut map = SourceMap::new();
+            let id = map.add("m.pmi", text.as_bytes());
+            let [first, last] = ["A1", "A3"].map(|part| text.find(part).unwrap_or_default());
+            let at = |start: usize| Span::new(id, start, start + 2);
+            let diagnostic = Diagnostic::error("PMI-10", at(last), "A again");
+            let drawn = super::draw(&map, &diagnostic.label(at(first), "it is here"), false);
+            drawn.lines().map(|line| format!("{}\n", line.trim_end())).collect::<String>()
+        };
+        let drawn = draw("A1\nB2\nA3\n");
+        assert!(drawn.contains(" 1 │ A1\n") && drawn.contains(" 3 │ A3\n"), "{drawn}");
+        assert_eq!(draw("A1\r\nB2\r\nA3\r\n"), drawn);
+        assert_eq!(draw("A1\rB2\rA3\r"), drawn);
     }
 
     #[test]
