@@ -144,10 +144,22 @@ impl Diagnostic {
     }
 
     /// Gives the text that mends it in the place of what it is about, for editors.
-    pub fn replace(mut self, text: impl Into<MessageText>) -> Self {
-        let replacement = Replacement { span: self.span, text: text.into() };
+    pub fn replace(self, text: impl Into<MessageText>) -> Self {
+        let span = self.span;
+        self.replace_at(span, text)
+    }
+
+    /// Gives the text that mends it, and where it is to stand; a span without length is a place where it is inserted.
+    pub fn replace_at(mut self, span: Span, text: impl Into<MessageText>) -> Self {
+        let replacement = Replacement { span, text: text.into() };
         self.details.get_or_insert_default().replacement = Some(replacement);
         self
+    }
+
+    /// Does what [`replace`](Self::replace) does, to a diagnostic that is not just being made.
+    pub fn set_replacement(&mut self, text: impl Into<MessageText>) {
+        let replacement = Replacement { span: self.span, text: text.into() };
+        self.details.get_or_insert_default().replacement = Some(replacement);
     }
 
     /// The text that mends it, if that is known.

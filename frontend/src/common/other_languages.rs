@@ -15,6 +15,26 @@ pub(crate) const EXPLAINED_ERRORS: usize = 1000;
 pub(crate) struct Explanation {
     pub(crate) message: Option<String>,
     pub(crate) help: String,
+    /// What to write in the place of what the error is about, where that alone mends it.
+    pub(crate) replacement: Option<String>,
+}
+
+impl Explanation {
+    /// The same, with what to write in the place of what the error is about.
+    pub(crate) fn replacing(self, text: String) -> Self {
+        Self { replacement: Some(text), ..self }
+    }
+
+    /// Says of an error what was probably meant.
+    pub(crate) fn explain(self, error: &mut Diagnostic) {
+        if let Some(message) = self.message {
+            error.message = message.into();
+        }
+        if let Some(text) = self.replacement {
+            error.set_replacement(text);
+        }
+        error.help = Some(self.help.into());
+    }
 }
 
 /// An explanation with a message in place of the error's own.
@@ -22,12 +42,12 @@ pub(crate) fn explanation(
     message: impl Into<String>,
     help: impl Into<String>,
 ) -> Option<Explanation> {
-    Some(Explanation { message: Some(message.into()), help: help.into() })
+    Some(Explanation { message: Some(message.into()), help: help.into(), replacement: None })
 }
 
 /// An explanation beside the error's own message.
 pub(crate) fn help(help: impl Into<String>) -> Option<Explanation> {
-    Some(Explanation { message: None, help: help.into() })
+    Some(Explanation { message: None, help: help.into(), replacement: None })
 }
 
 /// The table of a language. Its columns are the context in which something is written, the words or

@@ -41,9 +41,19 @@ fn action(
 /// Writes what was probably meant.
 fn replacement(at: At<'_>, of: &Diagnostic) -> Option<CodeActionResponse> {
     let found = of.replacement().filter(|it| it.span.file == at.file)?;
-    let title = format!("Write {}", found.text);
-    let edit = TextEdit { range: at.program.range(found.span), new_text: found.text.to_string() };
+    let text = found.text.trim();
+    let title = match found.span.start == found.span.end {
+        true => format!("Insert {text}"),
+        false => format!("Write {text}"),
+    };
+    let new_text = found.text.replace('\n', line_end(at));
+    let edit = TextEdit { range: at.program.range(found.span), new_text };
     action(at, title, edit, true)
+}
+
+/// How lines of the document end.
+fn line_end(at: At<'_>) -> &'static str {
+    if at.program.sources.text(at.file).contains("\r\n") { "\r\n" } else { "\n" }
 }
 
 /// Writes the comment that silences a lint in front of the statement.
@@ -53,11 +63,10 @@ fn allowance(at: At<'_>, of: &Diagnostic) -> Option<CodeActionResponse> {
     let line = at.program.sources.line(at.file, of.span.start);
     let text = at.program.sources.line_text(at.file, line);
     let indent: String = text.chars().take_while(|c| c.is_whitespace()).collect();
-    let end = if at.program.sources.text(at.file).contains("\r\n") { "\r\n" } else { "\n" };
     let place = Position { line: line - 1, character: 0 };
     let edit = TextEdit {
         range: Range { start: place, end: place },
-        new_text: format!("{indent}{sign} plcc: allow {lint}{end}"),
+        new_text: format!("{indent}{sign} plcc: allow {lint}{}", line_end(at)),
     };
     action(at, format!("Allow {lint} here"), edit, false)
 }
@@ -90,6 +99,24 @@ mod tests {
         assert_eq!(fixes(Dialect::Nct, ":001 C015 J1\n:025 R\n"), [fix("Write C025", "C025")]);
         let text = "#define PUMP M1\nM1->X:0,0\nOPEN PLC1 CLEAR\nPUNP=1\nCLOSE\n";
         assert_eq!(fixes(Dialect::Pmac, text), [fix("Write PUMP", "PUMP")]);
+    }
+
+    #[test]
+    fn what_a_lint_or_an_error_knows_to_write_can_be_written() {
+        let first =
+            |dialect, text: &str| fixes(dialect, text).into_iter().next().unwrap_or_default();
+        let fix = |title: &str, text: &str| (title.to_owned(), text.to_owned());
+        let near = "$INPUT\nPUMPON=1/0\n$OUTPUT\nLAMP=1/1\n$END\nLAMP=PUMPO\n";
+        assert_eq!(first(Dialect::Pmi, near), fix("Write PUMPON", "PUMPON"));
+        let small = "$OUTPUT\nLAMP=1/1\n$END\nlamp=T\n";
+        assert_eq!(first(Dialect::Pmi, small), fix("Write LAMP", "LAMP"));
+        let runs_on = ":000 J0\r\n:001 C015 C025 J1\r\n:015 I001 U012 Z\r\n:025 I002 U013 Z R\r\n";
+        assert_eq!(first(Dialect::Nct, runs_on), fix("Insert R", "R\r\n"));
+        assert_eq!(first(Dialect::Nct, ":001 C15 J1\n:015 R\n"), fix("Write C015", "C015"));
+        let twice = "M1->X:0,0\nOPEN PLC1 CLEAR\nM1==5\nCLOSE\n";
+        assert_eq!(first(Dialect::Pmac, twice), fix("Write =", "="));
+        let equals = "#define PUMP=M1\nM1->X:0,0\nOPEN PLC1 CLEAR\nPUMP=1\nCLOSE\n";
+        assert_eq!(first(Dialect::Pmac, equals), fix("Write M1", " M1"));
     }
 
     #[test]

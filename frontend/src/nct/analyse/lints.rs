@@ -255,7 +255,8 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
                 found.push(
                     Diagnostic::warning("NCT-W9", stmt.span, message)
                         .label(variable, "this subroutine")
-                        .help(format!("write R before :{label:03}")),
+                        .help(format!("write R before :{label:03}"))
+                        .replace_at(Span { end: stmt.span.start, ..stmt.span }, "R\n"),
                 );
             }
             if begins {
@@ -278,7 +279,8 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         found.push(
             Diagnostic::warning("NCT-W9", last.span, message)
                 .label(variable, "this subroutine")
-                .help("write R after this"),
+                .help("write R after this")
+                .replace_at(Span { start: last.span.end, ..last.span }, " R"),
         );
     }
 }

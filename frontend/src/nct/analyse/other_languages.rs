@@ -73,11 +73,8 @@ pub(crate) fn explain(text: &str, found: &mut Vec<Diagnostic>) {
                 return false;
             }
         }
-        if let Some(Explanation { message, help }) = meaning {
-            if let Some(message) = message {
-                diagnostic.message = message.into();
-            }
-            diagnostic.help = Some(help.into());
+        if let Some(explanation) = meaning {
+            explanation.explain(diagnostic);
         }
         true
     });
@@ -331,9 +328,12 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
         && number.len() == 2
         && ["U", "D", "I", "Y", "V", "P", "NI", "NY"].contains(&letter)
     {
-        return help(format!(
-            "the digit 0 is meant, not the letter O: {letter}0{number}; an address O has three digits"
-        ));
+        let meant = format!("{letter}0{number}");
+        let text = format!(
+            "the digit 0 is meant, not the letter O: {meant}; an address O has three digits"
+        );
+        return help(text)
+            .map(|it| if written == site.around.at { it.replacing(meant) } else { it });
     }
     // The letter O or I in the place of a digit has a help of its own.
     if after.starts_with(['O', 'I', 'l']) {
@@ -347,7 +347,12 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
         _ => return None,
     };
     let zeros = format!("{number:0>count$}");
-    (number.len() < count).then(|| help(format!("write {count} digits: {letters}{zeros}")))?
+    let meant = format!("{letters}{zeros}");
+    let is_whole = written == site.around.at;
+    (number.len() < count).then(|| {
+        let found = help(format!("write {count} digits: {meant}"));
+        found.map(|it| if is_whole { it.replacing(meant) } else { it })
+    })?
 }
 
 /// A hexadecimal number that follows A or O without a point, `A00FE`, if the error is in it: the letter, and the digits.

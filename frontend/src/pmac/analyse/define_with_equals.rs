@@ -22,7 +22,8 @@ pub(crate) fn one_error_a_definition(sources: &SourceMap, diagnostics: &mut Vec<
                 format!("`=` belongs to what {name} stands for: `{}`", sources.slice(equals));
             let error = Diagnostic::error(diagnostic.code, equals, message)
                 .label(diagnostic.span, "so this can't be read")
-                .help(format!("a blank follows the name: #define {name} {meant}"));
+                .help(format!("a blank follows the name: #define {name} {meant}"))
+                .replace(format!(" {meant}"));
             told.push((equals, error));
         }
         false

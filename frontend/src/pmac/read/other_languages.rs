@@ -102,7 +102,7 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
         .or_else(|| operand(&site))
         .or_else(|| statement(&site))
         .or_else(|| quotes(&site));
-    let Some(Explanation { message, help }) = meaning else { return Explained::No };
+    let Some(Explanation { message, help, .. }) = meaning else { return Explained::No };
     if let Some(message) = message {
         error.message = message.into();
     }

@@ -222,6 +222,7 @@ impl DownloadReader<'_> {
                         Diagnostic::warning("PMAC-W6", span, "`==` is taken as `=` in a PLC")
                             .note("in a motion program it waits for the next move")
                             .help("write `=`")
+                            .replace("=")
                     });
                 }
                 if self.reader.is_turbo() && matches!(target, Target::Range { .. }) {

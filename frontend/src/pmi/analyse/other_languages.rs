@@ -125,17 +125,12 @@ pub(crate) fn explain(
         .or_else(|| other_number(&site))
         .or_else(|| address(&site))
         .or_else(|| index(&site));
-    if let Some(Explanation { message, help }) = found {
-        if let Some(message) = message {
-            if problem.code == "PMI-10" {
-                // The label shows an earlier declaration, which does not help: what was meant is no
-                // declaration.
-                *problem = Diagnostic::error(problem.code, problem.span, message);
-            } else {
-                problem.message = message.into();
-            }
+    if let Some(explanation) = found {
+        if problem.code == "PMI-10" && explanation.message.is_some() {
+            // The label shows an earlier declaration, which does not help: what was meant is not a declaration.
+            *problem = Diagnostic::error(problem.code, problem.span, "");
         }
-        problem.help = Some(help.into());
+        explanation.explain(&mut problem);
     }
     problem
 }
@@ -336,7 +331,7 @@ fn name(site: &ErrorSite<'_, '_>) -> Option<Explanation> {
         if site.section.is_none()
             && let Some(explanation) = statement(&joined, "")
         {
-            return Some(Explanation { message: Some(message), help: explanation.help });
+            return Some(Explanation { message: Some(message), ..explanation });
         }
         let help = match joined.as_str() {
             "ENDIF" | "ELSEIF" | "GOTO" => format!("write {joined}"),

@@ -124,6 +124,7 @@ impl<'a> Cursor<'a> {
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_lowercase()) => {
                 error(5, span, "small letters have no place in a PMI program")
                     .help(format!("write it in capitals: {word}{}", short.to_ascii_uppercase()))
+                    .replace(text.to_ascii_uppercase())
             }
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_uppercase()) => {
                 error(5, span, format!("`{short}` directly follows a number"))
@@ -142,6 +143,7 @@ impl<'a> Cursor<'a> {
             Fault::HashInText => {
                 error(11, span, "`#` is in a text, where it is taken for a continuation")
                     .help("write the text without `#`")
+                    .replace(text.replace('#', ""))
             }
             Fault::OpenText => {
                 error(11, span, "the text is not closed on its line").help("put a \" after it")

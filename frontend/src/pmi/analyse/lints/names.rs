@@ -62,6 +62,7 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
             found.push(
                 Diagnostic::warning("PMI-W5", span, message)
                     .label(place, format!("{near} is declared here"))
+                    .replace(near.to_owned())
                     .help(format!(
                         "write {near} if that was meant; else list {} after $LOGICAL",
                         symbol.name
