@@ -10,6 +10,7 @@ export class Frame {
     const move = (command, by) => () => app.apply({ command, by });
     this.name = element("h1", {});
     this.state = element("span", { class: "state", role: "status" });
+    this.dialect = element("span", { class: "dialect" });
     this.time = element("span", { class: "time" });
     this.notice = element("p", { class: "notice", role: "alert", hidden: true });
     this.note = element("p", { class: "note", role: "status", hidden: true });
@@ -23,7 +24,7 @@ export class Frame {
     refill(document.getElementById("head"),
       element("div", { class: "title" },
         element("button", { type: "button", id: "more", "aria-label": "Time, screens and keys", onclick: () => document.body.classList.toggle("menu-open") }, "☰"),
-        this.name, this.state, this.time),
+        this.name, this.state, this.dialect, this.time),
       element("div", { class: "timeline", role: "group", "aria-label": "Time" },
         button("[ scan", "One scan back ([)", move("move_scans", -1)), button("← tick", "One tick back (←)", move("move_ticks", -1)),
         this.follow, button("tick →", "One tick on (→)", move("move_ticks", 1)), button("scan ]", "One scan on (])", move("move_scans", 1)),
@@ -68,7 +69,8 @@ export class Frame {
     this.state.dataset.state = status.state;
     const past = status.past ? "PAST · " : "";
     const clock = status.time ? ` · ${status.time}` : "";
-    setText(this.time, `${past}${status.dialect.toUpperCase()} · tick ${status.tick} · ${status.seconds.toFixed(3)} s${clock}`);
+    setText(this.dialect, status.dialect.toUpperCase());
+    setText(this.time, `${past}tick ${status.tick} · ${status.seconds.toFixed(3)} s${clock}`);
     document.body.classList.toggle("past", status.past);
     this.slider.min = String(status.first_tick);
     this.slider.max = String(status.last_tick);

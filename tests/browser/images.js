@@ -3,16 +3,16 @@
 import { mkdirSync } from "node:fs";
 import path from "node:path";
 
-import { EXAMPLES, answer, goToTick, openPage, search, startBrowser, startMonitor } from "./monitor.js";
+import { EXAMPLES, answer, goToTick, openPage, search, simulatedTurret, startBrowser, startMonitor } from "./monitor.js";
 
 const folder = process.argv[2];
 mkdirSync(folder, { recursive: true });
 const browser = await startBrowser();
 
 async function images(example, options, work) {
-  const monitor = await startMonitor(EXAMPLES[example]);
+  const monitor = example.args ? await startMonitor(example.args, example.folder) : await startMonitor(EXAMPLES[example]);
   const page = await openPage(browser, monitor.url, { viewport: { width: 1100, height: 700 }, ...options });
-  await work(page, (name) => page.screenshot({ path: path.join(folder, `monitor-${name}.png`) }));
+  await work(page, (name, part = page) => part.screenshot({ path: path.join(folder, `monitor-${name}.png`) }));
   await page.context().close();
   await monitor.stop();
 }
@@ -67,4 +67,27 @@ await images("pmac", { colorScheme: "dark" }, async (page, take) => {
   await page.waitForTimeout(300);
   await take("pmac");
 });
+// The past: the machine while its turret turns, why it does, and the inputs and outputs on a phone.
+const turret = simulatedTurret();
+await images(turret, {}, async (page, take) => {
+  await goToTick(page, 110);
+  await page.keyboard.press("0");
+  await page.locator(".device").first().waitFor();
+  await page.waitForTimeout(300);
+  await take("past");
+  await page.keyboard.press("3");
+  await page.locator("tr[id]").filter({ has: page.locator("td.code", { hasText: /^TURN$/ }) }).click();
+  await page.keyboard.press("y");
+  await page.locator("dialog.why").waitFor();
+  await page.waitForTimeout(300);
+  await take("why", page.locator("dialog.why"));
+});
+await images(turret, { viewport: { width: 390, height: 844 } }, async (page, take) => {
+  await goToTick(page, 110);
+  await page.keyboard.press("3");
+  await page.locator("tr[id]").first().waitFor();
+  await page.waitForTimeout(300);
+  await take("phone");
+});
+turret.remove();
 await browser.close();

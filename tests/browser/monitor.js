@@ -1,7 +1,7 @@
 // Starts `plcc monitor` and browsers for the tests.
 
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import net from "node:net";
 import { tmpdir } from "node:os";
 import path from "node:path";
@@ -19,16 +19,40 @@ export const EXAMPLES = {
   pmac: ["examples/pmac/mill.pmc", "--stimulus", "examples/pmac/mill/tool/stimulus.csv"],
 };
 
+// The lathe with a simulated turret, with what its people say of some variables, in a folder of its own. A part program begins after 1.5 s.
+export function simulatedTurret() {
+  const names = `
+[names]
+"CHUCK" = { alias = "S12", text = "chuck is closed", device = "-S12", at = "X11:7" }
+"CONTR" = { text = "main contactor has closed", device = "-K1", at = "X11:1" }
+"TPOS" = { text = "station of the turret, from its coder", device = "-B4", at = "X12:1-4" }
+"TURN" = { text = "valve: turret turns", device = "-Y7", at = "X21:3" }
+"SPINON" = { text = "spindle contactor", device = "-K5", at = "X21:6" }
+`;
+  const keys = "tick,name,value\n0.1s,KEY.MACHINE ON,press\n1s,KEY.AUTO,press\n1.5s,KEY.CYCLE START,press\n";
+  const folder = mkdtempSync(path.join(tmpdir(), "plcc-turret-"));
+  const at = (name) => path.join(folder, name);
+  const example = (name) => path.join(root, "examples/desk", name);
+  for (const name of ["turret.pmi", "turret.nc"]) copyFileSync(example(name), at(name));
+  writeFileSync(at("turret.machine.toml"), readFileSync(example("turret.machine.toml")) + names);
+  writeFileSync(at("keys.csv"), keys);
+  return {
+    folder,
+    args: ["turret.pmi", "--stimulus", "keys.csv", "--", "--simulate"],
+    remove() { rmSync(folder, { recursive: true }); },
+  };
+}
+
 // A browser for all tests of a file.
 export function startBrowser() {
   return chromium.launch({ executablePath: process.env.CHROMIUM, args: ["--no-sandbox", "--force-device-scale-factor=1"] });
 }
 
 // Runs `plcc monitor … --web` on a free port, with watch lists in a folder of its own.
-export async function startMonitor(args) {
+export async function startMonitor(args, cwd = root) {
   const folder = mkdtempSync(path.join(tmpdir(), "plcc-browser-"));
   const child = spawn(process.env.PLCC, ["monitor", "--web=127.0.0.1:0", ...args], {
-    cwd: root, env: { ...process.env, XDG_STATE_HOME: folder }, stdio: ["ignore", "ignore", "pipe"],
+    cwd, env: { ...process.env, XDG_STATE_HOME: folder }, stdio: ["ignore", "ignore", "pipe"],
   });
   const urls = [];
   const lines = createInterface({ input: child.stderr });

@@ -1,44 +1,28 @@
 // Takes a picture of each screen of the monitor, in the present and in the past, on a desk and on a phone, so that somebody can look at
 // them: node screens.js FOLDER.
 
-import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { mkdirSync } from "node:fs";
 import path from "node:path";
 
-import { EXAMPLES, answer, goToTick, openPage, root, startBrowser, startMonitor } from "./monitor.js";
+import { EXAMPLES, answer, goToTick, openPage, simulatedTurret, startBrowser, startMonitor } from "./monitor.js";
 
 const folder = process.argv[2];
 mkdirSync(folder, { recursive: true });
 const browser = await startBrowser();
 const SIZES = { desk: { width: 1400, height: 900 }, phone: { width: 390, height: 844 } };
 
-// The lathe with a simulated turret, with what its people say of some variables.
-const NAMES = `
-[names]
-"CHUCK" = { alias = "S12", text = "chuck is closed", device = "-S12", at = "X11:7" }
-"CONTR" = { text = "main contactor has closed", device = "-K1", at = "X11:1" }
-"TPOS" = { text = "station of the turret, from its coder", device = "-B4", at = "X12:1-4" }
-"TURN" = { text = "valve: turret turns", device = "-Y7", at = "X21:3" }
-"SPINON" = { text = "spindle contactor", device = "-K5", at = "X21:6" }
-`;
-const KEYS = "tick,name,value\n0.1s,KEY.MACHINE ON,press\n1s,KEY.AUTO,press\n1.5s,KEY.CYCLE START,press\n";
-const work = mkdtempSync(path.join(tmpdir(), "plcc-screens-"));
-for (const name of ["turret.pmi", "turret.nc"]) copyFileSync(path.join(root, "examples/desk", name), path.join(work, name));
-writeFileSync(path.join(work, "turret.machine.toml"), readFileSync(path.join(root, "examples/desk/turret.machine.toml")) + NAMES);
-writeFileSync(path.join(work, "keys.csv"), KEYS);
-
 // What is shown: arguments, the tick in the past, names for the watch list and for the scope.
-const turret = [path.join(work, "turret.pmi"), "--stimulus", path.join(work, "keys.csv"), "--", "--simulate"];
+const turret = simulatedTurret();
 const SHOWN = {
-  turret: { args: turret, tick: 110, watched: "TPOS TURN CHUCK CONTR SPINON", courses: "TURN TPOS SPINON CHUCK" },
+  turret: { args: turret.args, cwd: turret.folder, tick: 110, watched: "TPOS TURN CHUCK CONTR SPINON", courses: "TURN TPOS SPINON CHUCK" },
   nct: { args: EXAMPLES.nct, tick: 60, watched: "Y540 I012 RH000", courses: "Y540 I012" },
   pmac: { args: EXAMPLES.pmac, tick: 400, watched: "KEY_START M60 P44", courses: "M60 M19" },
 };
 
 const screens = (page) => page.locator("#screens button").evaluateAll((all) => all.map((one) => one.dataset.screen));
 
-for (const [example, { args, tick, watched, courses }] of Object.entries(SHOWN)) {
-  const monitor = await startMonitor(args);
+for (const [example, { args, cwd, tick, watched, courses }] of Object.entries(SHOWN)) {
+  const monitor = await startMonitor(args, cwd);
   for (const [size, viewport] of Object.entries(SIZES)) {
     const page = await openPage(browser, monitor.url, { viewport });
     const open = async (screen) => {
@@ -66,7 +50,7 @@ for (const [example, { args, tick, watched, courses }] of Object.entries(SHOWN))
   }
   await monitor.stop();
 }
-const operator = await startMonitor(["--operator", ...turret]);
+const operator = await startMonitor(["--operator", ...turret.args], turret.folder);
 for (const [size, viewport] of Object.entries(SIZES)) {
   const page = await openPage(browser, operator.url, { viewport });
   await page.waitForTimeout(700);
@@ -75,4 +59,4 @@ for (const [size, viewport] of Object.entries(SIZES)) {
 }
 await operator.stop();
 await browser.close();
-rmSync(work, { recursive: true });
+turret.remove();

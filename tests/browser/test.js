@@ -127,15 +127,16 @@ test("a forced output has its physical value, and the program's beside it", asyn
     assert.match(await warning.textContent(), /bypassed/);
     await answer(page, {});
     await page.locator(".forces").filter({ hasText: "1 FORCE IS ON" }).waitFor();
-    const cells = row.locator("td");
-    await cells.nth(3).locator(".forced").waitFor();
-    assert.equal(await cells.nth(2).textContent(), "0");
-    await cells.nth(3).filter({ hasText: /^1$/ }).waitFor();
-    assert.match(await cells.nth(4).textContent(), /forced to 1/);
-    // Reverse video: the colours are those of the page, exchanged.
-    const styles = await cells.nth(3).locator(".value").evaluate((element) => {
+    const [assigned, line] = [0, 1].map((at) => row.locator("td.numeric").nth(at));
+    await line.locator(".forced").waitFor();
+    assert.equal(await assigned.textContent(), "0");
+    await line.filter({ hasText: /^1$/ }).waitFor();
+    assert.match(await row.locator("td").last().textContent(), /forced to 1/);
+    // The colour of the page on red.
+    const styles = await line.locator(".value").evaluate((element) => {
       const [own, page] = [getComputedStyle(element), getComputedStyle(document.body)];
-      return [own.color === page.backgroundColor, own.backgroundColor === page.color];
+      const [red, green, blue] = own.backgroundColor.match(/\d+/g).map(Number);
+      return [own.color === page.backgroundColor, red > 2 * green && red > 2 * blue];
     });
     assert.deepEqual(styles, [true, true]);
     await page.keyboard.press("X");

@@ -266,8 +266,8 @@ fn what_people_say_has_columns_where_there_is_room() {
     for (width, shown, left_out) in [
         (70, "-S12", "X11:7"),
         (62, "door of", "-S12"),
-        (52, "DOOR", "door of"),
-        (44, "A ", "DOOR"),
+        (52, "door of", "DOOR"),
+        (44, "A ", "door of"),
     ] {
         screen.keys("2");
         screen.resize(width);

@@ -13,9 +13,9 @@ const WIDEST: [usize; 4] = [16, 40, 12, 12];
 /// The column of the text, which is cut where there is not room for all of it.
 const TEXT: usize = 1;
 /// To how many cells the text is cut before another column is left out.
-const SHORTEST_TEXT: usize = 12;
+const SHORTEST_TEXT: usize = 8;
 /// The columns in the order in which they are left out.
-const LEFT_OUT: [usize; 4] = [3, 2, TEXT, 0];
+const LEFT_OUT: [usize; 4] = [3, 2, 0, TEXT];
 
 /// The columns that there is room for.
 pub(super) struct SaidColumns {
