@@ -78,14 +78,28 @@ impl Notifier {
             self.ready = true;
             self.send("READY=1\nSTATUS=running\n");
         }
-        if let Some(interval) = self.interval.filter(|_| now >= self.next) {
-            self.next = now + interval;
+        if self.is_time(now) {
             self.send(&format!("WATCHDOG=1\nSTATUS=running, {ticks} ticks\n"));
         }
         if now >= self.next_feed {
             self.next_feed = now + FEED_INTERVAL;
             self.feed(b"\0");
         }
+    }
+
+    /// No control runs ticks: one that has died is about to be started again, or one starts or ends, for which the supervisor itself
+    /// gives it a limited time. So systemd must not take the supervisor to hang. The hardware watchdog is told nothing of it.
+    pub(super) fn waiting(&mut self, now: Instant) {
+        if self.ready && self.is_time(now) {
+            self.send("WATCHDOG=1\n");
+        }
+    }
+
+    /// Whether it is time to tell systemd that all is well.
+    fn is_time(&mut self, now: Instant) -> bool {
+        let Some(interval) = self.interval.filter(|_| now >= self.next) else { return false };
+        self.next = now + interval;
+        true
     }
 
     /// The control ends in good order, so that the hardware watchdog is to stop, too.

@@ -40,6 +40,8 @@ const SILENCE: Duration = Duration::from_secs(3);
 const LONGEST_START_AND_END: Duration = Duration::from_secs(60);
 /// Time from a death to the next start.
 const RESTART_WAIT: Duration = Duration::from_secs(1);
+/// How long the supervisor sleeps at a time until then.
+const RESTART_STEP: Duration = Duration::from_millis(20);
 
 /// What a supervisor does.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +110,11 @@ pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
                     return Ok(STOPPED);
                 }
                 restarts += 1;
-                thread::sleep(RESTART_WAIT);
+                let restart_at = Instant::now() + RESTART_WAIT;
+                while Instant::now() < restart_at && !is_to_end() {
+                    notifier.waiting(Instant::now());
+                    thread::sleep(RESTART_STEP);
+                }
                 if is_to_end() {
                     journal.note("a signal has come: the control is not started again");
                     finish(journal_owner);
@@ -321,6 +327,9 @@ impl Supervised {
                     notifier.well(heartbeat.ticks, now);
                 }
                 last = Some(heartbeat);
+            }
+            if last.is_none_or(|last| last.phase != Phase::Running) {
+                notifier.waiting(now);
             }
             // What it has sent before its end is read first.
             if has_ended && nothing {

@@ -361,6 +361,32 @@ fn systemd_and_a_hardware_watchdog_are_told_that_all_is_well() {
     assert!(fed.starts_with(b"\0") && fed.ends_with(b"V"), "{fed:?}");
 }
 
+/// Otherwise systemd would kill the supervisor that waits for the next control, where its `WatchdogSec` is short or the
+/// computer is slow.
+#[test]
+fn systemd_is_told_that_a_control_is_being_started_again() {
+    let shop = shop("again");
+    let socket = UnixDatagram::bind(shop.path("notify")).unwrap();
+    socket.set_read_timeout(Some(LONG)).unwrap();
+    let mut command = shop.command(&format!("{RUN} --restart 1"));
+    command.env("NOTIFY_SOCKET", shop.path("notify")).env("WATCHDOG_USEC", "200000");
+    let mut supervisor = command.spawn().unwrap();
+    let mut message = [0; 256];
+    let mut receive = || {
+        let length = socket.recv(&mut message).unwrap();
+        String::from_utf8(message[..length].to_vec()).unwrap()
+    };
+    assert!(receive().starts_with("READY=1\n"));
+    signal("-KILL", control_of(&supervisor, &shop));
+    while !receive().contains("SIGKILL") {}
+    // The next control comes a second later.
+    assert_eq!(receive(), "WATCHDOG=1\n");
+    assert_eq!(receive(), "WATCHDOG=1\n");
+    while !receive().contains("STATUS=running") {}
+    signal("-TERM", supervisor.id());
+    assert_eq!(wait(&mut supervisor).code(), Some(130));
+}
+
 #[test]
 fn without_a_supervisor_there_is_one_process() {
     let shop = shop("alone");
