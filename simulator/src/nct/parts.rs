@@ -235,7 +235,14 @@ impl State {
             Pace::Rapid | Pace::Dwell(_) => None,
         };
         if parts.is_way() {
-            let end = *parts.end.get_or_insert_with(|| part.end(commands));
+            let mut end = *parts.end.get_or_insert_with(|| part.end(commands));
+            // An axis that the part does not move stays, also where it was moved during an interruption.
+            let bends = |axis| parts.circle.is_some_and(|circle| circle.axes.contains(&axis));
+            for (axis, (slot, stands)) in end.iter_mut().zip(commands).enumerate() {
+                if !part.names(axis) && !bends(axis) {
+                    *slot = *stands;
+                }
+            }
             way.begin_for(commands, &end, feed, setup);
             if let Some(circle) = parts.circle {
                 way.bend(circle);

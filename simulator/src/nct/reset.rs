@@ -1,6 +1,6 @@
 //! What drops a block: I540 falls, RESET, automatic mode is left (cnc-side 3.13).
 
-use super::state::State;
+use super::state::{Return, State};
 use super::{Nct, Step};
 
 impl Nct {
@@ -14,6 +14,10 @@ impl Nct {
         } else if resets {
             state.modal = Default::default();
             if state.block.is_some() {
+                // The question 3549 may be there beside an entered block; the next START asks it anew.
+                if state.returns == Return::Message {
+                    state.returns = Return::No;
+                }
                 self.drop_block(state, step, false);
             } else {
                 (state.blocks_held, state.interrupted) = (false, false);

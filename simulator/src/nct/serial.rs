@@ -65,18 +65,21 @@ impl Nct {
             serial.received = false;
         }
         let text = self.setup.table.serial.as_ref().map_or("", |text| &text.value);
-        let rest = text.as_bytes().get(serial.taken as usize..).unwrap_or_default();
+        let rest = text.chars().skip(serial.taken as usize);
         if !step.y(60, 5) {
             serial.receives = None;
         } else if !serial.received {
             let [first, count] =
                 variables.received_record.map(|word| word.read(step.now.access) as u16);
-            if serial.receives.is_none() && rest.len() >= usize::from(count) {
+            if serial.receives.is_none() && rest.clone().take(count.into()).count() >= count.into()
+            {
                 serial.receives = Some(Transfer { first, count, since: tick });
             }
             if let Some(receives) = serial.receives.filter(|receives| receives.is_over(tick)) {
                 for (byte, character) in receives.bytes().zip(rest) {
-                    variables.set_memory(byte, *character, step.now.access);
+                    // A character is a byte of Latin-1.
+                    let code = u8::try_from(character).unwrap_or(b'?');
+                    variables.set_memory(byte, code, step.now.access);
                 }
                 (serial.receives, serial.received) = (None, true);
                 serial.taken = serial.taken.saturating_add(receives.count.into());

@@ -86,10 +86,10 @@ impl Nct {
         } else {
             -asked.value
         };
-        let waited = spindle.turns_since.map(|since| tick.saturating_sub(since));
         if orients && spindle.turns_since.is_none() && target != 0 {
             spindle.turns_since = Some(tick);
         }
+        let waited = spindle.turns_since.map(|since| tick.saturating_sub(since));
         let time = ticks(entry.orient_ns, tick_ns);
         let begins = spindle.reached_in.is_none() && waited.is_some_and(|waited| waited >= time);
         if begins {
@@ -116,6 +116,8 @@ impl Nct {
         spindle.stands = spindle.actual.abs() < 10;
         if follows && spindle.turns_since.is_none() && spindle.is_at_speed {
             spindle.turns_since = Some(tick);
+            // Without a time for it, the other spindle is followed at once.
+            spindle.reached_in = (time == 0).then_some(tick);
         }
         let lag = ticks(entry.lag_ns, tick_ns);
         let settled = spindle.reached_in.is_some_and(|reached| tick.saturating_sub(reached) >= lag);

@@ -72,7 +72,7 @@ impl Pmi {
             match jog {
                 Some(jog) => self.go_on_jogging(state, axis, jog, request, seen, home_ticks, now),
                 None if may && request != 0 && before == 0 => {
-                    self.begin_jog(state, axis, request, home_ticks, now);
+                    self.begin_jog(state, axis, request, now);
                 }
                 None => {}
             }
@@ -142,14 +142,7 @@ impl Pmi {
             })
     }
 
-    fn begin_jog(
-        &self,
-        state: &mut State,
-        axis: usize,
-        request: i64,
-        home_ticks: u64,
-        now: &mut Context<'_>,
-    ) {
+    fn begin_jog(&self, state: &mut State, axis: usize, request: i64, now: &mut Context<'_>) {
         let Some(entry) = self.setup.axes.get(axis) else { return };
         let start = state.positions.command(axis);
         let [high, medium, _] = entry.jog;
@@ -198,9 +191,6 @@ impl Pmi {
             }
             _ => return,
         };
-        if kind == Kind::Home && home_ticks == 0 {
-            return;
-        }
         self.begin(state, axis, kind, Some(end), positive, speed, now);
     }
 
@@ -239,8 +229,10 @@ impl Pmi {
         }
         let jog = Jog { kind, start, end, positive, speed, progress: 0, to_limit };
         self.set_jog(state, axis, Some(jog));
+        // As in a block: there is way left, and nothing holds it (cnc-side 2.11).
+        let has_way = kind == Kind::Home || end != Some(start);
         if let Some(active) = state.active.get_mut(axis) {
-            *active = true;
+            *active = has_way && !self.variables.move_hold.is_on(now.access);
         }
     }
 }

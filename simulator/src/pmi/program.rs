@@ -175,6 +175,7 @@ impl Pmi {
         raised.clear();
         modal.take(block);
         now.tell(Told::Block(block.line));
+        self.begin_way(state, block);
         let own = &self.variables;
         if let Some(t) = block.t {
             state.t_code = t.into();
@@ -270,30 +271,30 @@ impl Pmi {
         }
     }
 
-    fn begin_movement(&self, state: &mut State, now: &Context<'_>) {
-        let BlockState { executed, modal, phase, way, end, .. } = &mut state.block;
-        let block = executed.and_then(|at| block(&self.setup, at));
+    /// The way of a block from its fetch on, so that @INTRP is its own. Nothing moves the axes before it does.
+    fn begin_way(&self, state: &mut State, block: &Block) {
+        let BlockState { modal, way, end, .. } = &mut state.block;
         let commands = state.positions.commands();
         end.copy_from_slice(commands);
-        let mut dwell = None;
-        if let Some(block) = block {
-            dwell = block.dwell.map(|time| time.div_ceil(now.tick_ns.max(1)));
-            modal.target(block, end);
-            if modal.absolute {
-                for &(axis, _) in &block.axes {
-                    if let (Some(end), Some(offset)) = (end.get_mut(axis), state.offsets.get(axis))
-                    {
-                        *end = end.saturating_add(*offset);
-                    }
+        modal.target(block, end);
+        if modal.absolute {
+            for &(axis, _) in &block.axes {
+                if let (Some(end), Some(offset)) = (end.get_mut(axis), state.offsets.get(axis)) {
+                    *end = end.saturating_add(*offset);
                 }
             }
         }
         way.begin_for(commands, end, modal.speed(&self.setup), &self.setup);
-        let letters = &self.setup.rules.letters;
-        if let Some(circle) = block.and_then(|block| modal.circle(block, letters, commands, end)) {
+        if let Some(circle) = modal.circle(block, &self.setup.rules.letters, commands, end) {
             way.bend(circle);
         }
-        *phase = Phase::Moving { dwell };
+    }
+
+    fn begin_movement(&self, state: &mut State, now: &Context<'_>) {
+        let executed = state.block.executed.and_then(|at| block(&self.setup, at));
+        let dwell = executed.and_then(|block| block.dwell);
+        let dwell = dwell.map(|time| time.div_ceil(now.tick_ns.max(1)));
+        state.block.phase = Phase::Moving { dwell };
     }
 
     fn is_moved(&self, state: &State) -> bool {

@@ -329,3 +329,86 @@ fn a_spindle_that_was_oriented_reaches_synchronism_anew() {
     }
     assert_eq!(desk.see(["I651", "I663"]), [1, 0]);
 }
+
+#[test]
+fn reset_takes_the_question_away_beside_an_entered_block_too() {
+    let mut desk = ready("[simulator]\nblocks = [\"G4 P1\"]\n", Some("G1 X5 F3000\nM30\n"));
+    desk.set("Y470", 1);
+    desk.step();
+    desk.set("Y540", 0);
+    desk.step();
+    desk.step();
+    desk.set("Y540", 1);
+    desk.set("Y470", 0);
+    desk.set("Y406", 0);
+    desk.key("BLOCK 1", 1);
+    assert_eq!(desk.see(["RH020", "I511", "I546"]), [3549, 1, 1]);
+    desk.set("Y470", 1);
+    assert_eq!(desk.see(["I551", "RH020"]), [0, 3549], "the entered block is executed");
+    desk.set("I477", 1);
+    assert_eq!(desk.see(["RH020", "I511"]), [0, 1]);
+}
+
+#[test]
+fn a_spindle_is_oriented_or_followed_at_once_where_that_takes_no_time() {
+    let times = "ramp_ms = 0\nlag_ms = 0\norient_ms = 0\n";
+    let machine = format!("[simulator.spindle]\n{times}[simulator.spindle2]\n{times}");
+    let mut desk = ready(&machine, None);
+    desk.set("RH061", -100);
+    desk.set("Y652", 1);
+    desk.set("Y651", 1);
+    assert_eq!(desk.see(["I651", "I652", "I650", "RH010"]), [1, 1, 0, 0]);
+    desk.set("Y651", 0);
+    desk.set("RH060", 300);
+    desk.set("Y653", 1);
+    desk.set("Y662", 1);
+    desk.set("Y665", 1);
+    assert_eq!(desk.see(["RH010", "RH015", "I661", "I664"]), [300, 300, 1, 1]);
+}
+
+#[test]
+fn serial_data_are_characters_and_wait_for_enough_of_them() {
+    let mut desk = ready("[simulator]\nserial = \"\u{e4}B345\"\n", None);
+    desk.set("RH054", 20);
+    desk.set("RH055", 3);
+    desk.set("Y605", 1);
+    assert_eq!(desk.see(["I607", "F020"]), [0, 0]);
+    assert_eq!(desk.see(["I607", "F020", "F021", "F022"]), [1, 0xE4, 0x42, 0x33]);
+    desk.set("Y607", 1);
+    assert_eq!(desk.see(["I607"]), [0]);
+    desk.set("Y607", 0);
+    for _ in 0..5 {
+        assert_eq!(desk.see(["I607"]), [0], "two characters are left, and three are asked for");
+    }
+    // None at all are there at once.
+    desk.set("RH055", 0);
+    assert_eq!(desk.see(["I607"]), [1]);
+}
+
+#[test]
+fn an_axis_that_the_interrupted_block_does_not_name_stays_where_it_was_moved() {
+    let mut desk = ready("[simulator]\nblocks = [\"G0 Y1\"]\n", Some("G1 X5 F3000\nM30\n"));
+    desk.set("Y470", 1);
+    desk.step();
+    desk.step();
+    desk.set("Y540", 0);
+    assert_eq!(desk.see(["I511"]), [1]);
+    desk.set("Y540", 1);
+    desk.step();
+    // In another mode, an entered block moves Y.
+    desk.set("Y406", 0);
+    desk.key("BLOCK 1", 1);
+    desk.set("Y470", 0);
+    desk.step();
+    desk.set("Y470", 1);
+    while desk.see(["I546"]) == [1] {}
+    assert_eq!(desk.get("I511"), 1);
+    desk.set("Y406", 1);
+    desk.set("Y470", 0);
+    desk.key("N", 1);
+    desk.step();
+    desk.set("Y470", 1);
+    assert_eq!(desk.see(["I511", "I610", "I611", "RH105"]), [0, 1, 0, 1000]);
+    while desk.see(["I551"]) == [0] {}
+    assert_eq!(desk.see(["RH107"]), [0]);
+}

@@ -298,3 +298,41 @@ fn an_arc_needs_a_circle() {
         [("SIM-9", 2, 4), ("SIM-9", 3, 4), ("SIM-2", 5, 7), ("SIM-9", 7, 4), ("SIM-9", 8, 1)]
     );
 }
+
+#[test]
+fn the_interpolation_is_that_of_the_block_that_is_executed() {
+    let mut desk = ready("[simulator]\nunits = \"mm\"\n", "G2 X1 I0.5 F3000\nM3 G1\nM30\n");
+    start(&mut desk);
+    assert_eq!(desk.see(["@INTRP", "SIM"]), [1, 0]);
+    while desk.see(["@M03"]) == [0] {
+        assert_eq!(desk.get("@INTRP"), 1);
+    }
+    assert_eq!(desk.see(["@INTRP", "@BKACT"]), [0, 1], "the arc is over, and @M03 is waited for");
+}
+
+#[test]
+fn a_search_for_the_reference_point_may_take_no_time() {
+    let machine = "[simulator]\nhome_ms = 0\n[[simulator.axis]]\nname = \"X\"\nhome = 0.5\n";
+    let mut desk = ready(machine, "M30\n");
+    desk.set("@MODRQ", 0);
+    desk.step();
+    desk.set("@AXRRQ[0]", 3);
+    assert_eq!(desk.see(["@AXACT[0]", "@NHOME[0]", "@CMDRG[0]"]), [1, 1, 0]);
+    assert_eq!(desk.see(["@AXACT[0]", "@NHOME[0]", "@CMDRG[0]"]), [0, 0, 5000]);
+}
+
+#[test]
+fn a_jog_that_is_held_or_has_no_way_shows_no_movement() {
+    let mut desk = ready("", "M30\n");
+    desk.set("@MODRQ", 0);
+    desk.set("@MFHRQ", 1);
+    desk.step();
+    desk.set("@AXRRQ[0]", 1);
+    assert_eq!(desk.see(["@AXACT[0]", "@MVACT", "@CMDRG[0]"]), [0, 0, 0]);
+    desk.set("@MFHRQ", 0);
+    assert_eq!(desk.see(["@AXACT[0]", "@MVACT", "@CMDRG[0]"]), [1, 1, 1000]);
+    // @JGPOS[1] is where the axis stands.
+    desk.set("@AXRRQ[1]", 6);
+    assert_eq!(desk.see(["@AXACT[1]"]), [0]);
+    assert_eq!(desk.see(["@AXACT[1]", "@CMDRG[1]"]), [0, 0]);
+}
