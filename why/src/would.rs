@@ -149,6 +149,7 @@ impl Inquiry<'_> {
         let mut inputs = 0;
         let mut seen: HashSet<String> = variables.iter().map(|one| one.name.clone()).collect();
         let mut seen_statements = HashSet::new();
+        let asked = seen.clone();
         let mut open: Vec<(Rc<Variable>, Vec<f64>)> =
             variables.into_iter().map(|one| (one, vec![])).collect();
         self.add_reads(&mut statements, &image, (&mut seen, &mut seen_statements), &mut open);
@@ -156,7 +157,10 @@ impl Inquiry<'_> {
             let mut next = vec![];
             for (variable, numbers) in open {
                 let writers = self.writers(&variable);
-                if self.is_input(&variable, &writers)
+                // That a variable which statements write too would change if it were set says nothing.
+                let says_something = !asked.contains(&variable.name) || writers.is_empty();
+                if says_something
+                    && self.is_input(&variable, &writers)
                     && let Some(key) = variable.key
                     && let Some(now) = self.number_now(&variable)
                 {
