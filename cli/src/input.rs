@@ -89,7 +89,7 @@ fn lint_levels(args: &SourceArgs, machine: &Machine) -> Result<LintLevels, Strin
 }
 
 /// The file `STEM.machine.toml` beside a source, if there is one.
-fn machine_beside(source: &Path) -> Option<PathBuf> {
+pub(crate) fn machine_beside(source: &Path) -> Option<PathBuf> {
     if is_standard_input(source) {
         return None;
     }

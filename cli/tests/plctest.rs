@@ -525,6 +525,47 @@ fn a_search_finds_what_is_not_covered_and_writes_it_as_tests() {
 }
 
 #[test]
+fn scripts_that_are_written_of_a_simulated_machine_simulate_it() {
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/desk");
+    let files = ["turret.pmi", "turret.machine.toml", "turret.nc", "turret.plctest"];
+    let texts = files.map(|name| std::fs::read_to_string(examples.join(name)).unwrap());
+    let keys =
+        "tick,name,value\n5,KEY.MACHINE ON,press\n50,KEY.AUTO,press\n75,KEY.CYCLE START,press\n";
+    // The machine file is found beside the program, or has to be named.
+    for machine in ["turret.machine.toml", "other.toml"] {
+        let folder = Folder::with(&[("keys.csv", keys)]);
+        for (name, text) in files.into_iter().zip(&texts) {
+            let name = if name == "turret.machine.toml" { machine } else { name };
+            let head = format!("program \"turret.pmi\"\nmachine \"{machine}\"\n");
+            folder.write(name, text.replace("program \"turret.pmi\"\n", &head));
+        }
+        std::fs::create_dir(folder.path().join("tests")).unwrap();
+        let run = "run turret.pmi --ticks 250 --simulate --stimulus keys.csv --record r.plcrec";
+        folder.plcc(&format!("{run} --machine {machine} --watch @PGMSE")).exits(0);
+        let done = folder.plcc("test --from r.plcrec -o tests/r.plctest").exits(0);
+        assert_eq!(done.stderr, "");
+        folder.plcc("test turret.plctest --search 0 --seed 3 -o tests/found.plctest").exits(0);
+        let named = format!("machine \"../{machine}\"\n");
+        for script in ["tests/r.plctest", "tests/found.plctest"] {
+            let text = folder.read(script);
+            assert!(text.contains("\nsimulate\n"), "{text}");
+            assert_eq!(text.contains(&named), machine == "other.toml", "{text}");
+        }
+        assert!(folder.read("tests/r.plctest").contains("set KEY.CYCLE START = 1"));
+        folder.plcc("test tests").exits(0);
+        // A script has no part program of its own.
+        folder.write("p.nc", "M30\n");
+        folder
+            .plcc(&format!("{run} --machine {machine} --part-program p.nc --watch @PGMSE"))
+            .exits(0);
+        folder
+            .plcc("test --from r.plcrec -o tests/p.plctest")
+            .exits(0)
+            .says(&["p.nc by --part-program", "`part_program`"]);
+    }
+}
+
+#[test]
 fn the_tests_of_the_examples_pass_in_every_engine() {
     let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let folder = Folder::with(&[]);

@@ -79,6 +79,19 @@ impl Simulation {
         Self { machine: text, part_program: None }
     }
 
+    /// The machine file as it was named, where there is one with a table.
+    pub fn machine_file(&self) -> Option<&Path> {
+        self.machine.as_ref().map(|(name, _)| Path::new(name))
+    }
+
+    /// The part program as it was named, where it is another one than that of the table.
+    pub fn own_part_program(&self) -> Option<&Path> {
+        let (name, _) = self.part_program.as_ref()?;
+        let of_table = self.table().ok().zip(self.machine_file());
+        let of_table = of_table.and_then(|(table, path)| part_program_beside(path, &table));
+        Some(Path::new(name)).filter(|path| of_table.as_deref() != Some(*path))
+    }
+
     /// The table: what the machine file says, or nothing.
     fn table(&self) -> Result<SimulatorTable, Vec<String>> {
         let Some((name, text)) = &self.machine else { return Ok(SimulatorTable::default()) };

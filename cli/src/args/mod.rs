@@ -131,6 +131,7 @@ Examples:
   plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch MCHON,@FRO
   plcc run sample.plc --for 10s --events - --dump end.json
   plcc run lathe.pmi --for 10s --stimulus lathe.csv --watch 'SP*,@FRO' --plot lathe.svg
+  plcc run lathe.pmi --for 5s --simulate --part-program shaft.nc --stimulus keys.csv --watch SIM.LINE
   plcc run mill.pmc io.pmc --realtime --retain mill.retained
   plcc run lathe.plcx --ticks 100 --dump - | jq .variables
 
@@ -172,7 +173,10 @@ Examples:
   plcc test lathe.plctest
   plcc test machine/ --filter turret --junit result.xml
   plcc test lathe.plctest --message-format json | jq 'select(.result == \"failed\")'
+  plcc test lathe.plctest --coverage lathe.html
   plcc test lathe.plctest --broken
+  plcc test lathe.plctest --search 60 --output found.plctest
+  plcc test --from morning.plcrec --output morning.plctest
 
 Exit status: 0 all tests passed (with --broken: and the program tells of every fault); 1 one failed; 2 a script or a program is not valid.")]
     Test(Box<TestArgs>),

@@ -46,6 +46,11 @@ impl RunSettings {
     }
 }
 
+/// What the simulator of a recorded run was made from, where there was one.
+pub fn recorded_simulation(header: &RunHeader) -> Option<Simulation> {
+    postcard::from_bytes::<RunSettings>(&header.settings).ok()?.simulation
+}
+
 /// Makes the executive of a recorded program with the options of a recorded run, for a
 /// [`Replayer`](plcc_record::Replayer).
 ///

@@ -5,11 +5,14 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use plcc_files::FileIdentity;
+use plcc_host::session::replay::recorded_simulation;
+use plcc_host::simulation::Simulation;
 use plcc_record::{Action, RecordedProgram, RecordedSources, Recording};
 use plcc_runtime::{Event, EventBody, Executive, Names, VariableKey};
 
 use crate::args::TestArgs;
 use crate::failure::{DONE, Failure};
+use crate::input::machine_beside;
 use crate::output;
 use crate::recorded::Found;
 use crate::replay_input::{check_outputs, chosen_run, replayer, tell_damage};
@@ -70,13 +73,21 @@ pub(super) fn from_record(record: &Path, args: &TestArgs, report: &Report) -> Re
     let body = writer.finish();
     let name = record.file_stem().unwrap_or_default().to_string_lossy().replace('"', "'");
     let mut text = format!("# Made of the record {}.\n", record.display());
-    for file in sources.files.iter().take(sources.named) {
-        let path = from_folder_of(out, Path::new(&file.path));
-        if !Path::new(&file.path).is_file() {
-            report.warn(&format!("{} does not exist here, and the script names it", file.path));
-        }
-        let _ = writeln!(text, "program \"{}\"", path.display());
+    let files: Vec<&str> =
+        sources.files.iter().take(sources.named).map(|file| file.path.as_str()).collect();
+    let simulation = recorded_simulation(&run.header);
+    let machine = simulation.as_ref().and_then(Simulation::machine_file);
+    for file in files.iter().map(Path::new).chain(machine).filter(|file| !file.is_file()) {
+        report.warn(&format!("{} does not exist here, and the script names it", file.display()));
     }
+    if let Some(part_program) = simulation.as_ref().and_then(Simulation::own_part_program) {
+        report.warn(&format!(
+            "the run had the part program {} by --part-program; a script takes that of the machine file, so write \
+             `part_program` into its table [simulator]",
+            part_program.display()
+        ));
+    }
+    text.push_str(&head(out, &files, machine, simulation.is_some()));
     let _ = write!(text, "\ntest \"as in {name}\"\n{body}end\n");
     if skipped > 0 {
         report.warn(&format!(
@@ -91,6 +102,28 @@ pub(super) fn from_record(record: &Path, args: &TestArgs, report: &Report) -> Re
     }
     output::write(out, text.as_bytes(), &plcc_diag::SourceMap::new(), &[record.to_owned()])?;
     Ok(DONE)
+}
+
+/// The lines of a script above its tests: the files of the program, the machine file unless it is found beside the program, and
+/// whether the other side answers.
+pub(super) fn head(out: &Path, files: &[&str], machine: Option<&Path>, simulate: bool) -> String {
+    let named = |path: &Path| from_folder_of(out, path).display().to_string();
+    let mut text = String::new();
+    for file in files {
+        let _ = writeln!(text, "program \"{}\"", named(Path::new(file)));
+    }
+    let beside = files.first().and_then(|file| machine_beside(Path::new(file)));
+    let beside = beside.map(|path| FileIdentity::of(&path));
+    let is_beside = |path: &&Path| {
+        beside.as_ref().is_some_and(|beside| beside.is_same(&FileIdentity::of(path)))
+    };
+    if let Some(machine) = machine.filter(|path| !is_beside(path)) {
+        let _ = writeln!(text, "machine \"{}\"", named(machine));
+    }
+    if simulate {
+        text.push_str("simulate\n");
+    }
+    text
 }
 
 /// The sources of a recorded program.

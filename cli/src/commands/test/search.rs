@@ -18,7 +18,7 @@ use plcc_record::Action;
 use plcc_runtime::{Class, Event, Names, Properties, Setting, Value, VariableKey};
 
 use super::Job;
-use super::from_record::{Writer, from_folder_of};
+use super::from_record::{Writer, head};
 use super::program::TestProgram;
 use crate::args::TestArgs;
 use crate::failure::{DONE, Failure};
@@ -101,10 +101,10 @@ pub(super) fn search(
     let mut text = format!(
         "# Found by a search with the seed {seed}. What is expected here is what came out: judge whether it is right.\n"
     );
-    for file in (0..program.named_files as u32).map(plcc_diag::FileId) {
-        let path = from_folder_of(out, Path::new(program.sources.path(file)));
-        text.push_str(&format!("program \"{}\"\n", path.display()));
-    }
+    let files = (0..program.named_files as u32).map(plcc_diag::FileId);
+    let files: Vec<&str> = files.map(|file| program.sources.path(file)).collect();
+    let machine = program.settings.machine.as_deref();
+    text.push_str(&head(out, &files, machine, program.run.simulate));
     for (number, body) in (1..).zip(&texts) {
         text.push_str(&format!("\ntest \"found {number} by seed {seed}\"\n{body}end\n"));
     }
