@@ -105,6 +105,24 @@ const ALL: &[(Wrong, &str, &[&str])] = &[
     (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nforce N = 1\nend\n", &["s.plctest:3:7", "sets it once"]),
     (Wrong::Script, "program \"a.pmi\"\nnever OUT &\n", &["s.plctest:2:11", "finish the expression"]),
     (Wrong::Script, "program \"a.pmi\"\nsimulate\ntest \"a\"\nset SIM.LINE = 1\nend\n", &["s.plctest:4:5", "name a single variable"]),
+    (Wrong::Script, "program \"a.pmi\"\nmachine a.machine.toml\n", &["s.plctest:2:9", "`machine \"lathe.machine.toml\"`"]),
+    (Wrong::Script, "program \"a.pmi\"\nmachine \"none.toml\"\n", &["s.plctest:2:10", "none.toml", "script's folder"]),
+    (Wrong::Script, "program \"a.pmi\"\nalways N\n", &["s.plctest:2:8", "compare it"]),
+    (Wrong::Script, "program \"a.pmi\"\nset N = 1\n", &["s.plctest:2:1", "write `test \"NAME\"` above it"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\ntest \"b\"\nend\n", &["s.plctest:3:1", "write `end` above this line"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nsimulate\nend\n", &["s.plctest:3:1", "move it above `test`"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\npulse DOOR for five\nend\n", &["s.plctest:3:16", "pulse NAME for 200 ms"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\npulse DOR\nend\n", &["s.plctest:3:7", "did you mean `DOOR`?"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nrelease DOR\nend\n", &["s.plctest:3:9", "did you mean `DOOR`?"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nrelease N\nend\n", &["s.plctest:3:9", "only inputs and physical outputs"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nhold OUT\nend\n", &["s.plctest:3:8", "`for`", "hold CONDITION for 1 s"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nrun 1.5 ticks\nend\n", &["s.plctest:3:5", "whole numbers"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nexpect message OPEN\nend\n", &["s.plctest:3:16", "`expect message \"TURRET\"`"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nexpect stop WATCHDOG\nend\n", &["s.plctest:3:13", "`expect stop \"WATCHDOG\"`"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\npower off\nend\n", &["s.plctest:3:7", "power cycle"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nforce DOOR = 1.5\nend\n", &["s.plctest:3:14", "as in a stimulus"]),
+    (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nwait until DOR within 5 s\nend\n", &["s.plctest:3:12", "did you mean DOOR?"]),
+    (Wrong::Script, "program \"a.pmi\"\nsimulate\ntest \"a\"\nset KEY.JAM DRUM = 1\nend\n", &["s.plctest:4:5", "no small machines"]),
 ];
 
 #[test]
@@ -155,5 +173,97 @@ fn two_megabytes_of_garbage_are_refused() {
         folder.plcc("test s.plctest").exits(2);
         write("a.machine.toml");
         folder.plcc("check a.pmi").exits(2);
+    }
+}
+
+/// What is only a warning is told at its place, too, and runs.
+#[test]
+fn warnings_about_a_part_program_are_told_and_run() {
+    let named = "[simulator]\npart_program = \"p.nc\"\n";
+    for (part, expected) in [
+        ("G0 X1\nM8\n", &["SIM-10", "p.nc:2:1", "M30"][..]),
+        ("M7 M30\n", &["SIM-11", "p.nc:1:1", "$MCODE"]),
+    ] {
+        let files = [("a.pmi", PMI), ("p.nc", part), ("a.machine.toml", named)];
+        let folder = Folder::with(&files);
+        let done = folder.plcc("check a.pmi").exits(0);
+        let said = format!("{}{}", done.stdout, done.stderr);
+        for text in expected {
+            assert!(said.contains(text), "{part:?}: {text:?} is not in\n{said}");
+        }
+        folder.plcc("run a.pmi --ticks 1 --simulate --watch N").exits(0).says(&[expected[0]]);
+    }
+}
+
+/// Every code of the simulator and of test scripts is among the mistakes above.
+#[test]
+fn every_code_is_tried() {
+    let tried = |code: &str| ALL.iter().any(|(_, _, parts)| parts.contains(&code));
+    // SIM-10 and SIM-11 are warnings, which the test above tries.
+    for code in (1..=13).filter(|code| !(10..=11).contains(code)) {
+        assert!(tried(&format!("SIM-{code}")), "SIM-{code}");
+    }
+    let begins = |keyword: &str| {
+        let scripts = ALL.iter().filter(|(kind, ..)| matches!(kind, Wrong::Script));
+        let line = |text: &str| text.lines().any(|line| line.trim().starts_with(keyword));
+        scripts.into_iter().any(|(_, text, _)| line(text))
+    };
+    for keyword in plcc_plctest::KEYWORDS {
+        assert!(begins(keyword), "{keyword}");
+    }
+}
+
+/// Two megabytes of pieces that begin well, in the place of a part program, a machine file, a script, a stimulus.
+#[test]
+fn two_megabytes_of_pieces_that_begin_well_are_refused() {
+    let named = "[simulator]\npart_program = \"p.nc\"\n";
+    let script = "program \"a.pmi\"\nsimulate\ntest \"a\"\nrun 1 tick\nend\n";
+    let again = |part: &str| part.repeat((2 << 20) / part.len()).into_bytes();
+    for (file, pieces) in [
+        ("p.nc", &["G1", "G91 X", "(", "X1.", "\n/0", "N1G2X1I1R"][..]),
+        (
+            "a.machine.toml",
+            &[
+                "[",
+                "[[simulator.device]]\n",
+                "[simulator]\nlag_ms",
+                "a=\"",
+                "[[simulator.device]]\nname=\"K\"\nkind=\"relay\"\noutput=\"Q\"\ninput=\"P\"\n",
+            ],
+        ),
+        (
+            "s.plctest",
+            &[
+                "test \"",
+                "expect ((",
+                "set KEY.",
+                "wait until N = 1 within ",
+                "program \"a.pmi\"\n",
+            ],
+        ),
+        ("k.csv", &["tick,name,value\n", "1,KEY.", "0,N,\n", "9s,"]),
+    ] {
+        let folder = Folder::with(&[
+            ("a.pmi", PMI),
+            ("p.nc", "M30\n"),
+            ("a.machine.toml", named),
+            ("s.plctest", script),
+            ("k.csv", "tick,name,value\n1,DOOR,1\n"),
+        ]);
+        folder.plcc("run a.pmi --ticks 2 --simulate --stimulus k.csv --watch N").exits(0);
+        for text in pieces.iter().map(|part| again(part)) {
+            folder.write(file, text);
+            match file {
+                "s.plctest" => folder.plcc("test s.plctest").exits(2),
+                _ => folder
+                    .plcc("run a.pmi --ticks 2 --simulate --stimulus k.csv --watch N")
+                    .exits(2),
+            };
+            if file != "k.csv" && file != "s.plctest" {
+                let status = folder.plcc("check a.pmi").status;
+                assert!(matches!(status, 1 | 2), "{file}: {status}");
+                folder.plcc("test s.plctest").exits(2);
+            }
+        }
     }
 }

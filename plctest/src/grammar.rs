@@ -155,8 +155,8 @@ fn of(number: &str, unit: Option<u64>) -> Result<Length, String> {
 pub(crate) fn line<'t>() -> impl Grammar<'t, Line> {
     let rest = |what| text_until(empty().then(end()), what);
     let after = |keyword| word(keyword).then(blank());
-    let within = blank().then(word("within"));
-    let over = blank().then(word("for"));
+    let within = blank().then(word("within")).labelled("`within`");
+    let over = blank().then(word("for")).labelled("`for`");
     let file = choice((
         after("program").ignore_then(quoted()).map(Line::Program),
         after("machine").ignore_then(quoted()).map(Line::Machine),

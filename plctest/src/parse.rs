@@ -157,6 +157,26 @@ fn syntax_error(
     Diagnostic::error(SYNTAX, span, message).help(format!("write it as in `{form}`"))
 }
 
+/// The mistake of an `expect message` or `expect stop` whose text is not in quotes.
+fn unquoted(item: &Piece) -> Option<Diagnostic> {
+    let (word, rest) = item.text.split_once([' ', '\t']).unwrap_or((&item.text, ""));
+    let example = match word {
+        "message" => "expect message \"TURRET\"",
+        "stop" => "expect stop \"WATCHDOG\"",
+        _ => return None,
+    };
+    let rest = rest.trim_start();
+    // A condition could name a variable so.
+    if !rest.is_empty() && !rest.starts_with(|first: char| first.is_alphanumeric()) {
+        return None;
+    }
+    let end = item.span.range().end;
+    let span = Span::new(item.span.file, end - rest.len(), end);
+    let span = if rest.is_empty() { item.span } else { span };
+    let text = format!("a text in quotes belongs after `{word}`");
+    Some(Diagnostic::error(SYNTAX, span, text).help(format!("write it as in `{example}`")))
+}
+
 /// The beginning of the character at an offset.
 fn floor(line: &str, offset: usize) -> usize {
     (0..=offset.min(line.len())).rev().find(|&at| line.is_char_boundary(at)).unwrap_or(0)
@@ -267,6 +287,10 @@ impl Reader<'_> {
                 (Some(text), _) => (false, text),
                 (None, Some(text)) => (true, text),
                 (None, None) => {
+                    if let Some(diagnostic) = unquoted(&item) {
+                        self.found.push(diagnostic);
+                        return vec![];
+                    }
                     all.push(Expected::Condition(item));
                     continue;
                 }

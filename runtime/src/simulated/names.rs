@@ -72,13 +72,31 @@ impl SimulatedNames {
         let found = known.iter().position(|known| *known == wanted);
         found.map(|number| number as u32).ok_or_else(|| {
             let near = closest(&wanted, known.iter().map(String::as_str));
-            let near = near.map_or(String::new(), |near| format!("; did you mean {prefix}{near}?"));
+            let near = match near {
+                Some(near) => format!("; did you mean {prefix}{near}?"),
+                None => listed(&wanted, known),
+            };
             let what = if prefix == "KEY." { "a key of this control" } else { "a device" };
             NameError::Unfit {
                 name: name.into(),
                 reason: format!("is not the name of {what}{near}"),
             }
         })
+    }
+}
+
+/// What there is in the place of a name that is near nothing: some of the names, of small machines those that can be jammed.
+fn listed(wanted: &str, known: &[String]) -> String {
+    const MOST: usize = 12;
+    const JAM: &str = "JAM ";
+    let is_jam = wanted.starts_with(JAM);
+    let fits = |name: &&String| name.starts_with(JAM) == is_jam;
+    let names: Vec<&str> = known.iter().filter(fits).map(String::as_str).collect();
+    let first = names.iter().take(MOST).copied().collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        _ if names.is_empty() => "; the table [simulator] has no small machines".into(),
+        0 => format!("; there are {first}"),
+        more => format!("; there are {first} and {more} more"),
     }
 }
 
