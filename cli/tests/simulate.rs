@@ -267,3 +267,80 @@ fn the_mill_of_the_examples_runs_closed() {
     assert_eq!(rows(&traces[0], "M12")[..3], [(0, 0), (883, 1), (2006, 0)]);
     assert_eq!(rows(&traces[0], "M11")[..3], [(0, 1), (206, 0), (2909, 1)]);
 }
+
+/// The machines of `examples/desk`, with what an operator does at them, how many ticks that takes and what is watched.
+const DESK: [(&str, &str, u32, &str); 3] = [
+    (
+        "turret.pmi",
+        "5,KEY.MACHINE ON,press\n50,KEY.AUTO,press\n75,KEY.CYCLE START,press\n",
+        220,
+        "SIM.LINE,SIM.TURRET,TPOS,SPINON,@PGMSE,@SSRPM",
+    ),
+    (
+        "changer.nct",
+        "0,KEY.EMERGENCY LINE,1\n10,KEY.B1,press\n40,KEY.AUTO,press\n60,KEY.START,press\n",
+        300,
+        "SIM.LINE,SIM.CAROUSEL,RH006,RH100,Y547,I550",
+    ),
+    (
+        "router.pmc",
+        "0,KEY.GUARD,1\n0.1s,KEY.START,press\n1.5s,KEY.JAM HOOD,1\n2s,KEY.STOP,press\n",
+        6000,
+        "SIM.HOOD,SIM.VACUUM,M1,M11,M12,M13,P1",
+    ),
+];
+
+/// A folder with all files of `examples/desk`.
+fn desk() -> Folder {
+    let folder = Folder::with(&[]);
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/desk");
+    for file in std::fs::read_dir(examples).unwrap() {
+        let file = file.unwrap();
+        folder.write(file.file_name(), std::fs::read(file.path()).unwrap());
+    }
+    folder
+}
+
+#[test]
+fn the_machines_on_the_desk_are_replayed_as_they_were_recorded() {
+    for (program, keys, ticks, names) in DESK {
+        let folder = desk();
+        folder.write("keys.csv", format!("tick,name,value\n{keys}"));
+        let outputs = format!("--watch {names} --trace t.csv --events e.jsonl --dump d.json");
+        let read = || ["t.csv", "e.jsonl", "d.json"].map(|name| folder.read(name));
+        let run = format!("run {program} --ticks {ticks} --simulate --stimulus keys.csv {outputs}");
+        folder.plcc(&format!("{run} --record r.plcrec")).exits(0);
+        let expected = read();
+        for engine in ["--engine interp", "--engine aot", "--engine jit --opt none"] {
+            folder.plcc(&format!("{run} {engine}")).exits(0);
+            assert_eq!(read(), expected, "{program} {engine}");
+        }
+        // The record needs neither the table nor the part program.
+        let stem = program.split('.').next().unwrap();
+        std::fs::remove_file(folder.path().join(format!("{stem}.machine.toml"))).unwrap();
+        for engine in ["interp", "jit"] {
+            folder.plcc(&format!("replay r.plcrec --engine {engine} {outputs}")).exits(0);
+            assert_eq!(read(), expected, "{program} {engine}");
+        }
+        // From a checkpoint in the middle.
+        folder.plcc(&format!("replay r.plcrec --from {}", ticks * 2 / 3)).exits(0);
+    }
+}
+
+#[test]
+fn the_table_alone_changes_no_trace() {
+    for (program, _, _, names) in DESK {
+        let folder = desk();
+        let names: Vec<&str> = names.split(',').filter(|name| !name.starts_with("SIM.")).collect();
+        let outputs =
+            format!("--watch {} --trace t.csv --events e.jsonl --dump d.json", names.join(","));
+        let read = || ["t.csv", "e.jsonl", "d.json"].map(|name| folder.read(name));
+        let run = format!("run {program} --ticks 300 {outputs}");
+        folder.plcc(&run).exits(0);
+        let with = read();
+        folder.plcc(&format!("{run} --no-machine")).exits(0);
+        assert_eq!(read(), with, "{program}");
+        assert!(!with[1].contains("simulator"), "{}", with[1]);
+        folder.plcc(&format!("run {program} --ticks 1 --watch SIM.LINE")).exits(2);
+    }
+}

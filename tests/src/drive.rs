@@ -2,12 +2,15 @@
 //! variables, retained data. Tests compare this between engines, and between a run that was
 //! continued from a checkpoint and one that was not.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use plcc_abi::machine::Machine as MachineFile;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
+use plcc_host::args::RunArgs;
+use plcc_host::session;
 use plcc_record::ReplaceableExecutive;
 use plcc_record::{RecordFile, Recorder};
 use plcc_runtime::{Event, Executive, Purpose, VariableKey};
@@ -23,6 +26,8 @@ pub struct Bench {
     pub ticks: u64,
     rows: Vec<(u64, String, String)>,
     args: ControlArgs,
+    /// Where the other side is simulated: the machine file and the part program.
+    desk: Option<(PathBuf, Option<PathBuf>)>,
 }
 
 impl Bench {
@@ -73,7 +78,13 @@ impl Bench {
         let level0_safepoints = (dialect == Dialect::Nct).then_some(3);
         let mut args = ControlArgs::default();
         args.nct.level0_safepoints = level0_safepoints;
-        Ok(Self { compiled, ticks, rows, args })
+        Ok(Self { compiled, ticks, rows, args, desk: None })
+    }
+
+    /// The same with the other side simulated, by the table of a machine file. A part program stands in place of the table's.
+    #[must_use]
+    pub fn on_the_desk(self, machine: &Path, part_program: Option<&Path>) -> Self {
+        Self { desk: Some((machine.to_owned(), part_program.map(Path::to_owned))), ..self }
     }
 
     /// The executive of a program of [`Compiled::engine`], at power-up.
@@ -81,7 +92,21 @@ impl Bench {
     /// # Errors
     /// The program's tables do not fit together.
     pub fn executive(&self, program: &Program) -> Result<Box<dyn Executive + Send>, String> {
-        plcc_control::executive(program, &self.args, false, None).map_err(|error| error.to_string())
+        let Some((path, part_program)) = self.desk.clone() else {
+            let made = plcc_control::executive(program, &self.args, false, None);
+            return made.map_err(|error| error.to_string());
+        };
+        let text = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+        let machine = MachineFile::parse(&text).map_err(|error| error.to_string())?;
+        let args = RunArgs {
+            control: self.args.clone(),
+            simulate: true,
+            machine_path: Some(path),
+            part_program,
+            ..RunArgs::default()
+        };
+        let made = session::simulated_executive(program, &args, Some(&machine));
+        made.map_err(|error| error.to_string())
     }
 
     /// A control at power-up that is recorded.

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
+use plcc_random::Rng;
 use plcc_runtime::CheckpointError;
 use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
@@ -94,6 +95,116 @@ fn examples_continue_from_a_checkpoint() {
     example("lathe.pmi", Some("lathe.csv"), 300, Dialect::Pmi);
     example("sample.plc", Some("sample.csv"), 300, Dialect::Nct);
     example("mill.pmc", None, 600, Dialect::Pmac);
+}
+
+/// All engines, each from the beginning, and a change from one to the next in each of `cuts`.
+fn ways(cuts: &[u64]) -> Vec<Cut> {
+    let all = EngineKind::ALL.iter().map(|engine| (0, *engine, *engine));
+    let mut engines = EngineKind::ALL.iter().copied().cycle();
+    let mut next = || engines.next().unwrap_or(EngineKind::Ir);
+    all.chain(cuts.iter().map(|cut| (*cut, next(), next()))).collect()
+}
+
+/// The control, its part program and the small machines go on from a checkpoint, too, in the middle of whatever they do.
+#[test]
+fn machines_on_the_desk_are_the_same_in_every_engine_and_continue_from_a_checkpoint() {
+    let keys = |rows: &[(u64, &str, u64)]| {
+        let row = |(tick, key, length): &(u64, &str, u64)| {
+            format!("{tick},KEY.{key},1\n{},KEY.{key},0\n", tick + length)
+        };
+        format!("tick,name,value\n{}", rows.iter().map(row).collect::<String>())
+    };
+    // Among them ticks in which the spindle starts, a turret or a cylinder moves, a block waits, the axes move.
+    for (dialect, file, rows, ticks, cuts) in [
+        (
+            Dialect::Pmi,
+            "turret.pmi",
+            &[("MACHINE ON", 5, 15), ("AUTO", 50, 5), ("CYCLE START", 75, 5)][..],
+            190,
+            &[6, 40, 77, 90, 117, 121, 150, 187][..],
+        ),
+        (
+            Dialect::Nct,
+            "changer.nct",
+            &[("EMERGENCY LINE", 0, 400), ("B1", 10, 10), ("AUTO", 40, 5), ("START", 60, 5)],
+            260,
+            &[1, 11, 61, 62, 80, 120, 200, 250],
+        ),
+        (
+            Dialect::Pmac,
+            "router.pmc",
+            &[("GUARD", 0, 200), ("START", 20, 60), ("JAM HOOD", 112, 8), ("STOP", 150, 20)],
+            170,
+            &[30, 90, 115, 152],
+        ),
+    ] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/desk");
+        let path = folder.join(file);
+        let rows: Vec<(u64, &str, u64)> =
+            rows.iter().map(|(key, tick, length)| (*tick, *key, *length)).collect();
+        let sources = std::fs::read_to_string(&path).unwrap();
+        let case = Case { source: sources, stimulus: keys(&rows), watch: vec![], ticks };
+        let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
+        let mut machine = path.with_extension("machine.toml");
+        let own = tempfile::tempdir().unwrap();
+        if dialect == Dialect::Pmac {
+            // A tick is so short that the machine has to be quick.
+            let table = std::fs::read_to_string(&machine).unwrap();
+            machine = own.path().join("quick.toml");
+            std::fs::write(&machine, table.replace("00\n", "\n")).unwrap();
+        }
+        compare(&bench.on_the_desk(&machine, None), &ways(cuts), file);
+    }
+}
+
+/// Random programs, which know nothing of the control beside them, while rows play what a program would ask of it.
+#[test]
+fn generated_programs_continue_from_a_checkpoint_beside_a_simulated_control() {
+    let folder = tempfile::tempdir().unwrap();
+    let (machine, part) = (folder.path().join("m.toml"), folder.path().join("p.nc"));
+    let table = "[simulator]\nblocks = [\"M8 G0 X1\"]\nserial = \"123456\"\n\
+                 [[simulator.axis]]\nname = \"X\"\n[[simulator.axis]]\nname = \"Y\"\n";
+    std::fs::write(&machine, table).unwrap();
+    std::fs::write(&part, "G4 P0.05 S500 T3\nG1 X0.2 Y-0.3 F300\n/G91 X0.5\nG2 X1 I0.5 M90\nM30\n")
+        .unwrap();
+    for (dialect, names) in [
+        (
+            Dialect::Pmi,
+            &["@MONRQ", "@MCRDY", "@CYCRQ", "@MODRQ", "@FHRQ", "@NEWSC", "@AXRRQ[0]", "@SPDAC"][..],
+        ),
+        (
+            Dialect::Nct,
+            &["Y540", "Y406", "Y470", "Y547", "Y650", "Y542", "I477", "Y605", "Y652", "Y710"],
+        ),
+    ] {
+        for seed in 0..8 {
+            let mut rng = Rng::new(seed);
+            let mut case = gen_program::generate_short(dialect, seed);
+            if case.stimulus.is_empty() {
+                case.stimulus.push_str("tick,name,value\n");
+            }
+            case.ticks = case.ticks.max(60);
+            for tick in 0..case.ticks {
+                if dialect == Dialect::Nct && tick == 0 {
+                    case.stimulus
+                        .push_str("0,RH078,13\n0,RH089,13\n0,RH055,3\n0,RH054,20\n0,RH060,700\n");
+                }
+                // Mostly on, so that a program is executed.
+                for name in names {
+                    let value = match rng.below(12) {
+                        0 => 0,
+                        1 | 2 => 1 + i64::from(*name == "@MODRQ"),
+                        _ => continue,
+                    };
+                    case.stimulus.push_str(&format!("{tick},{name},{value}\n"));
+                }
+            }
+            let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
+            let bench = bench.on_the_desk(&machine, Some(&part));
+            let cuts = [1, u64::from(case.ticks) / 3, u64::from(case.ticks) * 2 / 3];
+            compare(&bench, &ways(&cuts), &format!("seed {seed}\n{}", case.source));
+        }
+    }
 }
 
 /// A checkpoint also holds what is not in the image: commands that wait, the data kept by SAVE,
