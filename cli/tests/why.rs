@@ -457,3 +457,13 @@ fn an_answer_is_coloured_where_that_is_wanted() {
     }
     assert_eq!(bare, plain);
 }
+
+#[test]
+fn to_set_the_variable_itself_is_not_an_answer() {
+    let source = "$INPUT\nDONE=0/0\n$MCODE\n@M06/P\n$END\nIF (DONE)\n @M06 = F\nENDIF\n";
+    let folder =
+        Folder::with(&[("m.pmi", source), ("m.csv", "tick,name,value\n3,@M06,1\n5,DONE,0\n")]);
+    let why = json_of(&folder, "m.pmi @M06 --stimulus m.csv --ticks 9");
+    assert_eq!((&why["value"], &why["since"]), (&json!(1), &json!(3)));
+    assert_eq!(why["would"], json!([[{"name": "DONE", "value": 1}]]));
+}

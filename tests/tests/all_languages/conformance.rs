@@ -4,7 +4,7 @@
 //! A case is a folder with `args` (the options of `plcc run`, no paths), the program as
 //! `program.*` or its path in a file `program`, and of `stimulus.csv`, `machine.toml`,
 //! `expected.csv` (trace), `expected.jsonl` (events) and `expected.json` (dump) those that it
-//! needs. A scenario of `examples/DIALECT/NAME.*` is a folder `examples/DIALECT/NAME/SCENARIO`.
+//! needs. With `--simulate` in `args`, `machine.toml` has the simulator's table, and `part.nc` is the part program. A scenario of `examples/DIALECT/NAME.*` is a folder `examples/DIALECT/NAME/SCENARIO`.
 //!
 //! `BLESS=1` overwrites the expected files that exist, if all engines agree.
 #![allow(clippy::unwrap_used, clippy::panic)]
@@ -20,6 +20,7 @@ use plcc_control::{Watch, dump};
 use plcc_frontend::common::{Controller, Limits, Machine, Options};
 use plcc_host::args::RunArgs;
 use plcc_host::run::{Player, Run, Stimulus};
+use plcc_host::session;
 use plcc_tests::compile::{Compiled, EngineKind, compile};
 
 /// What may stand in `args`.
@@ -85,7 +86,21 @@ fn run(
     source: &Path,
 ) -> Written {
     let (program, mut engine) = compiled.engine(way).unwrap_or_else(|e| panic!("{way:?}: {e}"));
-    let mut executive = executive(&program, &args.run.control, false, None).unwrap();
+    let mut executive = if args.run.simulate {
+        let (machine, part) = (case.join("machine.toml"), case.join("part.nc"));
+        let table = Machine::parse(&fs::read_to_string(&machine).unwrap()).unwrap();
+        let run = RunArgs {
+            control: args.run.control.clone(),
+            simulate: true,
+            machine_path: Some(machine),
+            part_program: Some(part).filter(|part| part.is_file()),
+            ..RunArgs::default()
+        };
+        let made = session::simulated_executive(&program, &run, Some(&table));
+        made.unwrap_or_else(|error| panic!("{case:?}: {error}"))
+    } else {
+        executive(&program, &args.run.control, false, None).unwrap()
+    };
     let executive = executive.as_mut();
     let table = fs::read(case.join("stimulus.csv")).unwrap_or_else(|_| b"tick,name,value\n".into());
     let stimulus = Stimulus::parse(&table, &*executive.names(), executive.tick_ns())
