@@ -7,7 +7,7 @@ use crate::run::Player;
 use plcc_control::Watch;
 use plcc_record::RecorderProgram;
 use plcc_record::ReplaceableExecutive;
-use plcc_runtime::online_change::Plan;
+use plcc_runtime::online_change::{Plan, TakeOver};
 use plcc_runtime::{Executive, VariableKey};
 
 /// A program that is to take the place of the one that runs. When that is done, this holds the former program,
@@ -24,8 +24,21 @@ pub(crate) struct Replacement {
     pub(crate) recorder_program: RecorderProgram,
     /// Its image file.
     pub(crate) publisher: Option<Publisher>,
-    /// Why the replacement could not be carried out, if so; nothing has changed then.
-    pub(crate) failure: Option<&'static str>,
+    /// How far it has come.
+    pub(crate) progress: Progress,
+}
+
+/// How far a replacement has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// It is to be carried out.
+    Prepared,
+    /// It can't be carried out yet, and this is why, as the beginning of a sentence. Nothing has changed.
+    Waits(&'static str),
+    /// It is carried out.
+    Done,
+    /// It can't be carried out, and this is why. Nothing has changed.
+    Failed(&'static str),
 }
 
 impl std::fmt::Debug for Replacement {
@@ -36,7 +49,7 @@ impl std::fmt::Debug for Replacement {
 
 impl Replacement {
     /// Exchanges this program with the one that `running` runs, whose state, image file, stimulus and trace it takes
-    /// over.
+    /// over, if that can be done now.
     pub(crate) fn carry_out(
         &mut self,
         running: &mut ReplaceableExecutive,
@@ -45,18 +58,17 @@ impl Replacement {
         watch: &mut Watch,
     ) {
         let Self { executive, engine, recorder_program, .. } = self;
-        if !running.change_program(executive, engine, recorder_program, &self.plan) {
-            return self.fail(
-                "the programs are for different controls, or a motion program runs that the new one changes",
-            );
+        self.progress =
+            match running.change_program(executive, engine, recorder_program, &self.plan) {
+                TakeOver::Done => Progress::Done,
+                TakeOver::Later(why) => Progress::Waits(why),
+                TakeOver::Impossible => Progress::Failed("the programs are for different controls"),
+            };
+        if self.progress != Progress::Done {
+            return;
         }
         std::mem::swap(publisher, &mut self.publisher);
         player.exchange_keys(&mut self.set);
         watch.exchange_keys(&mut self.watched);
-    }
-
-    /// Notes why it could not be carried out.
-    pub(crate) fn fail(&mut self, why: &'static str) {
-        self.failure = Some(why);
     }
 }

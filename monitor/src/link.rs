@@ -19,6 +19,9 @@ use crate::Refusal;
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// How long the reply to an online change is waited for: the control reads the artifact and makes an engine of it first.
 const SWAP_TIMEOUT: Duration = Duration::from_secs(60);
+/// How long the control may have an online change wait for a motion program: not at all, since nothing else is shown
+/// until its reply comes.
+const AT_ONCE: Option<f64> = Some(0.0);
 /// How long the control is left alone after a failure.
 const PAUSE: Duration = Duration::from_secs(2);
 /// How long a status is taken for the present one.
@@ -130,12 +133,17 @@ impl Link {
     /// Replaces the program by an artifact; gives the first tick of the new one.
     pub(crate) fn swap(&mut self, artifact: &Path) -> Result<u64, Refusal> {
         let path = artifact.to_owned();
-        self.exchange_program(&Request::Swap { path, accept: vec![], dry_run: false })
+        self.exchange_program(&Request::Swap {
+            path,
+            accept: vec![],
+            dry_run: false,
+            wait: AT_ONCE,
+        })
     }
 
     /// Has the program run again that was replaced last; gives its first tick.
     pub(crate) fn rollback(&mut self) -> Result<u64, Refusal> {
-        self.exchange_program(&Request::Rollback {})
+        self.exchange_program(&Request::Rollback { wait: AT_ONCE })
     }
 
     fn exchange_program(&mut self, request: &Request) -> Result<u64, Refusal> {

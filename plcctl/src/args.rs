@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 use plcc_pages::Shell;
-use plcc_protocol::{Assignment, Request};
+use plcc_protocol::{Assignment, MAX_WAIT, Request};
 
 /// Looks at a running control and acts on it.
 ///
@@ -23,6 +23,7 @@ use plcc_protocol::{Assignment, Request};
                   plcctl /run/lathe.sock set @FRO=80\n  \
                   plcctl /run/lathe.sock force MCRDY=1\n  \
                   plcctl /run/lathe.sock swap lathe-2.plcx --dry-run\n  \
+                  plcctl /run/mill.sock swap mill-2.plcx --wait 600\n  \
                   plcctl /run/lathe.sock rollback\n  \
                   plcctl completions bash > ~/.local/share/bash-completion/completions/plcctl"
 )]
@@ -38,7 +39,7 @@ pub(crate) struct Cli {
     #[arg(long, global = true)]
     pub(crate) json: bool,
 
-    /// How many seconds to wait for the reply
+    /// How many seconds to wait for the reply, beyond the time that an online change waits
     #[arg(long, global = true, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub(crate) timeout: Duration,
 
@@ -119,13 +120,33 @@ pub(crate) enum Command {
         /// Only shows what would change
         #[arg(long)]
         dry_run: bool,
+        #[command(flatten)]
+        wait: Wait,
     },
     /// Takes the last online change back: the program before it runs again, with the present values
-    Rollback,
+    Rollback {
+        #[command(flatten)]
+        wait: Wait,
+    },
+    /// Gives up an online change that waits
+    Cancel,
     /// Goes on with the ticks of a program that was stopped
     Start,
     /// Stops the program, and gives outputs their safe values
     Stop,
+}
+
+/// How long an online change may wait.
+#[derive(Args)]
+pub(crate) struct Wait {
+    /// How many seconds to wait at most for a motion program that runs and is another one in the new version; 0: not at all
+    #[arg(long = "wait", value_name = "SECONDS", default_value = "20", value_parser = wait)]
+    pub(crate) seconds: f64,
+}
+
+fn wait(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=MAX_WAIT).contains(seconds));
+    seconds.ok_or_else(|| format!("a number of seconds from 0 to {MAX_WAIT} is expected, as in 20"))
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -143,6 +164,16 @@ fn assignment(text: &str) -> Result<Assignment, String> {
 }
 
 impl Command {
+    /// How long the control may take for it beyond the time that replies take.
+    pub(crate) fn wait(&self) -> Duration {
+        match self {
+            Self::Swap { wait, dry_run: false, .. } | Self::Rollback { wait } => {
+                Duration::from_secs_f64(wait.seconds)
+            }
+            _ => Duration::ZERO,
+        }
+    }
+
     /// The request that asks for it.
     ///
     /// # Errors
@@ -156,13 +187,15 @@ impl Command {
             Self::Set { values } => Request::Set { values: values.clone() },
             Self::Force { values } => Request::Force { values: values.clone() },
             Self::Unforce { names, all } => Request::Unforce { names: names.clone(), all: *all },
-            Self::Swap { artifact, accept, dry_run } => {
+            Self::Swap { artifact, accept, dry_run, wait } => {
                 // The control may run in another folder.
                 let path = std::path::absolute(artifact).map_err(|error| error.to_string())?;
                 path.to_str().ok_or("the artifact's name is not UTF-8")?;
-                Request::Swap { path, accept: accept.clone(), dry_run: *dry_run }
+                let wait = Some(wait.seconds);
+                Request::Swap { path, accept: accept.clone(), dry_run: *dry_run, wait }
             }
-            Self::Rollback => Request::Rollback {},
+            Self::Rollback { wait } => Request::Rollback { wait: Some(wait.seconds) },
+            Self::Cancel => Request::Cancel {},
             Self::Start => Request::Start {},
             Self::Stop => Request::Stop {},
         })
@@ -209,7 +242,13 @@ mod tests {
 
     #[test]
     fn the_control_is_told_the_whole_path_of_an_artifact() {
-        let swap = Command::Swap { artifact: "x.plcx".into(), accept: vec![], dry_run: false };
+        let swap = Command::Swap {
+            artifact: "x.plcx".into(),
+            accept: vec![],
+            dry_run: false,
+            wait: Wait { seconds: 1.5 },
+        };
+        assert_eq!(swap.wait(), Duration::from_millis(1500));
         let Request::Swap { path, .. } = swap.request().unwrap() else { panic!("a swap") };
         assert!(path.is_absolute() && path.ends_with("x.plcx"));
     }

@@ -59,8 +59,8 @@ fn run(cli: &Cli) -> u8 {
         }
         _ => return fail(USAGE, "a socket and a command are expected: plcctl SOCKET status"),
     };
-    let asked =
-        Client::connect(socket, cli.timeout).and_then(|mut client| ask(&mut client, command));
+    let timeout = cli.timeout.saturating_add(command.wait());
+    let asked = Client::connect(socket, timeout).and_then(|mut client| ask(&mut client, command));
     match asked {
         Ok(result) if cli.json => print(format!("{result}\n").as_bytes()),
         Ok(result) => match show::result(command, &result) {

@@ -26,10 +26,13 @@ pub(crate) fn result(command: &Command, result: &Json) -> serde_json::Result<Str
             let changes = changes(&Comparison::deserialize(result)?);
             format!("{changes}nothing was changed (--dry-run)\n")
         }
-        Command::Swap { .. } | Command::Rollback => swapped(&OnlineChange::deserialize(result)?),
+        Command::Swap { .. } | Command::Rollback { .. } => {
+            swapped(&OnlineChange::deserialize(result)?)
+        }
         Command::Set { .. }
         | Command::Force { .. }
         | Command::Unforce { .. }
+        | Command::Cancel
         | Command::Start
         | Command::Stop => String::new(),
     })
@@ -153,6 +156,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::args::Wait;
 
     #[test]
     fn values_and_forces_are_shown_as_they_are_set() {
@@ -192,7 +196,7 @@ mod tests {
                 {"name": "B", "change": "changed", "old": "LONG", "new": "LOGICAL", "needs_accept": true},
             ],
         });
-        let text = result(&Command::Rollback, &reply).unwrap();
+        let text = result(&Command::Rollback { wait: Wait { seconds: 0.0 } }, &reply).unwrap();
         assert_eq!(
             text,
             "new      A            LOGICAL\n\

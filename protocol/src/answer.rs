@@ -45,6 +45,8 @@ pub struct Status {
     pub generation: u64,
     /// The program that a rollback would run.
     pub rollback_to: Option<String>,
+    /// The online change that waits; `None` where none does.
+    pub waiting_change: Option<WaitingChange>,
     /// The number of the control's process.
     pub process: u32,
     /// The forces in effect.
@@ -55,6 +57,20 @@ pub struct Status {
     pub allow: Vec<String>,
     /// The file of retained data; `None` without `--retain`.
     pub retained: Option<Retained>,
+}
+
+/// An online change that waits for something to end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WaitingChange {
+    /// The program that is to run.
+    pub program: String,
+    /// What it waits for.
+    pub why: String,
+    /// Who asked for it.
+    pub by: String,
+    /// How many seconds it waits yet at most.
+    pub seconds_left: f64,
 }
 
 /// Where retained data is kept.

@@ -41,12 +41,12 @@ pub use plcc_abi::printable;
 
 pub use answer::{
     Change, ChangedVariable, Comparison, Done, Force, ForcedBy, OnlineChange, Retained, Stat,
-    Status, Values, Variable, Variables,
+    Status, Values, Variable, Variables, WaitingChange,
 };
 pub use client::{Client, ClientError};
 pub use failure::{ErrorCode, Failure};
 pub use line::{RequestLine, reply};
-pub use request::{Assignment, Permission, Request};
+pub use request::{Assignment, DEFAULT_WAIT, MAX_WAIT, Permission, Request};
 pub use timing::{TaskSummary, TimesSummary, TimingSummary};
 
 /// The version of the protocol, which every request names.

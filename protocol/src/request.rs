@@ -6,6 +6,11 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
+/// How many seconds an online change waits at most where its request does not say it.
+pub const DEFAULT_WAIT: f64 = 20.0;
+/// How many seconds a request can have it wait at most.
+pub const MAX_WAIT: f64 = 86_400.0;
+
 /// A variable and the value that it shall have.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,9 +90,18 @@ pub enum Request {
         /// Only compare.
         #[serde(default)]
         dry_run: bool,
+        /// How many seconds the change waits at most for what has to end before it; [`DEFAULT_WAIT`] without it.
+        #[serde(default)]
+        wait: Option<f64>,
     },
     /// Run the program again that the last swap replaced: an [`OnlineChange`](crate::OnlineChange).
-    Rollback {},
+    Rollback {
+        /// As for a swap.
+        #[serde(default)]
+        wait: Option<f64>,
+    },
+    /// Give up the online change that waits: [`Done`](crate::Done).
+    Cancel {},
     /// Go on with ticks: [`Done`](crate::Done).
     Start {},
     /// Do no more ticks, with outputs at their safe values: [`Done`](crate::Done).
@@ -142,7 +156,7 @@ impl Request {
             Self::Swap { dry_run: true, .. } => None,
             Self::Set { .. } => Some(Permission::Write),
             Self::Force { .. } | Self::Unforce { .. } => Some(Permission::Force),
-            Self::Swap { .. } | Self::Rollback {} => Some(Permission::Swap),
+            Self::Swap { .. } | Self::Rollback { .. } | Self::Cancel {} => Some(Permission::Swap),
             Self::Start {} | Self::Stop {} => Some(Permission::Stop),
         }
     }

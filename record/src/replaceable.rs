@@ -10,7 +10,7 @@ use plcc_abi::Engine;
 
 use super::entry::Action;
 use super::recorder::{Recorder, RecorderProgram};
-use plcc_runtime::online_change::Plan;
+use plcc_runtime::online_change::{Plan, TakeOver};
 use plcc_runtime::safe_outputs::SafeLines;
 use plcc_runtime::watchdog::Watchdog;
 use plcc_runtime::{
@@ -72,17 +72,17 @@ impl ReplaceableExecutive {
     }
 
     /// Carries an online change out: the executive of another program takes the state of this one over, as `plan`
-    /// says, and takes its place. What was here is in the arguments afterwards. Nothing is allocated or freed. Returns
-    /// false, and changes nothing, if the two programs are for different controls.
+    /// says, and takes its place. What was here is in the arguments afterwards. Nothing is allocated or freed.
     pub fn change_program(
         &mut self,
         executive: &mut Box<dyn Executive + Send>,
         engine: &mut Option<Box<dyn Engine + Send>>,
         recorder_program: &mut RecorderProgram,
         plan: &Plan,
-    ) -> bool {
-        if !executive.take_over(self.executive.as_mut(), plan) {
-            return false;
+    ) -> TakeOver {
+        match executive.take_over(self.executive.as_mut(), plan) {
+            TakeOver::Done => {}
+            not_done => return not_done,
         }
         if let Some(watchdog) = &self.watchdog {
             executive.set_watchdog(watchdog.clone());
@@ -92,7 +92,7 @@ impl ReplaceableExecutive {
         if let Some(recorder) = &mut self.recorder {
             recorder.replaced(recorder_program);
         }
-        true
+        TakeOver::Done
     }
 }
 
@@ -249,7 +249,7 @@ impl Executive for ReplaceableExecutive {
         self.executive.notes_at_end()
     }
 
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver {
         self.executive.take_over(old, plan)
     }
 }

@@ -14,6 +14,7 @@ use super::file::FrameKind;
 use super::queue::{FRAME_HEADER, read_frame_header};
 use super::*;
 use plcc_runtime::Executive;
+use plcc_runtime::online_change::TakeOver;
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 
 /// Counts its scans in the image.
@@ -381,7 +382,8 @@ fn a_program_with_larger_checkpoints_gets_a_larger_queue() {
         let mut engine: Option<Box<dyn Engine + Send>> = Some(Box::new(Counter));
         let plan = compare(from, to).unwrap().plan;
         let program = &mut recorder_program;
-        assert!(control.change_program(&mut executive, &mut engine, program, &plan));
+        let change = control.change_program(&mut executive, &mut engine, program, &plan);
+        assert_eq!(change, TakeOver::Done);
     };
     let (small, large) = (small_program(), large_program());
     // One that was prepared and is not carried out changes nothing.

@@ -11,7 +11,7 @@ use crate::checkpoint::CheckpointError;
 use crate::clock_decisions::ClockDecision;
 use crate::event::Event;
 use crate::names::Names;
-use crate::online_change::Plan;
+use crate::online_change::{Plan, TakeOver};
 use crate::retained::Restored;
 use crate::safe_outputs::SafeLines;
 use crate::stop::Stop;
@@ -183,9 +183,8 @@ pub trait Executive {
     fn used_ranges(&self) -> Vec<Range<u32>>;
 
     /// Takes over the state of an executive of another program of the same control, as `plan` says,
-    /// between two ticks. It neither allocates memory nor waits. Returns whether both executives belong to
-    /// the control that the plan is for; if not, nothing is changed.
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool;
+    /// between two ticks. It neither allocates memory nor waits.
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver;
 
     /// What people are to be told when the run has ended, such as what a simulated control still waits for.
     fn notes_at_end(&self) -> Vec<String> {

@@ -34,6 +34,19 @@ impl fmt::Debug for Plan {
     }
 }
 
+/// How it ended that an executive was to take the state of another one over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum TakeOver {
+    /// The state is taken over.
+    Done,
+    /// Something runs that can't go on in the new program and has to end first; what it is, as the beginning of a
+    /// sentence. Nothing is changed, and a later tick may see it done.
+    Later(&'static str),
+    /// The executives do not belong to the control that the plan is for. Nothing is changed.
+    Impossible,
+}
+
 /// What becomes of a variable or a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {

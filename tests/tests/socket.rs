@@ -945,6 +945,113 @@ fn pmac_programs_are_exchanged() {
     assert_eq!(replayed_programs(&shop.path("r.plcrec")), 5);
 }
 
+/// Motion program 10 runs until P1 is set.
+const MOVING: &str = "I5=2\nI100=1\nI116=50 I117=0.5 I187=10 I188=0 I190=1000\n&1\n#1->1000X\nM1->Y:$FFC2,8,1\n\
+                      OPEN PROG 10 CLEAR\nLINEAR INC F20\nWHILE (P1=0)\nX0.01\nENDWHILE\nP2=P2+1\nCLOSE\n\
+                      OPEN PLC 1 CLEAR\nP3=P3+1\nCLOSE\n&1B10R\n";
+
+#[test]
+fn an_online_change_waits_for_a_motion_program_and_holds_up_nobody() {
+    let shop = Shop::new("swap-motion");
+    let artifact = shop.build("one", Dialect::Pmac, MOVING);
+    let two = shop.build("two", Dialect::Pmac, &MOVING.replace("X0.01", "X0.02"));
+    let three = shop.build("three", Dialect::Pmac, &MOVING.replace("P3=P3+1", "P3=P3+2"));
+    let options = ["--allow", "write,force,swap", "--simulate", "--record", "r.plcrec"];
+    let control = shop.start(&artifact, &options);
+    let runs = || control.get("&1.PROG") == 10;
+    assert!(runs());
+    control.ask(&json!({"request": "swap", "path": three}));
+    assert!(runs() && control.get("P2") == 0, "where only PLCs differ nothing waits");
+
+    let message = |reply: &Json| {
+        assert_eq!(reply["ok"], false, "{reply}");
+        reply["error"]["message"].as_str().unwrap().to_owned()
+    };
+    let swap = |wait: f64| json!({"request": "swap", "path": two, "wait": wait});
+    for wait in [0.0, 0.2] {
+        let why = message(&control.reply(&swap(wait)));
+        let expected = format!("has waited {wait} s for its end");
+        assert!(why.contains("a motion program runs") && why.contains(&expected), "{why}");
+    }
+    assert_eq!(control.refused(&swap(-1.0)), "bad_value");
+
+    // It waits, and other clients are served meanwhile.
+    let ask_to_wait = |request: &Json| {
+        let mut request = request.clone();
+        request["version"] = 1.into();
+        let mut client = control.connect();
+        client.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
+        let start = Instant::now();
+        while waiting(&control).is_null() {
+            assert!(start.elapsed() < HANGS, "the change does not wait");
+            thread::sleep(Duration::from_millis(1));
+        }
+        client
+    };
+    let answer = |client: &mut BufReader<UnixStream>| {
+        let mut line = String::new();
+        client.read_line(&mut line).unwrap();
+        serde_json::from_str::<Json>(&line).unwrap_or_else(|error| panic!("{error}: {line}"))
+    };
+    let mut client = ask_to_wait(&swap(600.0));
+    let shown = waiting(&control);
+    assert!(shown["program"].as_str().unwrap().ends_with("two.plcx"), "{shown}");
+    assert!(shown["seconds_left"].as_f64().unwrap() > 1.0, "{shown}");
+    for _ in 0..20 {
+        let before = control.get("P3").as_f64().unwrap();
+        control.tick();
+        assert!(control.get("P3").as_f64().unwrap() > before, "the program goes on");
+    }
+    control.assign("force", "M1", 1);
+    for request in [swap(1.0), json!({"request": "rollback"})] {
+        assert!(message(&control.reply(&request)).contains("another online change waits"));
+    }
+    assert!(runs() && !waiting(&control).is_null());
+    control.assign("set", "P1", 1);
+    let done = answer(&mut client);
+    assert_eq!((&done["ok"], &done["result"]["generation"]), (&true.into(), &2.into()), "{done}");
+    assert!(waiting(&control).is_null());
+    let status = control.ask(&json!({"request": "status"}));
+    assert_eq!(status["forces"], json!([{"name": "M1", "value": "1"}]));
+    control.tick();
+    assert_eq!(control.get("Y:$FFC2"), 256, "the force has gone over");
+    assert_eq!(control.get("P2"), 1);
+
+    // Back again, but somebody cancels that, or its client leaves.
+    let again = || {
+        control.assign("set", "P1", 0);
+        control.assign("set", "&1R", 1);
+        while !runs() {
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    again();
+    assert!(message(&control.reply(&json!({"request": "cancel"}))).contains("no online change"));
+    let rollback = json!({"request": "rollback", "wait": 600});
+    let mut client = ask_to_wait(&rollback);
+    control.ask(&json!({"request": "cancel"}));
+    let why = message(&answer(&mut client));
+    assert!(why.contains("given up") && why.contains("has cancelled it"), "{why}");
+    drop(ask_to_wait(&rollback));
+    let start = Instant::now();
+    while !waiting(&control).is_null() {
+        assert!(start.elapsed() < HANGS, "a change whose client has left does not end");
+        thread::sleep(Duration::from_millis(1));
+    }
+    let mut client = ask_to_wait(&rollback);
+    control.assign("set", "P1", 1);
+    let done = answer(&mut client);
+    assert_eq!((&done["ok"], &done["result"]["generation"]), (&true.into(), &3.into()), "{done}");
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 4);
+}
+
+/// The online change that waits.
+fn waiting(control: &Control) -> Json {
+    control.ask(&json!({"request": "status"}))["waiting_change"].clone()
+}
+
 #[test]
 fn stimulus_and_trace_go_on_with_the_program_that_runs_then() {
     let shop = Shop::new("swap-stimulus");

@@ -12,7 +12,7 @@ use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
 use plcc_abi::{Engine, Program, Scan, Tables};
 
 use super::Clock;
-use plcc_runtime::online_change::Plan;
+use plcc_runtime::online_change::{Plan, TakeOver};
 use plcc_runtime::safe_outputs::{SafeLines, SafeOutputs};
 use plcc_runtime::watchdog::Watchdog;
 use plcc_runtime::{
@@ -275,8 +275,8 @@ impl Executive for Control {
         vec![]
     }
 
-    fn take_over(&mut self, _: &mut dyn Executive, _: &Plan) -> bool {
-        false
+    fn take_over(&mut self, _: &mut dyn Executive, _: &Plan) -> TakeOver {
+        TakeOver::Impossible
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

@@ -70,8 +70,11 @@ pub(crate) enum Command {
     Stop,
     /// Go on with ticks.
     Start,
-    /// Run another program from now on.
+    /// Run another program from now on, or from the first tick on in which that can be done. It is answered when it is
+    /// done, or can't be, or is withdrawn.
     Replace(Box<Replacement>),
+    /// Give a replacement back that waits. It has no answer of its own: the replacement has one in any case.
+    Withdraw,
 }
 
 /// A command that was carried out.

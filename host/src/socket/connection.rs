@@ -100,15 +100,29 @@ impl Connection {
         }
     }
 
+    /// Whether a request may be taken now.
+    fn may_ask(&mut self, now: Instant) -> bool {
+        self.tokens.refill(now);
+        !(self.waits || self.ends || self.has_output() || self.tokens.is_empty())
+    }
+
+    /// Where the first line ends that was read.
+    fn line_feed(&self) -> Option<usize> {
+        self.input.iter().position(|&byte| byte == b'\n')
+    }
+
+    /// Whether [`next_line`](Self::next_line) gives something.
+    pub(super) fn has_line(&mut self, now: Instant) -> bool {
+        self.may_ask(now) && (self.line_feed().is_some() || self.input.len() >= MAX_REQUEST)
+    }
+
     /// The next whole line that was read, without its line feed. `None` if there is none, or no request
     /// may be taken now; an error if the line is too long.
     pub(super) fn next_line(&mut self, now: Instant) -> Option<Result<Vec<u8>, ()>> {
-        self.tokens.refill(now);
-        if self.waits || self.ends || self.has_output() || self.tokens.is_empty() {
+        if !self.may_ask(now) {
             return None;
         }
-        let end = self.input.iter().position(|&byte| byte == b'\n');
-        match end {
+        match self.line_feed() {
             Some(end) if end < MAX_REQUEST => {
                 self.tokens.take();
                 let line = self.input.drain(..=end).take(end).collect();

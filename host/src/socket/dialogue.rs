@@ -1,6 +1,7 @@
 //! Requests and replies without a socket and without ticks.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
 use serde_json::Value as Json;
@@ -106,7 +107,15 @@ impl Dialogue {
                 hold: false,
                 journal: &mut ScanJournal::discarding(),
             });
-            if let Some(result) = self.requests.next_answer() {
+            let answer = match self.requests.next_answer() {
+                Some(requests::Answered::Request(result) | requests::Answered::Change(result)) => {
+                    Some(result)
+                }
+                Some(requests::Answered::ChangeWaits) | None => {
+                    self.requests.continue_change(Instant::now())
+                }
+            };
+            if let Some(result) = answer {
                 return reply(&id, result);
             }
         }

@@ -8,6 +8,7 @@ use plcc_image::monotonic_ns;
 
 use super::commands::{Answer, Batch, Command, Item, RunProgress, ScanEnd};
 use crate::image_file::{Publisher, State};
+use crate::replacement::Progress;
 use crate::run::{AfterTick, BeforeTick, Hook};
 use plcc_protocol::VALUES_PER_TICK;
 use plcc_record::ReplaceableExecutive;
@@ -29,7 +30,8 @@ pub(crate) struct InterfaceHook {
     socket: Option<ScanEnd>,
     publisher: Option<Publisher>,
     progress: Arc<RunProgress>,
-    /// A command with a batch of which a part is done.
+    /// A command with a batch of which a part is done, or a replacement that waits. Behind the latter nothing else comes
+    /// than its withdrawal, since other commands name variables of one of the two programs.
     unfinished: Option<Command>,
     /// What the image file and the socket were told last.
     state: State,
@@ -116,13 +118,19 @@ impl InterfaceHook {
                     Some(own) => {
                         replacement.carry_out(own, &mut self.publisher, now.player, now.watch);
                     }
-                    None => replacement.fail("the run has an executive that can't be replaced"),
+                    None => {
+                        let why = "the run has an executive that can't be replaced";
+                        replacement.progress = Progress::Failed(why);
+                    }
                 }
-                // Nothing is written of the new program yet. While it is held, no tick does that.
-                self.state = State::Prepared;
-                self.inputs_again = true;
-                true
+                if replacement.progress == Progress::Done {
+                    // Nothing is written of the new program yet. While it is held, no tick does that.
+                    self.state = State::Prepared;
+                    self.inputs_again = true;
+                }
+                !matches!(replacement.progress, Progress::Waits(_))
             }
+            Command::Withdraw => true,
         }
     }
 
@@ -155,6 +163,11 @@ fn do_items(
     *left -= done;
     batch.done += done;
     batch.done == batch.items.len()
+}
+
+/// Whether a command is a replacement whose withdrawal has come.
+fn is_withdrawn(command: &Command, socket: &mut ScanEnd) -> bool {
+    matches!(command, Command::Replace(_)) && matches!(socket.commands.pop(), Ok(Command::Withdraw))
 }
 
 // So that all forces of a batch can be done before one tick.
@@ -217,9 +230,14 @@ impl InterfaceHook {
             let next = self.unfinished.take().or_else(|| socket.commands.pop().ok());
             let Some(mut command) = next else { break };
             let start = Instant::now();
-            if !self.carry_out(&mut command, now, &mut left) {
+            let is_done = self.carry_out(&mut command, now, &mut left);
+            if !is_done && !is_withdrawn(&command, &mut socket) {
                 self.unfinished = Some(command);
                 break;
+            }
+            if matches!(command, Command::Withdraw) {
+                // What it withdraws was carried out before.
+                continue;
             }
             let answer = Answer { command, tick: now.tick, took: start.elapsed() };
             // There is room, as was seen above; nobody else puts answers in.

@@ -16,11 +16,12 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{self, AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
+use serde_json::Value as Json;
 use thiserror::Error;
 
 use super::connection::{Connected, Connection};
 use super::peer::Admitted;
-use super::requests::{RequestState, Requests};
+use super::requests::{Answered, RequestState, Requests};
 use super::token_bucket::TokenBucket;
 use crate::Peer;
 use crate::journal::EntryKind;
@@ -161,7 +162,7 @@ impl Drop for Server {
 /// A request that waits for its answer.
 struct Waiting {
     client: u64,
-    id: serde_json::Value,
+    id: Json,
 }
 
 /// What the socket's thread works on.
@@ -174,6 +175,8 @@ struct SocketThread {
     accept_tokens: TokenBucket,
     /// The requests that wait, in the order in which their answers will come.
     waiting: VecDeque<Waiting>,
+    /// The request for an online change that is not answered.
+    change: Option<Waiting>,
     /// Who is served.
     admitted: Admitted,
 }
@@ -182,7 +185,16 @@ impl SocketThread {
     fn new(listener: UnixListener, admitted: Admitted, requests: Requests, now: Instant) -> Self {
         let (connections, waiting) = (vec![], VecDeque::new());
         let accept_tokens = TokenBucket::new(ACCEPT_RATE, ACCEPT_BURST, now);
-        Self { listener, requests, connections, next_number: 0, accept_tokens, waiting, admitted }
+        Self {
+            listener,
+            requests,
+            connections,
+            next_number: 0,
+            accept_tokens,
+            waiting,
+            change: None,
+            admitted,
+        }
     }
 
     fn run(&mut self, ends: &AtomicBool) {
@@ -200,6 +212,7 @@ impl SocketThread {
         }
         self.answer(now);
         self.serve(ready.get(1..).unwrap_or_default(), now);
+        self.continue_change(now);
     }
 
     /// Waits until something can be done. Returns whether a connection can be accepted, and then for each
@@ -231,7 +244,7 @@ impl SocketThread {
                 PollFd::from_borrowed_fd(connection.stream.as_fd(), flags)
             }),
         );
-        let time = match (self.waiting.is_empty(), limited) {
+        let time = match (self.waiting.is_empty() && self.change.is_none(), limited) {
             (false, _) => ANSWER_WAIT,
             (true, true) => ANSWER_WAIT * 10,
             (true, false) => IDLE,
@@ -272,7 +285,7 @@ impl SocketThread {
             self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
             connection.ends = true;
             let failure = Err::<(), _>(Failure::new(ErrorCode::Denied, text));
-            if connection.send(reply(&serde_json::Value::Null, failure), now) == Connected::Closed {
+            if connection.send(reply(&Json::Null, failure), now) == Connected::Closed {
                 return;
             }
         }
@@ -281,24 +294,49 @@ impl SocketThread {
 
     /// Passes answers on to those who wait for them.
     fn answer(&mut self, now: Instant) {
-        while let Some(result) = self.requests.next_answer() {
-            let Some(Waiting { client, id }) = self.waiting.pop_front() else { continue };
-            let found = self.connections.iter().position(|c| c.number == client);
-            // Who has left needs no answer.
-            let Some(at) = found else { continue };
-            let bytes = reply(&id, result);
-            if let Some(connection) = self.connections.get_mut(at)
-                && connection.send(bytes, now) == Connected::Closed
-            {
-                self.connections.remove(at);
-            }
+        while let Some(answered) = self.requests.next_answer() {
+            let (waiting, result) = match answered {
+                Answered::Request(result) => (self.waiting.pop_front(), result),
+                Answered::Change(result) => (self.change.take(), result),
+                Answered::ChangeWaits => continue,
+            };
+            self.reply(waiting, result, now);
+        }
+    }
+
+    /// Sends the reply to a request that has waited.
+    fn reply(&mut self, waiting: Option<Waiting>, result: Result<Json, Failure>, now: Instant) {
+        let Some(Waiting { client, id }) = waiting else { return };
+        // Who has left needs no answer.
+        let Some(at) = self.position(client) else { return };
+        if let Some(connection) = self.connections.get_mut(at)
+            && connection.send(reply(&id, result), now) == Connected::Closed
+        {
+            self.connections.remove(at);
+        }
+    }
+
+    fn position(&self, client: u64) -> Option<usize> {
+        self.connections.iter().position(|connection| connection.number == client)
+    }
+
+    /// Has an online change go on that waits. When its client has left it is given up.
+    fn continue_change(&mut self, now: Instant) {
+        if let Some(change) = &self.change
+            && self.position(change.client).is_none()
+        {
+            self.requests.give_up_change("the client that asked for it has left");
+        }
+        if let Some(result) = self.requests.continue_change(now) {
+            let waiting = self.change.take();
+            self.reply(waiting, result, now);
         }
     }
 
     /// Reads and sends on connections that are ready, and takes requests.
     fn serve(&mut self, ready: &[bool], now: Instant) {
         let mut ready = ready.iter().copied();
-        let Self { connections, requests, waiting, .. } = self;
+        let Self { connections, requests, waiting, change, .. } = self;
         connections.retain_mut(|connection| {
             let ready = ready.next().unwrap_or(false);
             if connection.has_stalled(now) {
@@ -316,15 +354,15 @@ impl SocketThread {
                     return false;
                 }
             }
-            while !requests.is_exclusive()
+            while connection.has_line(now)
+                && requests.takes_requests()
                 && let Some(line) = connection.next_line(now)
             {
                 let Ok(line) = line else {
                     connection.ends = true;
                     let text = format!("a request has at most {MAX_REQUEST} bytes");
                     let failure = Err::<(), _>(Failure::new(ErrorCode::TooLarge, text));
-                    return connection.send(reply(&serde_json::Value::Null, failure), now)
-                        == Connected::Open;
+                    return connection.send(reply(&Json::Null, failure), now) == Connected::Open;
                 };
                 let RequestLine { id, request } = RequestLine::parse(&line);
                 let outcome = match request {
@@ -340,6 +378,10 @@ impl SocketThread {
                     RequestState::Pending => {
                         connection.waits = true;
                         waiting.push_back(Waiting { client: connection.number, id });
+                    }
+                    RequestState::Changing => {
+                        connection.waits = true;
+                        *change = Some(Waiting { client: connection.number, id });
                     }
                 }
             }

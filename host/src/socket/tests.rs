@@ -7,7 +7,7 @@ use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
 use super::commands::{Answer, Command, ScanEnd, queues};
-use super::requests::{RequestState, Requests, RunServices};
+use super::requests::{Answered, RequestState, Requests, RunServices};
 use crate::Peer;
 use crate::journal::Journal;
 use plcc_protocol::{Assignment, ErrorCode, Permission, Request, TimingSummary};
@@ -83,7 +83,10 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     // As the thread that runs the ticks lists them.
     batch.forces.extend(batch.items.iter().filter_map(|item| Some((item.key, item.setting?))));
     scan_end.answers.push(Answer { command, tick: 1, took: Duration::ZERO }).unwrap();
-    assert!(requests.next_answer().unwrap().is_ok() && !requests.is_exclusive());
+    assert!(
+        matches!(requests.next_answer(), Some(Answered::Request(Ok(_))))
+            && !requests.is_exclusive()
+    );
     while matches!(requests.handle(Request::Stop {}, &by), RequestState::Pending) {}
     for request in [Request::Unforce { names: vec![], all: true }, force()] {
         let RequestState::Done(Err(failure)) = requests.handle(request, &by) else {

@@ -40,7 +40,7 @@ use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::names::Names;
-use crate::online_change::Plan;
+use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
@@ -85,6 +85,8 @@ pub struct PmacExecutive {
     files: Vec<String>,
     /// With the names that people gave.
     names: Arc<dyn Names>,
+    /// What has happened at power-up, in front of tick 0.
+    power_up_events: Vec<Event>,
 }
 
 impl PmacExecutive {
@@ -109,6 +111,7 @@ impl PmacExecutive {
             decisions: ClockDecisions::default(),
             clocks: Clocks::new(&layout),
             names: with_given(Arc::new(names), &program.names),
+            power_up_events: Vec::new(),
         })
     }
 
@@ -313,15 +316,17 @@ impl Executive for PmacExecutive {
         variables.chain((0..layout.count).filter_map(words)).chain(self.clocks.ranges()).collect()
     }
 
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver {
         let old = old.as_any_mut().downcast_mut::<Self>();
-        let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
+        let (Some(old), Some(plan)) = (old, plan.of_control()) else {
+            return TakeOver::Impossible;
+        };
         let (was, is) = (&old.host.tables.motion, &self.host.tables.motion);
         if old.host.state.motion.as_ref().is_some_and(|state| !state.can_go_over(was, is)) {
-            return false;
+            return TakeOver::Later("a motion program runs that the new program has differently");
         }
         self.take_over_from(old, plan);
-        true
+        TakeOver::Done
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {
@@ -411,6 +416,11 @@ impl Executive for PmacExecutive {
         Definitions::new(&mut image, &self.host.layout).keep_assumptions_of(&self.image);
         self.image = image;
         self.host.state = state;
+        // What this executive has not told yet is of another run.
+        self.host.events.clear();
+        if self.host.state.tick == 0 {
+            self.host.events.extend_from_slice(&self.power_up_events);
+        }
         self.host.saved_revision = host::next_revision();
         // The clock has gone on meanwhile; it is watched from now on.
         self.watchdog = self.options.realtime.then(WatchdogTimer::default);

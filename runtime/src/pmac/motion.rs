@@ -139,6 +139,7 @@ impl PmacExecutive {
         self.host.motion = Some(Motion { setup, events, running: 0, files, words: Words::all() });
         self.host.prepare_texts();
         self.host.with_motion(&mut self.image, |machine| machine.start());
+        self.power_up_events.clone_from(&self.host.events);
         self.names = Arc::new(super::names::PmacNames::simulated(&self.host.tables, plants));
         Ok(())
     }

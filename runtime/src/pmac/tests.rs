@@ -10,6 +10,7 @@ use plcc_abi::{
 };
 
 use super::{PmacExecutive, PmacOptions};
+use crate::online_change::TakeOver;
 use crate::{Event, EventBody, Executive, Purpose, Setting, Value};
 
 type Call = Box<dyn FnMut(&mut Scan<'_>) -> Outcome>;
@@ -598,7 +599,7 @@ fn a_checkpoint_knows_which_download_has_saved() {
     };
     let (mut new, _, new_program) = make();
     let comparison = crate::compare(&old_program, &new_program).unwrap();
-    assert!(new.take_over(&mut old, &comparison.plan));
+    assert_eq!(new.take_over(&mut old, &comparison.plan), TakeOver::Done);
     let retained = new.retained().unwrap();
     assert!(make().0.restore(&retained).unwrap().other_program);
     let (mut resumed, ..) = make();

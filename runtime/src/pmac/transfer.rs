@@ -162,6 +162,9 @@ impl PmacExecutive {
         if let (Some(own), Some(was)) = (&mut state.motion, &mut was.motion) {
             own.take_over(was, &old.host.tables.motion, &self.host.tables.motion);
         }
+        // The new program's control has told of its power-up, which is not to be told.
+        self.host.events.clear();
+        self.host.events.append(&mut old.host.events);
         // What the former download has saved stays its own until this one saves, so that the next
         // start carries it over as this one's text asks.
         state.saved.origin.get_or_insert_with(|| Arc::clone(&old.host.origin));

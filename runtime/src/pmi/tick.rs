@@ -16,7 +16,7 @@ use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::names::Names;
-use crate::online_change::Plan;
+use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
@@ -371,11 +371,13 @@ impl Executive for PmiExecutive {
         self.identity.fingerprint()
     }
 
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver {
         let old = old.as_any_mut().downcast_mut::<Self>();
-        let (Some(old), Some(plan)) = (old, plan.of_control()) else { return false };
+        let (Some(old), Some(plan)) = (old, plan.of_control()) else {
+            return TakeOver::Impossible;
+        };
         self.take_over_from(old, plan);
-        true
+        TakeOver::Done
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

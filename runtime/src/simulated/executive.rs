@@ -10,7 +10,7 @@ use plcc_abi::{DialectVariable, Engine};
 use super::{SimulatedExecutive, State};
 use crate::checkpoint::{CheckpointError, split, write_state};
 use crate::names::Names;
-use crate::online_change::Plan;
+use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
@@ -174,15 +174,18 @@ impl Executive for SimulatedExecutive {
     }
 
     /// The other program's control is simulated too, by the same table.
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
-        let Some(old) = old.as_any_mut().downcast_mut::<Self>() else { return false };
-        if !self.inner.take_over(old.inner.as_mut(), plan) {
-            return false;
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver {
+        let Some(old) = old.as_any_mut().downcast_mut::<Self>() else {
+            return TakeOver::Impossible;
+        };
+        match self.inner.take_over(old.inner.as_mut(), plan) {
+            TakeOver::Done => {}
+            not_done => return not_done,
         }
         self.slots.take_over(&old.slots);
         self.simulator.take_over(&mut old.simulator);
         self.tick = old.tick;
-        true
+        TakeOver::Done
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {

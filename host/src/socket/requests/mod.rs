@@ -2,10 +2,12 @@
 //! and makes the reply of the answer.
 
 mod online_change;
+mod waiting_change;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use plcc_abi::{Engine, Program};
 use plcc_image::latch::Rule;
@@ -13,10 +15,12 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 use self::online_change::{PendingChange, Previous};
+use self::waiting_change::ChangeUnderWay;
 use super::commands::{Answer, Batch, Command, RunProgress, SocketEnd};
 use super::program::{ForceChange, Holder, Named, NewForce, ServedProgram};
 use crate::Peer;
 use crate::journal::{EntryKind, Journal};
+use crate::replacement::Progress;
 use plcc_protocol::{
     Done, ErrorCode, Failure, MAX_NAMES, Permission, Request, Retained, Stat, Status,
     TimingSummary, Values,
@@ -84,6 +88,18 @@ pub(super) enum RequestState {
     Done(Result<Json, Failure>),
     /// The thread that runs the ticks carries it out; the reply waits for its answer.
     Pending,
+    /// An online change is under way, which may wait for longer.
+    Changing,
+}
+
+/// An answer of the thread that runs the ticks.
+pub(super) enum Answered {
+    /// The reply to the request that has waited longest.
+    Request(Result<Json, Failure>),
+    /// The reply to the request for an online change.
+    Change(Result<Json, Failure>),
+    /// The online change was not carried out yet.
+    ChangeWaits,
 }
 
 /// What is done when the thread that runs the ticks has answered a command.
@@ -108,8 +124,10 @@ pub(crate) struct Requests {
     progress: Arc<RunProgress>,
     /// What is done with the next answers, in the order in which they come.
     continuations: VecDeque<Continuation>,
-    /// Whether an online change or a force is under way.
+    /// Whether the other thread has an online change or a force.
     is_exclusive: bool,
+    /// The online change that was asked and is not answered.
+    under_way: Option<ChangeUnderWay>,
     /// How many online changes there have been, rollbacks among them.
     generation: u64,
     services: RunServices,
@@ -152,14 +170,16 @@ impl Requests {
             progress,
             continuations: VecDeque::new(),
             is_exclusive: false,
+            under_way: None,
             generation: 0,
             services,
             journal,
         }
     }
 
-    /// Whether an online change or a force is under way. Until it has ended no request is taken, so that each
-    /// one knows which program runs and what is forced.
+    /// Whether the thread that runs the ticks has an online change or a force. Until it has answered no request is
+    /// taken, so that each one knows which program runs and what is forced.
+    #[cfg(test)]
     pub(super) fn is_exclusive(&self) -> bool {
         self.is_exclusive
     }
@@ -223,8 +243,18 @@ impl Requests {
                 let entry = EntryKind::Control { request: "start", by: by.clone() };
                 self.ask(Command::Start, Continuation::Tell(vec![entry]))
             }
-            Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
-            Request::Rollback {} => self.rollback(by),
+            Request::Swap { path, accept, dry_run, wait } => {
+                self.swap(&path, &accept, dry_run, wait, by)
+            }
+            Request::Rollback { wait } => self.rollback(wait, by),
+            Request::Cancel {} => {
+                if self.under_way.is_none() {
+                    return Err(refused("no online change waits"));
+                }
+                self.give_up_change(format!("{by} has cancelled it"));
+                let entry = EntryKind::Control { request: "cancel", by: by.clone() };
+                done(&self.tell(vec![entry], self.progress.ticks()))
+            }
         }
     }
 
@@ -267,6 +297,7 @@ impl Requests {
             fingerprint: format!("{:016x}", self.current.fingerprint),
             generation: self.generation,
             rollback_to: self.previous.as_ref().map(|previous| previous.program.title.clone()),
+            waiting_change: self.shown_waiting_change(Instant::now()),
             process: std::process::id(),
             forces: self.current.shown_forces(),
             forced_by: self.current.holders(),
@@ -283,17 +314,35 @@ impl Requests {
         }
     }
 
-    /// The reply to the request that has waited longest; `None` as long as its answer has not come.
-    pub(super) fn next_answer(&mut self) -> Option<Result<Json, Failure>> {
+    /// The next answer; `None` as long as it has not come. Answers come in the order of the commands.
+    pub(super) fn next_answer(&mut self) -> Option<Answered> {
         let Answer { command, tick, took } = self.queues.answers.pop().ok()?;
         let continuation = self.continuations.pop_front()?;
-        Some(match (command, continuation) {
-            (Command::Read(batch), Continuation::Show(named)) => {
-                json(&values(&named, &batch, tick))
-            }
+        match (command, continuation) {
             (Command::Replace(replacement), Continuation::OnlineChange(change)) => {
                 self.is_exclusive = false;
-                self.change(*replacement, *change, tick, took)
+                if let Progress::Waits(_) = replacement.progress {
+                    self.set_aside(replacement, change);
+                    return Some(Answered::ChangeWaits);
+                }
+                Some(Answered::Change(self.change(*replacement, *change, tick, took)))
+            }
+            (command, continuation) => {
+                Some(Answered::Request(self.reply(command, continuation, tick)))
+            }
+        }
+    }
+
+    /// The reply to a request whose command was carried out before a tick.
+    fn reply(
+        &mut self,
+        command: Command,
+        continuation: Continuation,
+        tick: u64,
+    ) -> Result<Json, Failure> {
+        match (command, continuation) {
+            (Command::Read(batch), Continuation::Show(named)) => {
+                json(&values(&named, &batch, tick))
             }
             (Command::Force(batch), Continuation::Force { mut new, entries, by }) => {
                 self.is_exclusive = false;
@@ -301,7 +350,7 @@ impl Requests {
                     let item = batch.items.get(number);
                     let name = item
                         .map_or_else(String::new, |item| self.current.names.canonical(item.key));
-                    return Some(Err(refused(format!("`{name}` {why}"))));
+                    return Err(refused(format!("`{name}` {why}")));
                 }
                 for force in &mut new {
                     force.holder = Some(Holder { by: by.clone(), tick });
@@ -319,13 +368,13 @@ impl Requests {
                     // What was set in earlier ticks has happened.
                     entries.truncate(batch.done);
                     self.tell(entries, tick);
-                    return Some(Err(refused(format!("`{name}` {why}"))));
+                    Err(refused(format!("`{name}` {why}")))
                 }
             },
             (_, Continuation::Tell(entries)) => json(&self.tell(entries, tick)),
             // Answers come in the order of the commands.
             _ => Err(Failure::new(ErrorCode::Internal, "the answer belongs to another request")),
-        })
+        }
     }
 
     /// Writes entries into the journal, and gives the reply that a command was carried out before a tick.

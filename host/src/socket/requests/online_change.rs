@@ -3,17 +3,17 @@
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plcc_abi::Engine;
 use serde_json::Value as Json;
 
-use super::{Continuation, Loaded, RequestState, Requests, done, json, refused};
+use super::waiting_change::duration;
+use super::{Loaded, RequestState, Requests, done, json, refused};
 use crate::Peer;
 use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::EntryKind;
-use crate::replacement::Replacement;
-use crate::socket::commands::Command;
+use crate::replacement::{Progress, Replacement};
 use crate::socket::program::ServedProgram;
 use plcc_protocol::{ChangedVariable, Failure, OnlineChange};
 use plcc_runtime::compare;
@@ -24,10 +24,10 @@ use plcc_runtime::{Executive, Purpose, VariableKey};
 /// [`Replacement`] meanwhile.
 pub(super) struct PendingChange {
     /// The program that is about to run.
-    next: ServedProgram,
+    pub(super) next: ServedProgram,
     comparison: Comparison,
     rollback: bool,
-    by: Peer,
+    pub(super) by: Peer,
 }
 
 /// What was made ready for a program that is about to run.
@@ -54,8 +54,13 @@ impl Requests {
         path: &Path,
         accept: &[String],
         dry_run: bool,
+        wait: Option<f64>,
         by: &Peer,
     ) -> Result<RequestState, Failure> {
+        let wait = duration(wait)?;
+        if !dry_run {
+            self.check_none_waits()?;
+        }
         let Loaded { program, engine, put_into_record } =
             (self.services.load)(path).map_err(refused)?;
         let comparison = compare(&self.current.program, &program).map_err(refused)?;
@@ -80,22 +85,23 @@ impl Requests {
         next.title = path.display().to_string();
         next.recorded = put_into_record();
         let change = PendingChange { next, comparison, rollback: false, by: by.clone() };
-        self.replace(change, executive, Some(engine))
+        self.replace(change, executive, Some(engine), wait)
     }
 
     /// Has the program run again that the last online change replaced. Changes need not be accepted.
-    pub(super) fn rollback(&mut self, by: &Peer) -> Result<RequestState, Failure> {
-        let Some(Previous { program: next, mut executive, engine }) = self.previous.take() else {
+    pub(super) fn rollback(
+        &mut self,
+        wait: Option<f64>,
+        by: &Peer,
+    ) -> Result<RequestState, Failure> {
+        let wait = duration(wait)?;
+        self.check_none_waits()?;
+        let Some(Previous { program: next, executive, engine }) = self.previous.take() else {
             return Err(refused("there was no online change that could be taken back"));
         };
-        // It still has the forces that were in effect when it was replaced. It gets those of now later.
-        for (key, _) in executive.forces() {
-            // Ending a force never fails.
-            let _ = executive.force(key, None);
-        }
         let comparison = compare(&self.current.program, &next.program).map_err(refused)?;
         let change = PendingChange { next, comparison, rollback: true, by: by.clone() };
-        self.replace(change, executive, engine)
+        self.replace(change, executive, engine, wait)
     }
 
     /// Prepares a program to take the place of the one that runs, and has it do so.
@@ -104,9 +110,11 @@ impl Requests {
         mut change: PendingChange,
         mut executive: Box<dyn Executive + Send>,
         engine: Option<Box<dyn Engine + Send>>,
+        wait: Duration,
     ) -> Result<RequestState, Failure> {
-        let allowed = self.current.check_forces(&change.comparison).map_err(refused);
-        let prepared = allowed.and_then(|()| self.prepare(&mut change.next, executive.as_mut()));
+        let prepared = self.check_room();
+        let prepared = prepared.and_then(|()| self.take_forces(&mut change, executive.as_mut()));
+        let prepared = prepared.and_then(|()| self.prepare(&change.next, executive.as_ref()));
         let Prepared { publisher, set, watched } = match prepared {
             Ok(prepared) => prepared,
             Err(failure) => {
@@ -117,7 +125,7 @@ impl Requests {
         let plan = change.comparison.plan.clone();
         let recorder_program =
             (self.services.recorder_program)(change.next.recorded, executive.as_ref());
-        let failure = None;
+        let progress = Progress::Prepared;
         let replacement = Replacement {
             executive,
             engine,
@@ -126,12 +134,34 @@ impl Requests {
             watched,
             recorder_program,
             publisher,
-            failure,
+            progress,
         };
-        let continuation = Continuation::OnlineChange(Box::new(change));
-        let asked = self.ask(Command::Replace(Box::new(replacement)), continuation)?;
-        self.is_exclusive = true;
-        Ok(asked)
+        let ends = Instant::now() + wait;
+        self.hand_over(Box::new(replacement), Box::new(change), wait, ends)?;
+        Ok(RequestState::Changing)
+    }
+
+    /// Has an executive that is about to run take the forces that are in effect now, in the place of those that it has.
+    pub(super) fn take_forces(
+        &mut self,
+        change: &mut PendingChange,
+        executive: &mut (dyn Executive + Send),
+    ) -> Result<(), Failure> {
+        self.current.check_forces(&change.comparison).map_err(refused)?;
+        for (key, _) in executive.forces() {
+            // Ending a force never fails.
+            let _ = executive.force(key, None);
+        }
+        change.next.take_forces(&self.current, executive).map_err(refused)
+    }
+
+    /// Ends a change that is not carried out.
+    pub(super) fn abandon(&mut self, replacement: Replacement, change: PendingChange) {
+        if let Some(path) = &self.services.image {
+            Publisher::discard(path);
+        }
+        let Replacement { executive, engine, .. } = replacement;
+        self.keep_previous(change, executive, engine);
     }
 
     /// Puts a program that was to run again back to where it waited.
@@ -146,15 +176,13 @@ impl Requests {
         }
     }
 
-    /// Makes everything ready that does not depend on the state of the program that runs: forces, the
-    /// keys of variables, the image file.
+    /// Makes everything ready that does not depend on the state of the program that runs: the keys of variables, the
+    /// image file.
     fn prepare(
-        &mut self,
-        next: &mut ServedProgram,
-        executive: &mut (dyn Executive + Send),
+        &self,
+        next: &ServedProgram,
+        executive: &(dyn Executive + Send),
     ) -> Result<Prepared, Failure> {
-        self.check_room()?;
-        next.take_forces(&self.current, executive).map_err(refused)?;
         // A pattern of the trace may have found constants, which are declared, but are nothing that a name could choose.
         let declared: HashMap<String, VariableKey> = next.names.declared().into_iter().collect();
         let keys = |names: &[String], purpose| -> Result<Vec<VariableKey>, Failure> {
@@ -191,7 +219,7 @@ impl Requests {
         Ok(Prepared { publisher, set, watched })
     }
 
-    /// Ends an online change, when the thread that runs the ticks has carried it out.
+    /// Ends an online change, when the thread that runs the ticks has carried it out or can't do that.
     pub(super) fn change(
         &mut self,
         replacement: Replacement,
@@ -199,14 +227,12 @@ impl Requests {
         tick: u64,
         took: Duration,
     ) -> Result<Json, Failure> {
-        let Replacement { executive, engine, publisher, failure, .. } = replacement;
-        if let Some(why) = failure {
-            if let Some(path) = &self.services.image {
-                Publisher::discard(path);
-            }
-            self.keep_previous(change, executive, engine);
+        self.under_way = None;
+        if let Progress::Failed(why) = replacement.progress {
+            self.abandon(replacement, change);
             return Err(refused(why));
         }
+        let Replacement { executive, engine, publisher, .. } = replacement;
         if let Some(path) = &self.services.image
             && let Err(error) = Publisher::put_in_place(path)
         {

@@ -18,7 +18,7 @@ use crate::clock_decisions::ClockDecisions;
 use crate::control::Control;
 use crate::force_list::ForceList;
 use crate::names::Names;
-use crate::online_change::Plan;
+use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
@@ -185,9 +185,11 @@ impl Executive for MiniExecutive {
         self.identity.fingerprint()
     }
 
-    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> TakeOver {
         let old = old.as_any_mut().downcast_mut::<Self>();
-        let (Some(old), Some(copies)) = (old, plan.of_control::<Copies>()) else { return false };
+        let (Some(old), Some(copies)) = (old, plan.of_control::<Copies>()) else {
+            return TakeOver::Impossible;
+        };
         for &(from, to, length) in copies {
             for byte in 0..length {
                 let value = read_u8(&old.image, from + byte);
@@ -195,7 +197,7 @@ impl Executive for MiniExecutive {
             }
         }
         self.state.tick = old.state.tick;
-        true
+        TakeOver::Done
     }
 
     fn as_any_mut(&mut self) -> &mut dyn Any {
