@@ -119,6 +119,29 @@ fn a_motion_program_runs_alike_in_all_engines() {
     assert_eq!(rows(trace, "P1"), [(0, 0.0), (stop + 20, 1.0)]);
 }
 
+/// Values outside of the range of an I-variable wrap (guide, appendix B).
+#[test]
+fn times_outside_of_their_range_wrap_and_are_told() {
+    let jog = |settings: &str| {
+        let text = format!("I5=3 I8=0 I120=10 I121=0 I119=100 I122=10\n{settings}\n#1J=200\n");
+        let folder = Folder::with(&[("j.pmc", &text)]);
+        let done =
+            folder.plcc("run j.pmc --simulate --ticks 400 --watch #1.CMD --trace -").exits(0);
+        let said = folder.plcc("check j.pmc").exits(0);
+        (rows(&done.stdout, "#1.CMD"), said.stdout + &said.stderr)
+    };
+    // A servo cycle of 0 counts as the default.
+    let (usual, _) = jog("I12=1");
+    let (wrapped, said) = jog("I12=1 I10=8388608");
+    assert_eq!(wrapped, usual);
+    assert!(usual.last().unwrap() == &(70, 200.0), "{usual:?}");
+    assert!(said.contains("I10 takes 0 to 8388607: 8388608 becomes 0"), "{said}");
+    // 8388607 ms: the jog waits for more than two hours.
+    let (moved, said) = jog("I12=0");
+    assert_eq!(moved, [(0, 0.0)]);
+    assert!(said.contains("I12 takes 1 to 8388607: 0 becomes 8388607"), "{said}");
+}
+
 #[test]
 fn without_the_switch_nothing_moves() {
     let text = format!("{MOTOR}{PROGRAM}&1B10R\n");
@@ -456,6 +479,28 @@ fn kinematics_give_motors_from_axes_and_axes_from_motors() {
     assert!(third > second);
     assert_eq!((last("#1.CMD"), last("#2.CMD")), (1000.0, 1100.0));
     assert_eq!((last("&1.X"), last("&1.Y")), (10.0, 2.0));
+}
+
+/// A forward program that takes too long to be run for a display in each tick.
+#[test]
+fn a_long_forward_program_is_not_run_for_displays() {
+    let program = "OPEN PROG 1 CLEAR\nLINEAR ABS F20\nX10\nCLOSE\n&1B1R\n";
+    let text = format!("{MOTOR}{ARM}{program}");
+    let show = |rounds: u32| {
+        let wait = format!("P70=0\nWHILE (P70<{rounds})\nP70=P70+1\nENDWHILE\nP50=P50+1\n");
+        let folder = Folder::with(&[("k.pmc", &text.replace("P50=P50+1\n", &wait))]);
+        let command =
+            "run k.pmc --controller turbo --simulate --ticks 300 --watch &1.X,P50 --trace -";
+        folder.plcc(command).exits(0).stdout
+    };
+    let (short, long) = (show(100), show(100_000));
+    for trace in [&short, &long] {
+        assert_eq!(rows(trace, "P50").last().unwrap().1, 1.0, "R has run it");
+    }
+    // It is shown where the axis is, or else the end of the move that is calculated.
+    let (now, end) = (at(&short, "&1.X", 200), at(&long, "&1.X", 200));
+    assert!(0.5 < now && now < 5.0, "{now}");
+    assert_eq!(end, 10.0);
 }
 
 #[test]

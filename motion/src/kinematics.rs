@@ -15,6 +15,8 @@ use crate::sequence::{Progress, SequenceKind};
 
 /// The most statements of a run.
 const MAX_STATEMENTS: u32 = 1_000_000;
+/// The most statements of a run that only shows where the axes are, which each tick may have several of.
+const MAX_SHOWN_STATEMENTS: u32 = 10_000;
 
 /// A program that does not end.
 struct TooLong;
@@ -38,10 +40,11 @@ fn run(
     steps: &[KinematicStep],
     operands: &mut Vec<f64>,
     variables: &mut impl Variables,
+    most: u32,
 ) -> Result<(), TooLong> {
     let (mut at, mut done) = (0, 0);
     while let Some(step) = steps.get(at) {
-        if done == MAX_STATEMENTS {
+        if done == most {
             return Err(TooLong);
         }
         done += 1;
@@ -100,11 +103,25 @@ impl Variables for Own<'_, '_> {
     }
 }
 
+/// Room for a look at where the axes are, which is kept, so that nothing is allocated in a tick.
+#[derive(Clone, Debug)]
+pub(crate) struct Scratch {
+    /// What the program has assigned.
+    written: Vec<(Kind, u32, f64)>,
+    operands: Vec<f64>,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self { written: Vec::with_capacity(64), operands: Vec::with_capacity(64) }
+    }
+}
+
 /// The variables for a look at where the axes are: what the program assigns is forgotten.
 struct Tried<'a> {
     look: Look<'a>,
     system: usize,
-    written: Vec<(Kind, u32, f64)>,
+    written: &'a mut Vec<(Kind, u32, f64)>,
 }
 
 impl Variables for Tried<'_> {
@@ -173,19 +190,25 @@ impl Look<'_> {
         steps(self.tables, self, system, true).is_some()
     }
 
-    /// Where the axes are by the forward kinematic program, if the motors have these counts; `None` without one.
+    /// Where the axes are by the forward kinematic program, if the motors have these counts; `None` without one. Where the program
+    /// takes too long they are where the last move takes them.
     pub(crate) fn tried_forward(
         &self,
         system: usize,
         counts: &impl Fn(&Self, usize) -> f64,
     ) -> Option<[f64; 9]> {
         let steps = steps(self.tables, self, system, false)?;
-        let mut variables = Tried { look: *self, system, written: Vec::new() };
+        let mut scratch = self.setup.scratch.try_borrow_mut().ok()?;
+        let Scratch { written, operands } = &mut *scratch;
+        written.clear();
+        operands.clear();
+        let mut variables = Tried { look: *self, system, written };
         for motor in self.motors_of(system) {
             variables.write(Kind::P, motor as u32 + 1, counts(self, motor));
         }
-        // Where the program does not end the axes are where it has come.
-        let _ = run(steps, &mut Vec::new(), &mut variables);
+        if run(steps, operands, &mut variables, MAX_SHOWN_STATEMENTS).is_err() {
+            return Some(self.base_axes(system, &self.state.systems[system].axes));
+        }
         Some(std::array::from_fn(|axis| variables.read(Kind::Q, axis as u32 + 1)))
     }
 }
@@ -194,7 +217,8 @@ impl Machine<'_> {
     /// Runs a kinematic program. A run-time error if it does not end.
     fn kinematics(&mut self, system: usize, steps: &[KinematicStep]) {
         let mut operands = std::mem::take(&mut self.state.operands);
-        let result = run(steps, &mut operands, &mut Own { machine: self, system });
+        let mut own = Own { machine: self, system };
+        let result = run(steps, &mut operands, &mut own, MAX_STATEMENTS);
         operands.clear();
         self.state.operands = operands;
         if result.is_err() {

@@ -1,5 +1,6 @@
 //! What every step of the simulation works with.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use plcc_abi::image::{read_f64, read_u32, write_f64, write_u32};
@@ -60,6 +61,8 @@ pub struct Setup {
     pub(crate) panel: Vec<Arc<str>>,
     /// The ranges of I-variables.
     pub(crate) ranges: Vec<(u32, Range)>,
+    /// Room for showing where axes are.
+    pub(crate) scratch: RefCell<crate::kinematics::Scratch>,
 }
 
 /// The Y addresses of the DACs of a PMAC's motors (guide, appendix E).
@@ -123,6 +126,7 @@ impl Setup {
             start_texts: tables.start.iter().map(|s| s.command.text.as_str().into()).collect(),
             panel: crate::panel::texts(),
             ranges: ranges.to_vec(),
+            scratch: RefCell::default(),
         }
     }
 }

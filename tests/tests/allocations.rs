@@ -12,13 +12,14 @@ use plcc_abi::machine::Machine;
 use plcc_abi::{Dialect, Engine};
 use plcc_control::ControlArgs;
 use plcc_control::executive;
-use plcc_frontend::common::Options;
+use plcc_frontend::common::{Controller, Options};
 use plcc_host::args::RunArgs;
 use plcc_host::image_file::{Content, Publisher, State, SymbolTable};
 use plcc_host::run::{Player, Stimulus};
 use plcc_host::session;
 use plcc_image::{InputWriter, Number};
 use plcc_runtime::compare;
+use plcc_runtime::online_change::TakeOver;
 use plcc_runtime::{Executive, Purpose, Value};
 use plcc_tests::compile::{EngineKind, compile};
 /// What the thread that runs the ticks does for the image file and the socket: it writes the image,
@@ -73,7 +74,7 @@ fn acting_from_outside_allocates_nothing() {
             old.force(key, Some(setting)).unwrap();
             old.each_force(&mut |forced, value| assert_eq!((forced, value), (key, setting)));
             old.force(key, None).unwrap();
-            assert!(new.take_over(old.as_mut(), &plan));
+            assert_eq!(new.take_over(old.as_mut(), &plan), TakeOver::Done);
         });
         // Nothing is taken, and nothing is given back.
         assert_eq!((taken.count_total, taken.count_current), (0, 0), "{dialect:?}: {taken:?}");
@@ -266,6 +267,46 @@ fn ticks_of_a_pmac_that_sends_and_saves_allocate_nothing() {
         assert_eq!(said, 600, "{way:?}");
         assert!(executive.retained().is_some());
         retained_data_is_handed_over_without_allocations(executive.as_ref());
+    }
+}
+
+/// A motion program that moves for ever in several modes, whose axes kinematic programs connect with the motors.
+const MOVES: &str = "I5=3 I8=0 I10=4194304\nI100=1 I111=0 I200=1 I211=0 I300=1 I311=0\nI5187=10 I5189=20 I5190=1000 I5150=1\n\
+    M1->Y:$78C02,8,1\n&1 #1->I #2->I #3->100Z\nOPEN FORWARD CLEAR\nP50=0\nWHILE (P50<20)\nP50=P50+1\nP(60+P50)=P50\nENDWHILE\n\
+    Q7=P1/100\nQ8=P2/100-Q7\nCLOSE\nOPEN INVERSE CLEAR\nP1=Q7*100\nP2=(Q7+Q8)*100\nP101=Q17*100\nP102=(Q17+Q18)*100\nCLOSE\n\
+    OPEN PROG 1 CLEAR\nWHILE (1=1)\nLINEAR INC TM20\nX1 Y1 Z1\nM1==1\nX-1 Y2\nGOSUB 100\nDWELL 3\nRAPID Y-3 Z-1\nPVT20\n\
+    X1:5\nX-1\nTM10 SPLINE1\nX1\nX-1\nM1==0\nENDWHILE\nN100 SEND\"X\"\nRETURN\nCLOSE\n&1B1R\n";
+
+/// Motion programs, and positions that are watched.
+#[test]
+fn ticks_of_moving_motors_allocate_nothing() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("moves.pmc");
+    std::fs::write(&path, MOVES).unwrap();
+    let options = Options { controller: Controller::Turbo, simulate: true, ..Options::default() };
+    let compiled = compile(&path, Dialect::Pmac, &options).unwrap();
+    for way in [EngineKind::Statements, EngineKind::JitSpeed] {
+        let (program, mut engine) = compiled.engine(way).unwrap();
+        let run = RunArgs { simulate: true, ..RunArgs::default() };
+        let mut executive = session::simulated_executive(&program, &run, None).unwrap();
+        let names = executive.names();
+        let watched = ["#1.CMD", "&1.X", "&1.VY", "&1.SPEED", "&1.LINE"];
+        let watched = watched.map(|name| names.find(name, Purpose::Watch).unwrap());
+        let mut value = Value::Int(0);
+        let mut events = Vec::with_capacity(64);
+        let mut told = 0;
+        for tick in 0..3000 {
+            let taken = measure(|| {
+                executive.tick(engine.as_mut(), &mut events).unwrap();
+                for key in watched {
+                    executive.read_into(key, &mut value);
+                }
+            });
+            assert!(tick == 0 || taken.count_total == 0, "{way:?} tick {tick}: {taken:?}");
+            told += events.len();
+            events.clear();
+        }
+        // The program goes round all the time.
+        assert!(told >= 3, "{way:?}: {told} events");
     }
 }
 
