@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use plcc_abi::Tables;
 use plcc_abi::pmac::Kind;
-use plcc_abi::pmac::motion::{Axis, Destination, MotionKind, MoveWord};
+use plcc_abi::pmac::motion::{Axis, Destination, MotionKind, MoveWord, SyncOp};
 use plcc_diag::SourceMap;
 
 use crate::common::{CrossReference, CrossReferenceBuilder, Use};
@@ -121,6 +121,13 @@ impl Finder<'_> {
                     for axis in axes {
                         self.add(&axis_name(*axis), stmt.at, Use::Written);
                     }
+                }
+                MotionKind::Sync(op, number) => {
+                    let name = variable(Kind::M, u16::try_from(*number).unwrap_or(u16::MAX));
+                    if *op != SyncOp::Set {
+                        self.add(&name, stmt.at, Use::Read);
+                    }
+                    self.add(&name, stmt.at, Use::Written);
                 }
                 MotionKind::Goto | MotionKind::Gosub => {
                     let label = value.map(f64::round);
