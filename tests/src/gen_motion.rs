@@ -6,6 +6,12 @@ use plcc_random::Rng;
 
 pub use crate::gen_pmi::Case;
 
+/// Motors 1 and 2 as a radius and an angle of X and Y, beside a third motor that an axis moves.
+const KINEMATICS: &str = "I5150=1\n&1 #1->I #2->I\nOPEN FORWARD CLEAR\nP50=P1/100+60\nQ7=P50*COS(P2/100)-60\nQ8=P50*SIN(P2/100)\n\
+    CLOSE\nOPEN INVERSE CLEAR\nP51=Q7+60\nP50=60\nP53=0\nWHILE (P53<6)\nP50=(P50+(P51*P51+Q8*Q8)/P50)/2\nP53=P53+1\n\
+    ENDWHILE\nP1=(P50-60)*100\nQ0=P51\nP2=ATAN2(Q8)*100\nIF (Q10=1)\nP101=(P51*Q17+Q8*Q18)/P50*100\nP102=Q18*100\nENDIF\n\
+    CLOSE\n";
+
 struct Generator {
     rng: Rng,
     out: String,
@@ -15,7 +21,8 @@ struct Generator {
     all_modes: bool,
 }
 
-/// A case for PMAC, or for Turbo PMAC if `turbo`, with arcs, PVT and splines if `all_modes`.
+/// A case for PMAC, or for Turbo PMAC if `turbo`, with arcs, PVT, splines and kinematics if
+/// `all_modes`.
 pub fn generate(seed: u64, turbo: bool, all_modes: bool) -> Case {
     let rng = Rng::new(seed);
     let mut g = Generator { rng, out: String::new(), axes: &['X', 'Y', 'Z'], all_modes };
@@ -93,7 +100,11 @@ impl Generator {
             );
             self.line(&line);
         }
-        self.out.push_str("&1 #1->100X #2->50.5Y+3\n");
+        if turbo && self.all_modes && self.rng.chance(60) {
+            self.out.push_str(KINEMATICS);
+        } else {
+            self.out.push_str("&1 #1->100X #2->50.5Y+3\n");
+        }
         let third = self.pick(&["#3->-20Z", "#3->100X", "#3->10X+20Z"]);
         let line = third.to_string();
         self.line(&line);
@@ -244,6 +255,8 @@ impl Generator {
             self.line(&line);
         }
         self.out.push_str("IF (P10=1) CMD\"&1B10R\" ENDIF\nIF (P10=440) CMD\"&1A\" ENDIF\n");
+        // In longer runs it goes on and on.
+        self.out.push_str("IF (P10=500) P10=0 ENDIF\n");
         let status = if turbo { "X:$2040" } else { "X:$0818" };
         let line = format!("CLOSE\nM180->{status},0,1");
         self.line(&line);

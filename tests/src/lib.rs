@@ -24,6 +24,7 @@ pub mod arithmetic;
 pub mod compile;
 pub mod drive;
 pub mod gen_motion;
+pub mod gen_motion_sequences;
 pub mod gen_nct;
 pub mod gen_pmac;
 pub mod gen_pmi;

@@ -113,11 +113,11 @@ pub(super) fn run(
     ticks: u32,
     controller: Controller,
 ) -> Result<Vec<Event>, Failure> {
-    run_machines(machines(source, controller, false)?, stimulus, ticks, controller, &mut |_| {})
+    run_machines(machines(source, controller, false)?, stimulus, ticks, controller, &mut |_| true)
 }
 
-/// Is shown the values of variables after each tick, by their names.
-type See<'a> = &'a mut dyn FnMut(&dyn Fn(&str) -> f64);
+/// Is shown the values of variables after each tick, by their names, and says whether the run goes on.
+type See<'a> = &'a mut dyn FnMut(&dyn Fn(&str) -> f64) -> bool;
 
 /// The same with motors and motion programs. `see` is called after every tick with what reads a variable.
 ///
@@ -186,7 +186,7 @@ fn run_machines(
         }
         let executive = &first.executive;
         let names = executive.names();
-        see(&|name| {
+        let goes_on = see(&|name| {
             let key = names.find(name, Purpose::Watch).unwrap();
             match executive.read(key) {
                 Value::Float(value) => value,
@@ -194,8 +194,49 @@ fn run_machines(
             }
         });
         all.append(&mut results.swap_remove(0).1);
+        if !goes_on {
+            break;
+        }
     }
     Ok(all)
+}
+
+/// Runs a download with motors; before each tick of `cuts` another engine goes on from a checkpoint, and each must do then what the
+/// first one does: the same image and events after every tick, and the same checkpoint at the end.
+pub(super) fn goes_on_from_checkpoints(
+    source: &str,
+    ticks: u32,
+    controller: Controller,
+    cuts: &[u32],
+) {
+    let mut machines =
+        machines(source, controller, true).unwrap_or_else(|why| panic!("{why}\n{source}"));
+    let (whole, others) = machines.split_first_mut().unwrap();
+    assert!(cuts.len() <= others.len() && cuts.is_sorted());
+    let mut going = 0;
+    for tick in 0..ticks {
+        while cuts.get(going) == Some(&tick) {
+            others[going].executive.resume(&whole.executive.checkpoint()).unwrap();
+            going += 1;
+        }
+        let mut expected = vec![];
+        whole.executive.tick(whole.engine.as_mut(), &mut expected).unwrap();
+        for (other, cut) in others.iter_mut().zip(cuts).take(going) {
+            let mut events = vec![];
+            other.executive.tick(other.engine.as_mut(), &mut events).unwrap();
+            let (ours, theirs) = (whole.executive.image(), other.executive.image());
+            if ours != theirs {
+                let at = ours.iter().zip(theirs).position(|(a, b)| a != b).unwrap();
+                let (name, place) = (other.name, place(at, controller));
+                panic!("{name} from {cut} on differs in tick {tick} at {place}\n{source}");
+            }
+            assert_eq!(events, expected, "{} from {cut} on, tick {tick}\n{source}", other.name);
+        }
+    }
+    let end = whole.executive.checkpoint();
+    for (other, cut) in others.iter().zip(cuts) {
+        assert!(other.executive.checkpoint() == end, "{} from {cut} on: the end", other.name);
+    }
 }
 
 /// Runs a download that must do the same in all engines. Returns the events.
