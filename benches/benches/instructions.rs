@@ -29,9 +29,11 @@ use plcc_abi::{Engine, Scan};
 use plcc_benches::compiled;
 use plcc_benches::kernels::families;
 use plcc_benches::kernels::subject::Subject;
+use plcc_benches::motion;
 use plcc_codegen::{Optimization, Target};
 use plcc_control::ControlArgs;
 use plcc_load::Artifact;
+use plcc_runtime::Executive;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
@@ -41,6 +43,9 @@ const SEED: u64 = 1;
 const SCANS: [u64; 2] = [2_000, 12_000];
 /// The argument by which the program runs itself to be counted.
 const RUN: &str = "--run";
+/// What is counted in the place of a task: ticks, and ticks with simulated motors.
+const TICK: &str = "tick";
+const MOTION: &str = "motion";
 /// The argument that asks for the table of what each pass is worth.
 const LEAVE_ONE_OUT: &str = "--leave-one-out";
 /// Scans of the shorter and of the longer run for that table, which has many.
@@ -133,32 +138,52 @@ fn count_all(
                 "nct" => compiled::nct(source, optimization),
                 _ => compiled::pmac(source, optimization),
             }?;
-            all.push(count(full_name, &made, None, scans, folder)?);
+            all.push(count(full_name, &made, Work::Tick, scans, folder)?);
+        }
+    }
+    for (name, source) in motion::downloads() {
+        let name = format!("tick of {name}");
+        if name.contains(only) {
+            let made = compiled::pmac(&source, optimization)?;
+            all.push(count(name, &made, Work::Motion, scans, folder)?);
         }
     }
     for kernel in families::all(SEED, 100) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
         if name.contains(only) {
             let subject = Subject::new(&kernel, SEED, optimization)?;
-            let start = subject.start_with_inputs();
-            all.push(count(name, &subject.compiled, Some(start), scans, folder)?);
+            let (task, image) = subject.start_with_inputs();
+            all.push(count(name, &subject.compiled, Work::Scan(task, image), scans, folder)?);
         }
     }
     Ok(all)
 }
 
-/// Counts the instructions of a scan of a task that begins with an image, or else of a tick.
+/// What instructions are counted of.
+enum Work {
+    /// A tick.
+    Tick,
+    /// A tick with simulated motors.
+    Motion,
+    /// A scan of a task that begins with an image.
+    Scan(usize, Vec<u8>),
+}
+
+/// Counts the instructions of a piece of work.
 fn count(
     name: String,
     made: &compiled::Compiled,
-    scan: Option<(usize, Vec<u8>)>,
+    work: Work,
     [short, long]: [u64; 2],
     folder: &Path,
 ) -> Result<Counted, Box<dyn Error>> {
     let code = plcc_codegen::compile(&made.module, &Target::host_baseline()?, made.codegen)?;
     std::fs::write(artifact_in(folder), compile::artifact(&made.program, &code)?)?;
-    let (task, image) =
-        scan.map_or(("tick".into(), vec![]), |(task, image)| (task.to_string(), image));
+    let (task, image) = match work {
+        Work::Tick => (TICK.into(), vec![]),
+        Work::Motion => (MOTION.into(), vec![]),
+        Work::Scan(task, image) => (task.to_string(), image),
+    };
     std::fs::write(image_in(folder), image)?;
     let more = executed(folder, &task, long)?.saturating_sub(executed(folder, &task, short)?);
     let instructions = (more + (long - short) / 2) / (long - short);
@@ -191,10 +216,13 @@ fn executed(folder: &Path, task: &str, scans: u64) -> Result<u64, Box<dyn Error>
 fn run(folder: &Path, task: &str, scans: u64) -> Result<(), Box<dyn Error>> {
     let artifact = Artifact::open(&artifact_in(folder), None)?;
     let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
-    if task == "tick" {
-        let executive =
-            plcc_control::executive(&artifact.program, &ControlArgs::default(), false, None);
-        let mut executive = executive.map_err(|error| error.to_string())?;
+    if task == TICK || task == MOTION {
+        let program = &artifact.program;
+        let mut executive: Box<dyn Executive> = match task {
+            MOTION => Box::new(motion::executive(program)?),
+            _ => plcc_control::executive(program, &ControlArgs::default(), false, None)
+                .map_err(|error| error.to_string())?,
+        };
         let mut events = vec![];
         for _ in 0..scans {
             events.clear();

@@ -1,5 +1,6 @@
 //! What the other side of a control costs: a tick of a program that does next to nothing, alone and beside its simulated
-//! control, which is idle, with eight small machines. The difference of the two is a step of the simulator.
+//! control, which is idle, with eight small machines. The difference of the two is a step of the simulator. Then the ticks of a
+//! PMAC with eight simulated motors.
 //! `cargo bench -p plcc-benches --bench simulator`
 
 use std::fmt::Write;
@@ -9,11 +10,13 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use plcc::compile;
 use plcc::disk::Disk;
 use plcc_abi::Dialect;
+use plcc_benches::{compiled, motion};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Machine, Options};
 use plcc_host::args::RunArgs;
 use plcc_host::session;
+use plcc_runtime::Executive;
 
 /// How many small machines stand beside a control.
 const DEVICES: usize = 8;
@@ -67,5 +70,20 @@ fn ticks(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, ticks);
+/// A tick of a PMAC whose motors are simulated. The difference of the last two is the calculation of a move of eight motors.
+fn motors(criterion: &mut Criterion) {
+    for (name, source) in motion::downloads() {
+        let Ok(mut made) = compiled::pmac(&source, OptLevel::Speed) else { continue };
+        let Ok(mut executive) = motion::executive(&made.program) else { continue };
+        let mut events = Vec::new();
+        criterion.bench_function(&format!("motion/{name}"), |bencher| {
+            bencher.iter(|| {
+                events.clear();
+                black_box(executive.tick(&mut made.native, &mut events)).is_ok()
+            });
+        });
+    }
+}
+
+criterion_group!(benches, ticks, motors);
 criterion_main!(benches);
