@@ -27,6 +27,8 @@ fn a_run_and_its_trace_are_drawn() {
         for name in watch.split(',') {
             assert!(svg.contains(&format!(">{name}</text>")), "{name}\n{svg}");
         }
+        let run = format!("run {file} --ticks 40 --watch {watch} --plot -");
+        assert_eq!(folder.plcc(&run).exits(0).stdout, *svg, "the picture alone");
         folder.plcc("plot t.csv -o b.svg").exits(0);
         let drawn = folder.read("b.svg");
         // What changes in the last tick is in the table, so that the table ends where the run does.

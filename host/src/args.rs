@@ -246,7 +246,7 @@ impl RunArgs {
         let stdout_taken = printed.into_iter().flatten().any(|path| path.as_os_str() == "-");
         match &self.trace {
             Some(path) => Some(path),
-            None if self.watch.is_empty() || stdout_taken => None,
+            None if self.watch.is_empty() || stdout_taken || self.plot.is_some() => None,
             None => Some(Path::new("-")),
         }
     }

@@ -420,7 +420,8 @@ pub(crate) struct RunCommand {
     #[arg(long)]
     pub(crate) keep_going: bool,
 
-    /// Draws the watched variables over the time of the run, in simulated time (- is standard output)
+    /// Draws the watched variables over the time of the run, in simulated time (- is standard output). There is a trace besides
+    /// only with --trace
     #[arg(long, value_name = "OUT.svg", conflicts_with = "realtime")]
     pub(crate) plot: Option<PathBuf>,
 

@@ -3,6 +3,9 @@
 /// How many numbers stand beside an axis, about.
 const NUMBERS: f64 = 6.0;
 
+/// How many characters there is room for beneath the axis of time.
+const CHARACTERS: usize = 70;
+
 /// A range of values, with round numbers in it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
@@ -16,7 +19,16 @@ pub(super) struct Axis {
 impl Axis {
     /// The axis of time, from 0 to an end.
     pub(super) fn of_time(end: f64) -> Self {
-        Self::new(0.0, if end > 0.0 { end } else { 1.0 })
+        let mut axis = Self::new(0.0, if end > 0.0 { end } else { 1.0 });
+        // The numbers stand beside each other.
+        while axis.numbers().iter().map(|(_, text)| text.len() + 1).sum::<usize>() > CHARACTERS {
+            (axis.digit, axis.exponent) = match axis.digit {
+                1.0 => (2.0, axis.exponent),
+                2.0 => (5.0, axis.exponent),
+                _ => (1.0, axis.exponent + 1),
+            };
+        }
+        axis
     }
 
     /// An axis that has room for all values.
@@ -123,6 +135,9 @@ mod tests {
     #[test]
     fn round_numbers_stand_beside_an_axis() {
         assert_eq!(texts(&Axis::of_time(600.0)), ["0", "100", "200", "300", "400", "500", "600"]);
+        // Of 2000 there would be 15.
+        let long = texts(&Axis::of_time(28_000.0));
+        assert_eq!(long, ["0", "5000", "10000", "15000", "20000", "25000"]);
         assert_eq!(
             texts(&Axis::of_time(0.7)),
             ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7"]
