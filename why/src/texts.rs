@@ -13,6 +13,9 @@ use crate::inquiry::{Inquiry, Moment};
 use crate::reasons::Reasons;
 use crate::tree::Root;
 
+/// The step at which a statement was executed, and the statement.
+type Execution = (Moment, u32);
+
 /// The statements that put out a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct AskedText {
@@ -50,7 +53,8 @@ impl Inquiry<'_> {
         let mut earlier = None;
         if executed.is_none() {
             earlier = self.put_out_before(asked, at.tick)?;
-            if let Some((tick, found)) = earlier.filter(|_| question.looks_back) {
+            if let Some(found) = earlier.filter(|_| question.looks_back) {
+                let tick = found.0.tick;
                 let step = self.trace(tick)?.steps.len();
                 (at, executed) = (Moment { tick, step }, Some(found));
             }
@@ -59,7 +63,7 @@ impl Inquiry<'_> {
             return Err(DebugError::new("no statement puts out this text"));
         };
         let statement = match (executed, earlier) {
-            (Some((_, statement)), _) | (None, Some((_, (_, statement)))) => statement,
+            (Some((_, statement)), _) | (None, Some((_, statement))) => statement,
             (None, None) => first,
         };
         let reasons = match executed {
@@ -74,7 +78,7 @@ impl Inquiry<'_> {
         let first = self.history.first();
         let (since, changed_by) = match (executed, earlier) {
             (Some((step, _)), _) => (step.tick, changed_by),
-            (None, Some((tick, _))) => (tick, changed_by),
+            (None, Some((step, _))) => (step.tick, changed_by),
             (None, None) if first == 0 => (0, ChangedBy::PowerUp),
             (None, None) => (first, ChangedBy::BeforeRecord),
         };
@@ -94,19 +98,19 @@ impl Inquiry<'_> {
         &mut self,
         asked: &AskedText,
         at: Moment,
-    ) -> Result<Option<(Moment, u32)>, DebugError> {
+    ) -> Result<Option<Execution>, DebugError> {
         let round = self.round(at)?;
         let executed = asked.statements.iter();
         let executed = executed.filter_map(|one| Some((*round.latest.get(one)?, *one)));
         Ok(executed.max_by_key(|(at, _)| *at))
     }
 
-    /// The last tick before one in which one of the statements was executed, and that execution.
+    /// The last execution of one of the statements in the ticks before one.
     fn put_out_before(
         &mut self,
         asked: &AskedText,
         before: u64,
-    ) -> Result<Option<(u64, (Moment, u32))>, DebugError> {
+    ) -> Result<Option<Execution>, DebugError> {
         let first = self.history.first();
         let mut end = before;
         let mut length = SEGMENT;
@@ -126,7 +130,7 @@ impl Inquiry<'_> {
                 let mut steps = trace.steps.iter().enumerate().rev();
                 let found = steps.find(|(_, step)| asked.statements.contains(&step.statement));
                 if let Some((number, step)) = found {
-                    return Ok(Some((tick, (Moment { tick, step: number }, step.statement))));
+                    return Ok(Some((Moment { tick, step: number }, step.statement)));
                 }
             }
             end = begin;
