@@ -140,6 +140,9 @@ fn values_of_a_record_are_shown() {
         assert_eq!(answer, json!({"tick": shown, "first": 0, "last": 49}));
         assert_eq!(editor.labels(&uri, 3), values);
     }
+    let why = editor.ask("plcc/why", json!({"name": "M"}));
+    let text = why["text"].as_str().unwrap();
+    assert!(text.starts_with("M has been 16 since tick 7 (0.14 s), because N is 8.\n"), "{text}");
     assert_eq!(editor.leave(), Some(0));
 }
 
@@ -183,6 +186,9 @@ fn values_of_a_running_control_are_shown_and_changed() {
     while editor.labels(&uri, 3) != ["= 42", "= 21", "= 42"] {
         assert!(Instant::now() < until, "{:?}", editor.labels(&uri, 3));
     }
+    let why = editor.ask("plcc/why", json!({"name": "M"}));
+    let text = why["text"].as_str().unwrap();
+    assert!(text.starts_with("M is 42 now, because N is 21.\n"), "{text}");
 }
 
 /// A script is checked against its program as `plcc test` does it, from the text in the editor.

@@ -1,6 +1,8 @@
 // Shows the values of a running control, or of a record at a tick, beside the names of its program, and sets and forces
 // variables of a control after a question.
 
+const slider = require('./slider');
+
 /** How often the values of a running control are fetched, in milliseconds. */
 const PERIOD = 1000;
 
@@ -10,13 +12,18 @@ function register(vscode, ask) {
   let shown;
   let timer;
   const bar = vscode.window.createStatusBarItem(vscode.StatusBarAlignment.Left, 10);
-  const setContext = (is) => vscode.commands.executeCommand('setContext', 'plcc.showsValues', is);
+  const answers = vscode.window.createOutputChannel('plcc: why');
+  /** Says of what values are shown, so that VS Code offers what can be done with it: `control`, `record` or nothing. */
+  const setContext = async (what) => {
+    await vscode.commands.executeCommand('setContext', 'plcc.showsValues', what !== undefined);
+    await vscode.commands.executeCommand('setContext', 'plcc.showsRecord', what === 'record');
+  };
 
   const hide = async () => {
     clearInterval(timer);
     shown = undefined;
     bar.hide();
-    setContext(false);
+    setContext(undefined);
     await ask('plcc/hideValues', {});
   };
 
@@ -32,6 +39,9 @@ function register(vscode, ask) {
     bar.tooltip = `Values of ${run}`;
     bar.command = shown.isLive ? 'plcc.hideValues' : 'plcc.valuesGoTo';
     bar.show();
+    if (!shown.isLive) {
+      time.update(shown);
+    }
   };
 
   const begin = async () => {
@@ -52,7 +62,7 @@ function register(vscode, ask) {
       await show(null);
       // Of a control that runs only the present can be shown.
       shown.isLive = shown.first === shown.last;
-      setContext(true);
+      setContext(shown.isLive ? 'control' : 'record');
       if (shown.isLive) {
         await show(null);
         timer = setInterval(() => show(null).catch(async (error) => {
@@ -93,16 +103,37 @@ function register(vscode, ask) {
     }
   };
 
+  const time = slider.register(vscode, goTo);
+
+  /** The name of a variable: the one at the cursor, unless another one is written. */
+  const askName = (title) => {
+    const editor = vscode.window.activeTextEditor;
+    const range = editor && editor.document.getWordRangeAtPosition(editor.selection.active);
+    return vscode.window.showInputBox({ title, value: range ? editor.document.getText(range) : '' });
+  };
+
+  /** Says why a variable has its value in the tick that is shown. */
+  const why = async (variable) => {
+    const name = variable || await askName('Why has which variable its value?');
+    if (!name) {
+      return;
+    }
+    try {
+      const { text } = await ask('plcc/why', { name });
+      answers.appendLine(`${text}\n`);
+      answers.show(true);
+    } catch (error) {
+      vscode.window.showErrorMessage(error.message);
+    }
+  };
+
   /** Sets or forces a variable of the control, or ends a force, after a question. */
   const change = async (force, hasValue) => {
     if (!shown || !shown.isLive) {
       vscode.window.showWarningMessage('Show the values of a running control first: what is past can\'t be changed.');
       return;
     }
-    const editor = vscode.window.activeTextEditor;
-    const range = editor && editor.document.getWordRangeAtPosition(editor.selection.active);
-    const word = range ? editor.document.getText(range) : '';
-    const name = await vscode.window.showInputBox({ title: 'Which variable?', value: word });
+    const name = await askName('Which variable?');
     const value = name && hasValue ? await vscode.window.showInputBox({ title: `${name} =` }) : undefined;
     if (!name || (hasValue && !value)) {
       return;
@@ -123,12 +154,15 @@ function register(vscode, ask) {
   const command = (name, run) => vscode.commands.registerCommand(`plcc.${name}`, run);
   return vscode.Disposable.from(
     bar,
+    answers,
+    time.disposable,
     { dispose: () => clearInterval(timer) },
     command('showValues', begin),
     command('hideValues', hide),
     command('valuesBack', () => shown && goTo(shown.tick - 1)),
     command('valuesForward', () => shown && goTo(shown.tick + 1)),
     command('valuesGoTo', askTick),
+    command('why', why),
     command('setVariable', () => change(false, true)),
     command('forceVariable', () => change(true, true)),
     command('unforceVariable', () => change(true, false)),

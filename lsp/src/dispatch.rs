@@ -101,7 +101,14 @@ impl Server<'_> {
             Method::TextDocumentCodeLens => respond::<CodeLensRequest>(request, |it| {
                 let of_script = self.script(&path_of(&it.text_document.uri));
                 let of_script = of_script.map(|script| script.code_lens(&it.text_document.uri));
-                Ok(of_script.or_else(|| self.file(&it.text_document, code_lens::code_lens)))
+                let shown = self.shown.as_ref().map(|it| it.file().to_owned());
+                let of_program = || {
+                    self.file(&it.text_document, |at| {
+                        let is_shown = shown.is_some_and(|file| at.program.file(&file).is_some());
+                        code_lens::code_lens(at, is_shown)
+                    })
+                };
+                Ok(of_script.or_else(of_program))
             }),
             Method::TextDocumentDocumentLink => respond::<DocumentLinkRequest>(request, |it| {
                 Ok(self.file(&it.text_document, links::links))

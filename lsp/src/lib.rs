@@ -35,7 +35,7 @@
 //!         vec![]
 //!     }
 //!
-//!     fn open_run(&self, _: &Path) -> Result<Box<dyn plcc_lsp::Run>, String> {
+//!     fn open_run(&self, _: &Path, _: &Path) -> Result<Box<dyn plcc_lsp::Run>, String> {
 //!         Err("nothing runs".into())
 //!     }
 //! }
@@ -88,11 +88,11 @@ pub trait Compiler: Sync {
     /// [`SourceMap`]: plcc_diag::SourceMap
     fn mistakes_of_script(&self, path: &Path, text: &str) -> Vec<Diagnostic>;
 
-    /// Opens a run: the socket of a control that runs, or a record, whichever has the path.
+    /// Opens a run: the socket of a control that runs, or a record, whichever has the path. `program` is a file of its program.
     ///
     /// # Errors
     /// Why it can't be opened.
-    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String>;
+    fn open_run(&self, path: &Path, program: &Path) -> Result<Box<dyn Run>, String>;
 }
 
 /// Serves one editor over a connection, until it says goodbye or its stream ends.

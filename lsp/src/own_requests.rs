@@ -1,4 +1,4 @@
-//! The requests that the Language Server Protocol does not have: the page of a diagnostic, and the values of a run.
+//! The requests that the Language Server Protocol does not have: the page of a diagnostic, the values of a run, and their reasons.
 
 use lsp_server::{ErrorCode, Request, Response};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::documents::path_of;
 use crate::features::diagnostics;
-use crate::run::{Change, ShowValues, Shown, ShownRun};
+use crate::run::{Change, ShowValues, Shown, ShownRun, Why};
 use crate::server::Server;
 
 /// What a request of ours gives, or why it gives nothing.
@@ -36,8 +36,13 @@ impl Server<'_> {
             "plcc/showValues" => answered(request, |it| self.show_values(&it)),
             "plcc/hideValues" => answered(request, |_: Value| {
                 self.shown = None;
-                self.refreshes_hints = true;
+                (self.refreshes_hints, self.refreshes_lenses) = (true, true);
                 Ok(())
+            }),
+            "plcc/why" => answered(request, |it: Why| {
+                let shown = self.shown.as_mut();
+                let shown = shown.ok_or("no run is shown: plcc/showValues comes first")?;
+                Ok(serde_json::json!({ "text": shown.why(&it.name)? }))
             }),
             "plcc/change" => answered(request, |it: Change| {
                 let shown = self.shown.as_mut();
@@ -56,8 +61,9 @@ impl Server<'_> {
         let path = of.parent().map_or_else(Default::default, |it| it.join(&wanted.run));
         // Another run takes the place of the one that is shown when it has been opened.
         if !self.shown.as_ref().is_some_and(|shown| shown.is(&of, &path)) {
-            let run = self.compiler.open_run(&path)?;
+            let run = self.compiler.open_run(&path, &of)?;
             self.shown = Some(ShownRun::new(of, path, run));
+            self.refreshes_lenses = true;
         }
         self.refreshes_hints = true;
         let shown = self.shown.as_mut().ok_or("no run is shown")?;

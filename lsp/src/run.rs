@@ -1,7 +1,7 @@
 //! The values of a run beside the names of its program: of a control that runs, or of a record at a tick.
 //!
-//! The protocol has no request for this, so the server has three of its own (docs/editors.md): `plcc/showValues`,
-//! `plcc/hideValues` and `plcc/change`. The values are inlay hints, which each editor shows.
+//! The protocol has no request for this, so the server has four of its own (docs/editors.md): `plcc/showValues`,
+//! `plcc/hideValues`, `plcc/why` and `plcc/change`. The values are inlay hints, which each editor shows.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,13 @@ pub trait Run {
     /// # Errors
     /// Why it is refused; what is recorded can't be changed.
     fn change(&mut self, name: &str, value: Option<&str>, force: bool) -> Result<u64, String>;
+
+    /// Why a variable has its value at the end of a tick, as text of several lines; of a control that runs why it has its present
+    /// one.
+    ///
+    /// # Errors
+    /// Why that can't be said.
+    fn why(&mut self, tick: u64, name: &str) -> Result<String, String>;
 }
 
 /// The run whose values are shown.
@@ -63,6 +70,12 @@ pub(crate) struct Shown {
     /// The first and the last tick that can be shown.
     first: u64,
     last: u64,
+}
+
+/// The parameters of `plcc/why`.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Why {
+    pub(crate) name: String,
 }
 
 /// The parameters of `plcc/change`.
@@ -106,6 +119,15 @@ impl ShownRun {
     pub(crate) fn values(&mut self, names: &[String]) -> (u64, BTreeMap<String, String>) {
         let tick = self.tick.or_else(|| Some(self.run.ticks().ok()?.1)).unwrap_or(0);
         (tick, self.run.values(tick, names).unwrap_or_default())
+    }
+
+    /// Why a variable has its value in the tick that is shown.
+    pub(crate) fn why(&mut self, name: &str) -> Result<String, String> {
+        let tick = match self.tick {
+            Some(tick) => tick,
+            None => self.run.ticks()?.1,
+        };
+        self.run.why(tick, name)
     }
 
     pub(crate) fn change(&mut self, change: &Change) -> Result<u64, String> {

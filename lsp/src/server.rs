@@ -41,8 +41,11 @@ pub(crate) struct Server<'c> {
     pub(crate) shown: Option<ShownRun>,
     /// Whether the editor is to be asked to fetch its inlay hints again.
     pub(crate) refreshes_hints: bool,
-    /// Whether the editor knows that request, and how often it was sent.
+    /// The same for its code lenses.
+    pub(crate) refreshes_lenses: bool,
+    /// Whether the editor knows these requests, and how often they were sent.
     can_refresh_hints: bool,
+    can_refresh_lenses: bool,
     refreshed: u32,
     /// Whether a text has changed since problems were told.
     has_changed: bool,
@@ -64,6 +67,8 @@ impl<'c> Server<'c> {
         let of_workspace = params.capabilities.workspace.as_ref();
         let can_refresh_hints =
             of_workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or_default();
+        let can_refresh_lenses =
+            of_workspace.and_then(|it| it.code_lens.as_ref()?.refresh_support).unwrap_or_default();
         let mut settings: Settings = params
             .initialization_options
             .and_then(|it| serde_json::from_value(it).ok())
@@ -89,7 +94,9 @@ impl<'c> Server<'c> {
             sent_tokens: SentTokens::default(),
             shown: None,
             refreshes_hints: false,
+            refreshes_lenses: false,
             can_refresh_hints,
+            can_refresh_lenses,
             refreshed: 0,
             has_changed: false,
             told: BTreeMap::new(),
@@ -127,7 +134,7 @@ impl<'c> Server<'c> {
                         self.answer(request)
                     };
                     self.send(response.into());
-                    self.refresh_hints();
+                    self.refresh();
                 }
                 Some(Message::Notification(note)) => self.note(note),
                 // What the editor says to a request to refresh changes nothing.
@@ -136,12 +143,18 @@ impl<'c> Server<'c> {
         }
     }
 
-    /// Asks the editor to fetch its inlay hints again, if they have changed without a change of a text.
-    fn refresh_hints(&mut self) {
-        if std::mem::take(&mut self.refreshes_hints) && self.can_refresh_hints {
-            self.refreshed = self.refreshed.wrapping_add(1);
-            let id = RequestId::from(format!("refresh-{}", self.refreshed));
-            self.send(Request::new(id, "workspace/inlayHint/refresh".into(), ()).into());
+    /// Asks the editor to fetch its inlay hints or code lenses again, if they have changed without a change of a text.
+    fn refresh(&mut self) {
+        let hints = std::mem::take(&mut self.refreshes_hints) && self.can_refresh_hints;
+        let lenses = std::mem::take(&mut self.refreshes_lenses) && self.can_refresh_lenses;
+        for (is_asked, method) in
+            [(hints, "workspace/inlayHint/refresh"), (lenses, "workspace/codeLens/refresh")]
+        {
+            if is_asked {
+                self.refreshed = self.refreshed.wrapping_add(1);
+                let id = RequestId::from(format!("refresh-{}", self.refreshed));
+                self.send(Request::new(id, method.into(), ()).into());
+            }
         }
     }
 

@@ -28,7 +28,7 @@ impl Compiler for Lowering {
         vec![Diagnostic::error("TEST-1", Span::new(FileId(0), start, text.len()), "no statement")]
     }
 
-    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String> {
+    fn open_run(&self, path: &Path, _: &Path) -> Result<Box<dyn Run>, String> {
         if path == Path::new("/nowhere/cell.record") {
             return Ok(Box::new(Counting));
         }
@@ -51,6 +51,10 @@ impl Run for Counting {
 
     fn change(&mut self, name: &str, value: Option<&str>, force: bool) -> Result<u64, String> {
         if name == "LAMP" { Ok(901) } else { Err(format!("{name}, {value:?}, {force}")) }
+    }
+
+    fn why(&mut self, tick: u64, name: &str) -> Result<String, String> {
+        if name == "LAMP" { Ok(format!("by {tick}")) } else { Err(format!("nothing is {name}")) }
     }
 }
 
@@ -381,12 +385,24 @@ fn values_of_a_run_stand_behind_names() {
     assert_eq!(labels(&mut editor), ["= 7"]);
     show(&mut editor, "none.record", Value::Null).unwrap_err();
     assert_eq!(labels(&mut editor), ["= 7"], "what can't be opened takes nothing away");
+    assert_eq!(editor.ask("plcc/why", json!({"name": "LAMP"})), Ok(json!({"text": "by 7"})));
+    assert_eq!(editor.ask("plcc/why", json!({"name": "X"})).unwrap_err().1, "nothing is X");
+    // What the program writes has a lens that asks.
+    let lenses = |editor: &mut Editor| {
+        let found = editor.ask("textDocument/codeLens", json!({"textDocument": document})).unwrap();
+        let commands = found.as_array().unwrap().iter().map(|it| it["command"].clone());
+        commands.filter(|it| it["command"] == "plcc.why").collect::<Vec<_>>()
+    };
+    let of_lamp = lenses(&mut editor);
+    assert_eq!(of_lamp, [json!({"title": "why?", "command": "plcc.why", "arguments": ["LAMP"]})]);
     let change = editor.ask("plcc/change", json!({"name": "LAMP", "value": "1", "force": true}));
     assert_eq!(change.unwrap(), json!({"tick": 901}));
     let (_, why) = editor.ask("plcc/change", json!({"name": "DOOR"})).unwrap_err();
     assert_eq!(why, "DOOR, None, false");
     editor.ask("plcc/hideValues", json!({})).unwrap();
     assert_eq!(labels(&mut editor), ["2/0", "1/0"]);
+    assert_eq!(lenses(&mut editor), Vec::<Value>::new());
+    assert!(editor.ask("plcc/why", json!({"name": "LAMP"})).is_err());
 }
 
 /// Pseudo-random numbers, the same in each run.

@@ -5,7 +5,7 @@
 //! its log and in its record, with the user.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use plcc_protocol::{
@@ -32,6 +32,11 @@ impl ControlSocket {
     /// The control at a socket. Nothing is connected before something is changed.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into() }
+    }
+
+    /// Where the socket is.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Sets a variable once, or with `force` holds it at the value (`None` ends that). Gives the tick before which it is

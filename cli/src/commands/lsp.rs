@@ -45,7 +45,7 @@ impl Compiler for WholeCompiler<'_> {
         }
     }
 
-    fn open_run(&self, path: &Path) -> Result<Box<dyn Run>, String> {
-        lsp_run::open(path)
+    fn open_run(&self, path: &Path, program: &Path) -> Result<Box<dyn Run>, String> {
+        lsp_run::open(path, program)
     }
 }

@@ -3,27 +3,36 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plcc_abi::number;
 use plcc_dap::LaunchArguments;
 use plcc_lsp::Run;
 use plcc_replay::{ControlSocket, DebugError, Debugger};
+use plcc_why::{Explanation, Line, Question, explain};
 
+use super::why;
 use crate::debug_session::{attach, run_command};
 
-/// Opens what has a path: the socket of a control, or a record.
-pub(super) fn open(path: &Path) -> Result<Box<dyn Run>, String> {
+/// Opens what has a path: the socket of a control, or a record. `program` is a file of its program.
+pub(super) fn open(path: &Path, program: &Path) -> Result<Box<dyn Run>, String> {
     let metadata = fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
     if metadata.file_type().is_socket() {
         let control = ControlSocket::new(path);
         let names = control.names().map_err(refused)?;
-        return Ok(Box::new(Control { control, names }));
+        return Ok(Box::new(Control { control, names, program: program.to_owned() }));
     }
     let recording = Some(path.to_string_lossy().into_owned());
     let command = run_command(&LaunchArguments { recording, ..LaunchArguments::default() })?;
     let session = attach(&command, path, false).map_err(|failure| failure.text("plcc lsp"))?;
     Ok(Box::new(Record { debugger: Debugger::new(session) }))
+}
+
+/// The lines of an answer.
+fn text_of(explanation: &Explanation) -> String {
+    let lines = explanation.lines();
+    let line = |line: &Line| line.pieces.iter().map(|piece| &*piece.text).collect::<String>();
+    lines.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn refused(error: DebugError) -> String {
@@ -35,6 +44,8 @@ struct Control {
     control: ControlSocket,
     /// What it knows. Another name would have each asked for alone.
     names: BTreeSet<String>,
+    /// A file of its program.
+    program: PathBuf,
 }
 
 impl Run for Control {
@@ -61,6 +72,12 @@ impl Run for Control {
     fn change(&mut self, name: &str, value: Option<&str>, force: bool) -> Result<u64, String> {
         self.control.change(name, value, force).map_err(refused)
     }
+
+    /// By the program as it lies on the disk, which must be the one that the control runs.
+    fn why(&mut self, _: u64, name: &str) -> Result<String, String> {
+        let explanation = why::of_control(&self.control, &self.program, name);
+        explanation.map(|it| text_of(&it)).map_err(|failure| failure.text("plcc lsp"))
+    }
 }
 
 /// A record.
@@ -84,5 +101,12 @@ impl Run for Record {
 
     fn change(&mut self, _: &str, _: Option<&str>, _: bool) -> Result<u64, String> {
         Err("a record can't be changed: show a control's socket".into())
+    }
+
+    fn why(&mut self, tick: u64, name: &str) -> Result<String, String> {
+        self.debugger.go_to_tick(tick).map_err(refused)?;
+        let (program, history) = self.debugger.program_and_history();
+        let explanation = explain(program, history, &Question::new(name, tick));
+        explanation.map(|it| text_of(&it)).map_err(refused)
     }
 }

@@ -6,7 +6,7 @@ const { register } = require('../values');
 
 /** An editor with answers to what it asks its user, and a server whose run has these ticks. */
 function editor(first, last, answers) {
-  const it = { asked: [], questions: [], errors: [], commands: new Map(), bar: {} };
+  const it = { asked: [], questions: [], errors: [], lines: [], slid: [], contexts: {}, commands: new Map(), bar: {} };
   const answer = async (options) => answers.shift();
   it.vscode = {
     StatusBarAlignment: { Left: 1 },
@@ -16,6 +16,16 @@ function editor(first, last, answers) {
         selection: { active: 0 },
       },
       createStatusBarItem: () => Object.assign(it.bar, { show() {}, hide() { it.bar.text = undefined; } }),
+      createOutputChannel: () => ({ appendLine: (line) => { it.lines.push(line); }, show() {}, dispose() {} }),
+      registerWebviewViewProvider: (id, provider) => {
+        const webview = {
+          postMessage: (message) => { it.slid.push(message); },
+          onDidReceiveMessage: (receive) => { it.slide = receive; },
+        };
+        provider.resolveWebviewView({ webview, onDidDispose() {} });
+        assert.match(webview.html, /type="range"/);
+        return { dispose() {} };
+      },
       showOpenDialog: async () => [{ fsPath: '/run/cell' }],
       showInputBox: answer,
       showWarningMessage: async (text, options) => { it.questions.push(text); return options && answer(); },
@@ -23,7 +33,7 @@ function editor(first, last, answers) {
     },
     commands: {
       registerCommand: (name, run) => { it.commands.set(name, run); return { dispose() {} }; },
-      executeCommand: async () => {},
+      executeCommand: async (command, key, value) => { it.contexts[key] = value; },
     },
     Disposable: { from: (...all) => ({ dispose: () => all.forEach((one) => one.dispose && one.dispose()) }) },
   };
@@ -32,12 +42,15 @@ function editor(first, last, answers) {
     if (method === 'plcc/showValues') {
       return { tick: params.tick === null ? last : params.tick, first, last };
     }
+    if (method === 'plcc/why') {
+      return { text: `${params.name} is 1` };
+    }
     if (params.name === 'BAD') {
       throw new Error('there is no BAD');
     }
     return {};
   });
-  it.run = (name) => it.commands.get(`plcc.${name}`)();
+  it.run = (name, ...words) => it.commands.get(`plcc.${name}`)(...words);
   it.end = () => disposable.dispose();
   return it;
 }
@@ -50,6 +63,16 @@ test('a record is gone through', async () => {
   await it.run('valuesBack');
   await it.run('valuesGoTo');
   assert.deepStrictEqual(it.asked.map(([, tick]) => tick), [null, 900, 899, 7]);
+  assert.deepStrictEqual(it.contexts, { 'plcc.showsValues': true, 'plcc.showsRecord': true });
+  // The slider shows the tick, and of ticks that come fast the first and the last one are shown.
+  assert.deepStrictEqual(it.slid.at(-1), { tick: 7, first: 5, last: 900 });
+  await it.slide({ ready: true });
+  await Promise.all([20, 21, 22, 23].map((tick) => it.slide({ tick })));
+  assert.deepStrictEqual(it.asked.slice(4).map(([, tick]) => tick), [20, 23]);
+  assert.deepStrictEqual(it.slid.at(-1), { tick: 23, first: 5, last: 900 });
+  // A lens names the variable; by hand it is the one at the cursor.
+  await it.run('why', 'DOOR');
+  assert.deepStrictEqual(it.lines, ['DOOR is 1\n']);
   await it.run('forceVariable');
   assert.match(it.questions[0], /running control first/);
   await it.run('hideValues');

@@ -134,7 +134,7 @@ mod tests {
             vec![]
         }
 
-        fn open_run(&self, _: &Path) -> Result<Box<dyn crate::Run>, String> {
+        fn open_run(&self, _: &Path, _: &Path) -> Result<Box<dyn crate::Run>, String> {
             Err("nothing runs".into())
         }
     }

@@ -51,6 +51,22 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// The answer for a control that runs, by a file of its program.
+pub(super) fn of_control(
+    control: &ControlSocket,
+    program: &Path,
+    name: &str,
+) -> Result<Explanation, Failure> {
+    let words = ["plcc", "why", "--"].map(AsRef::<Path>::as_ref).into_iter();
+    let words = words.chain([control.path(), program, name.as_ref()]);
+    let Ok(Cli { command: Command::Why(args), .. }) = Cli::try_parse_from(words) else {
+        return Err(Failure::internal("`plcc why` is not understood"));
+    };
+    let report = Report::new(clap::ColorChoice::Never);
+    let found = present::explanation(&args, control, &report)?;
+    found.ok_or_else(|| Failure::usage("the program has errors"))
+}
+
 /// Prints an answer.
 fn show(explanation: &Explanation, format: FormatArg, report: &Report) -> Result<(), Failure> {
     let text = match format {
