@@ -1,6 +1,6 @@
 //! What memory shows of motors and coordinate systems (guide, appendix E).
 
-use plcc_abi::pmac::motion::{Axis, Mode};
+use plcc_abi::pmac::motion::{AxisSet, Mode};
 use plcc_abi::pmac::{Space, fixed};
 
 use crate::machine::{Machine, NOWHERE};
@@ -31,6 +31,43 @@ pub(crate) enum Latch {
 pub(crate) enum SystemLatch {
     RunError,
     CircleError,
+}
+
+/// How many coordinate systems a Turbo PMAC has.
+const MAX_SYSTEMS: usize = 16;
+
+/// What the status of a coordinate system tells of its motors.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfMotors {
+    any: bool,
+    fault: bool,
+    fatal: bool,
+    warning: bool,
+    /// One of them is not in position.
+    misses: bool,
+}
+
+impl OfMotors {
+    fn add(&mut self, motor: &Motor) {
+        self.any = true;
+        self.fault |= motor.fault;
+        self.fatal |= motor.fatal;
+        self.warning |= motor.warning;
+        self.misses |= !motor.in_position;
+    }
+
+    fn are_in_position(&self) -> bool {
+        self.any && !self.misses
+    }
+}
+
+/// The nine axes of a set in every other bit.
+const fn spread(axes: AxisSet) -> u32 {
+    let mut bits = (axes.0 & AxisSet::AXES.0) as u32;
+    bits = (bits | bits << 8) & 0x00FF_00FF;
+    bits = (bits | bits << 4) & 0x0F0F_0F0F;
+    bits = (bits | bits << 2) & 0x3333_3333;
+    (bits | bits << 1) & 0x5555_5555
 }
 
 impl Machine<'_> {
@@ -143,8 +180,15 @@ impl Machine<'_> {
             self.change(words.status_x, was.0, is.0, all, MOTOR_LATCHES.0);
             self.change(words.status_y, was.1, is.1, all, MOTOR_LATCHES.1);
         }
-        for index in 0..self.system_count() {
-            let is = self.system_status(index);
+        let mut of_motors = [OfMotors::default(); MAX_SYSTEMS];
+        for motor in &self.state.motors {
+            let system = motor.definition.map(|it| usize::from(it.system).wrapping_sub(1));
+            if let Some(of_system) = system.and_then(|system| of_motors.get_mut(system)) {
+                of_system.add(motor);
+            }
+        }
+        for (index, of_motors) in (0..self.system_count()).zip(&of_motors) {
+            let is = self.system_status(index, of_motors);
             let was = std::mem::replace(&mut self.state.systems[index].shown, is);
             let words = self.setup.systems[index];
             self.change(words.status_x, was.0, is.0, all, 0);
@@ -173,7 +217,11 @@ impl Machine<'_> {
 
     /// The two status words of a coordinate system with their latches, as `??` gives them.
     pub(crate) fn system_words(&self, index: usize) -> (u32, u32) {
-        let (x, y) = self.system_status(index);
+        let mut of_motors = OfMotors::default();
+        for motor in self.motors_of(index) {
+            of_motors.add(&self.state.motors[motor]);
+        }
+        let (x, y) = self.system_status(index, &of_motors);
         (x, y | self.word(self.setup.systems[index].status_y) & SYSTEM_LATCHES)
     }
 
@@ -227,30 +275,18 @@ impl Machine<'_> {
     }
 
     /// The two status words of a coordinate system without their latches.
-    pub(crate) fn system_status(&self, index: usize) -> (u32, u32) {
+    fn system_status(&self, index: usize, of_motors: &OfMotors) -> (u32, u32) {
         let system = &self.state.systems[index];
         let bit = |number: u32, is: bool| u32::from(is) << number;
-        let mut x = 0;
-        for axis in Axis::ALL {
-            // From the top down in pairs: Z Y X W V U C B A.
-            let pair = 6 + 2 * axis as u32;
-            x |= bit(pair + 1, system.modes.feedrate.has(axis));
-            x |= bit(pair, system.modes.incremental.has(axis));
-        }
-        x |= bit(5, system.modes.incremental.has_r())
+        // From the top down in pairs: Z Y X W V U C B A.
+        let x = spread(system.modes.feedrate) << 7
+            | spread(system.modes.incremental) << 6
+            | bit(5, system.modes.incremental.has_r())
             | bit(4, system.continuous)
             | bit(3, system.by_time)
             | bit(2, system.sequence.progress == Progress::Running)
             | bit(1, system.step)
             | bit(0, system.running);
-        let (mut any, mut all, mut motors) = ((false, false, false), true, false);
-        for motor in self.motors_of(index).map(|motor| &self.state.motors[motor]) {
-            motors = true;
-            any.0 |= motor.fault;
-            any.1 |= motor.fatal;
-            any.2 |= motor.warning;
-            all &= motor.in_position;
-        }
         let mode = match system.mode {
             Mode::Linear => 0,
             Mode::Rapid => 0b00_010,
@@ -260,12 +296,25 @@ impl Machine<'_> {
             Mode::Pvt => 0b10_010,
         };
         let y = bit(23, system.is_paused())
-            | bit(20, any.0)
-            | bit(19, any.1)
-            | bit(18, any.2)
-            | bit(17, motors && all && !matches!(system.wait, Wait::Dwell(..)))
+            | bit(20, of_motors.fault)
+            | bit(19, of_motors.fatal)
+            | bit(18, of_motors.warning)
+            | bit(17, of_motors.are_in_position() && !matches!(system.wait, Wait::Dwell(..)))
             | bit(15, system.idle)
             | mode;
         (x, y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::pmac::motion::{Axis, AxisSet};
+
+    #[test]
+    fn sets_are_spread() {
+        for axis in Axis::ALL {
+            assert_eq!(super::spread(AxisSet::R.with(axis)), 1 << (2 * axis as u32));
+        }
+        assert_eq!(super::spread(AxisSet::AXES), 0x1_5555);
     }
 }
