@@ -261,11 +261,17 @@ fn digits(site: &ErrorSite<'_>) -> Option<Explanation> {
         let (number, from) = site.around.word(|c| c.is_ascii_digit());
         let line = [before, at, after].concat();
         let parts = (line.get(..from), line.get(from + number.len()..));
-        if parts.0.is_some_and(|text| text.trim_start().is_empty())
+        let begins_line = parts.0.is_some_and(|text| text.trim_start().is_empty());
+        let follows_address =
+            parts.0.is_some_and(|text| text.ends_with([' ', '\t']) && last_address(text).is_some());
+        if (begins_line || follows_address)
             && parts.1.is_some_and(|text| text.trim_start().len() < text.len() || text.is_empty())
         {
-            let label =
-                if number.len() == 3 { format!("; a label: :{number}") } else { String::new() };
+            let label = if begins_line && number.len() == 3 {
+                format!("; a label: :{number}")
+            } else {
+                String::new()
+            };
             let written = format!("a decimal constant begins with a comma: ,{number}{label}");
             return explanation(format!("`{number}` alone is not a statement"), written);
         }
