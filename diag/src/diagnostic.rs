@@ -144,9 +144,9 @@ impl Diagnostic {
     }
 
     /// Gives the text that mends it in the place of what it is about, for editors.
-    pub fn replace(self, text: impl Into<MessageText>) -> Self {
-        let span = self.span;
-        self.replace_at(span, text)
+    pub fn replace(mut self, text: impl Into<MessageText>) -> Self {
+        self.set_replacement(text);
+        self
     }
 
     /// Gives the text that mends it, and where it is to stand; a span without length is a place where it is inserted.

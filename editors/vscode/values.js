@@ -120,7 +120,8 @@ function register(vscode, ask) {
     }
     try {
       const { text } = await ask('plcc/why', { name });
-      answers.appendLine(`${text}\n`);
+      // The text ends its last line itself, so that a blank line follows.
+      answers.appendLine(text);
       answers.show(true);
     } catch (error) {
       vscode.window.showErrorMessage(error.message);

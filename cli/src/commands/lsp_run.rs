@@ -9,7 +9,7 @@ use plcc_abi::number;
 use plcc_dap::LaunchArguments;
 use plcc_lsp::Run;
 use plcc_replay::{ControlSocket, DebugError, Debugger};
-use plcc_why::{Explanation, Line, Question, explain};
+use plcc_why::{Question, explain};
 
 use super::why;
 use crate::debug_session::{attach, run_command};
@@ -26,13 +26,6 @@ pub(super) fn open(path: &Path, program: &Path) -> Result<Box<dyn Run>, String> 
     let command = run_command(&LaunchArguments { recording, ..LaunchArguments::default() })?;
     let session = attach(&command, path, false).map_err(|failure| failure.text("plcc lsp"))?;
     Ok(Box::new(Record { debugger: Debugger::new(session) }))
-}
-
-/// The lines of an answer.
-fn text_of(explanation: &Explanation) -> String {
-    let lines = explanation.lines();
-    let line = |line: &Line| line.pieces.iter().map(|piece| &*piece.text).collect::<String>();
-    lines.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn refused(error: DebugError) -> String {
@@ -76,7 +69,7 @@ impl Run for Control {
     /// By the program as it lies on the disk, which must be the one that the control runs.
     fn why(&mut self, _: u64, name: &str) -> Result<String, String> {
         let explanation = why::of_control(&self.control, &self.program, name);
-        explanation.map(|it| text_of(&it)).map_err(|failure| failure.text("plcc lsp"))
+        explanation.map(|it| it.to_string()).map_err(|failure| failure.text("plcc lsp"))
     }
 }
 
@@ -107,6 +100,6 @@ impl Run for Record {
         self.debugger.go_to_tick(tick).map_err(refused)?;
         let (program, history) = self.debugger.program_and_history();
         let explanation = explain(program, history, &Question::new(name, tick));
-        explanation.map(|it| text_of(&it)).map_err(refused)
+        explanation.map(|it| it.to_string()).map_err(refused)
     }
 }

@@ -43,7 +43,7 @@ function editor(first, last, answers) {
       return { tick: params.tick === null ? last : params.tick, first, last };
     }
     if (method === 'plcc/why') {
-      return { text: `${params.name} is 1` };
+      return { text: `${params.name} is 1\n` };
     }
     if (params.name === 'BAD') {
       throw new Error('there is no BAD');

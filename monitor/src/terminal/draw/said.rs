@@ -24,7 +24,7 @@ pub(super) struct SaidColumns {
 }
 
 impl SaidColumns {
-    /// The columns of a list's rows in so many cells.
+    /// The columns of a list's rows, in a width of `room` cells.
     pub(super) fn new<'s>(rows: impl Iterator<Item = &'s Said>, room: usize) -> Self {
         let mut widths = [0; 4];
         for said in rows {
