@@ -91,6 +91,27 @@ fn what_is_not_followed_is_undecided_with_its_line() {
 }
 
 #[test]
+fn questions_are_written_for_other_model_checkers() {
+    let folder = folder();
+    let done = folder.plcc("prove valves.pmi --never LAMP --always N<4 --emit aiger").exits(0);
+    assert_eq!((done.stdout.as_str(), done.stderr.as_str()), ("", ""));
+    let bytes = std::fs::read(folder.path().join("valves.aig")).unwrap();
+    assert!(bytes.starts_with(b"aig "), "{bytes:?}");
+    folder.plcc("prove valves.pmi --never LAMP --always N<4 --emit aiger -o v.aag").exits(0);
+    let text = folder.read("v.aag");
+    for expected in ["aag ", "\ni0 A\n", "TC#COUNT.8\n", "\nb0 never LAMP\n", "\nb1 always N<4\n"] {
+        assert!(text.contains(expected), "{text}");
+    }
+    // What is not followed is told, and may be anything in the file.
+    folder.write("area.nct", ":000 J0\n:001\nADD100\nF9007 U012 E D012 Z\nJ1\n");
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    let done = folder.plcc("prove area.nct --never Y012 --emit aiger -o out").exits(0);
+    assert!(done.stderr.contains("area.nct:3 "), "{}", done.stderr);
+    let bytes = std::fs::read(folder.path().join("out/area.aig")).unwrap();
+    assert!(bytes.windows(12).any(|part| part == b"not followed"), "{bytes:?}");
+}
+
+#[test]
 fn wrong_usage_is_exit_2() {
     let folder = folder();
     let done = folder.plcc("prove valves.pmi").exits(2);

@@ -42,6 +42,7 @@
 //! # Ok::<(), String>(())
 //! ```
 
+pub mod aiger;
 mod condition;
 pub mod control;
 pub mod logic;

@@ -263,7 +263,7 @@ impl Product {
                 (first, _) => first,
             };
             let (lit, next) = (get(&known, latch.lit), get(&known, latch.next));
-            system.latches.push(Latch { lit, first, next });
+            system.latches.push(Latch { lit, first, next, place: None });
         }
         let (new_running, new_stops) = (get(&known, new.running), get(&known, new.stops));
         let (old_running, old_stops) = (system.running, system.stops);

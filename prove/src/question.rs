@@ -7,6 +7,7 @@ use plcc_frontend::CheckedProgram;
 use plcc_plctest::Condition;
 use plcc_runtime::{Executive, Names};
 
+use crate::aiger::{self, Coding};
 use crate::condition::literal;
 use crate::control::Source;
 use crate::logic::{FALSE, Lit};
@@ -33,6 +34,11 @@ pub struct Question {
 }
 
 impl Question {
+    /// The names of the variables that it reads.
+    fn variables(&self) -> impl Iterator<Item = String> {
+        self.conditions.iter().flat_map(|condition| condition.variables().map(str::to_owned))
+    }
+
     /// Whether the tick that was run last is one that must not be.
     fn is_broken(&self, executive: &dyn Executive) -> bool {
         self.conditions.iter().any(|condition| condition.holds(executive) == Ok(!self.holds))
@@ -85,11 +91,7 @@ impl Subject<'_> {
     pub fn answer(&self, question: &Question, time: Duration) -> Result<Answer, String> {
         let begin = Instant::now();
         let until = |part: f64| Deadline(Some(begin + time.mul_f64(part)));
-        let named: BTreeSet<String> = question
-            .conditions
-            .iter()
-            .flat_map(|condition| condition.variables().map(str::to_owned))
-            .collect();
+        let named: BTreeSet<String> = question.variables().collect();
         let exact_only = question.conditions.iter().any(|it| it.canonical.contains('#'));
         let mut known = 0;
         if !exact_only {
@@ -135,6 +137,23 @@ impl Subject<'_> {
             }
             Found::Run(trace) => Ok(self.after_run(&system, &trace, question)),
         }
+    }
+
+    /// The program and some questions as an AIGER file, in which time is followed tick by tick. Whether a question is broken is a
+    /// property `bad` of it; so is that the logic does not follow the program.
+    ///
+    /// # Errors
+    /// When programs of the language can't be taken.
+    pub fn aiger(&self, questions: &[Question], coding: Coding) -> Result<aiger::File, String> {
+        let named = questions.iter().flat_map(Question::variables).collect();
+        let mut system = self.source.system(Time::Exact, &named)?;
+        let mut bad = vec![];
+        for question in questions {
+            bad.push((question.text.clone(), self.bad(&mut system, question)));
+        }
+        let called = aiger::bits_of(self.names);
+        let called = |offset, bit| called.get(&(offset, bit)).cloned();
+        Ok(aiger::write(&system, &bad, &called, coding))
     }
 
     /// The literal that a tick is one that must not be, or one in which the logic does not follow the program.

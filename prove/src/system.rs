@@ -26,6 +26,8 @@ pub struct Latch {
     pub first: First,
     /// What it is at the end of the tick.
     pub next: Lit,
+    /// Where it lies in the process image, offset and bit, if it does.
+    pub place: Option<(u32, u8)>,
 }
 
 /// How bits are a number.
@@ -145,8 +147,8 @@ impl System {
 pub(crate) struct Maker {
     pub(crate) builder: Builder,
     pub(crate) latches: Vec<Latch>,
-    /// The latches that are bits of the image: the index, the offset and the bit.
-    image_bits: Vec<(usize, u32, u8)>,
+    /// The latches that become what their bit of the image is at the end of a tick.
+    image_bits: Vec<usize>,
     pub(crate) inputs: Vec<Variable>,
     pub(crate) retained: Vec<Variable>,
     pub(crate) elapses: Vec<Elapse>,
@@ -157,13 +159,20 @@ impl Maker {
     /// A latch; what it becomes is said later.
     pub(crate) fn latch(&mut self, first: First) -> (usize, Lit) {
         let lit = self.builder.graph.input();
-        self.latches.push(Latch { lit, first, next: lit });
+        self.latches.push(Latch { lit, first, next: lit, place: None });
         (self.latches.len() - 1, lit)
     }
 
     /// Latches that are a number at power-up.
     pub(crate) fn latch_number(&mut self, width: usize, first: i64) -> (Vec<usize>, Vec<Lit>) {
         (0..width).map(|bit| self.latch(First::Constant(first >> bit.min(63) & 1 == 1))).unzip()
+    }
+
+    /// Says where a latch lies in the process image.
+    pub(crate) fn lies_at(&mut self, latch: usize, offset: u32, bit: u8) {
+        if let Some(latch) = self.latches.get_mut(latch) {
+            latch.place = Some((offset, bit));
+        }
     }
 
     /// Says what a latch becomes.
@@ -187,7 +196,8 @@ impl Maker {
             let first = if free { First::Free } else { First::Constant(now) };
             let (index, lit) = self.latch(first);
             memory.set_bit(offset as usize, bit, lit);
-            self.image_bits.push((index, offset, bit));
+            self.lies_at(index, offset, bit);
+            self.image_bits.push(index);
         }
     }
 
@@ -201,8 +211,11 @@ impl Maker {
 
     /// The system, whose image is `memory` at the end of a tick.
     pub(crate) fn finish(mut self, memory: Memory, running: Lit, goes_on: Lit) -> System {
-        for (index, offset, bit) in std::mem::take(&mut self.image_bits) {
-            self.next(index, memory.bit(offset as usize, bit));
+        for &index in &std::mem::take(&mut self.image_bits) {
+            let place = self.latches.get(index).and_then(|latch| latch.place);
+            if let Some((offset, bit)) = place {
+                self.next(index, memory.bit(offset as usize, bit));
+            }
         }
         let Self { mut builder, latches, inputs, retained, elapses, observed, .. } = self;
         let stops = builder.graph.and(running, !goes_on);

@@ -3,11 +3,18 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use plcc_abi::time::duration;
 use plcc_control::ControlArgs;
 
 use super::SourceArgs;
+
+/// What other model checkers read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProofForm {
+    /// AIGER 1.9, as text where the file's name ends in .aag; each question is a property `bad`
+    Aiger,
+}
 
 #[derive(Args)]
 pub(crate) struct ProveArgs {
@@ -35,8 +42,13 @@ pub(crate) struct ProveArgs {
     #[arg(long)]
     pub(crate) retained_as_declared: bool,
 
-    /// The folder for the stimuli that refute conditions [default: the current folder]
-    #[arg(short = 'o', long, value_name = "DIR")]
+    /// Writes the program with the questions to a file for another model checker, and answers nothing
+    #[arg(long, value_name = "FORM")]
+    pub(crate) emit: Option<ProofForm>,
+
+    /// The folder for the stimuli that refute conditions [default: the current folder]; with --emit the file, or the folder
+    /// for STEM.aig
+    #[arg(short = 'o', long, value_name = "DIR|FILE")]
     pub(crate) out: Option<PathBuf>,
 
     #[command(flatten)]

@@ -1,14 +1,16 @@
 //! `plcc prove`: whether conditions hold in every scan, for all inputs.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use plcc_diag::{Diagnostic, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_plctest::{Plan, parse};
+use plcc_prove::aiger::Coding;
 use plcc_prove::{Answer, Question, Reason};
 use serde_json::{Value, json};
 
-use crate::args::{FormatArg, ProveArgs};
+use crate::args::{FormatArg, ProofForm, ProveArgs};
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::input::{Input, SourceSettings};
 use crate::output;
@@ -42,6 +44,9 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
             }
         }
     }
+    if let Some(ProofForm::Aiger) = args.emit {
+        return emit_aiger(args, &bench, &questions, report);
+    }
     let (mut refuted, mut undecided) = (0, 0);
     for question in &questions {
         let answer = bench.subject().answer(question, args.timeout);
@@ -64,6 +69,36 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
         show(args.source.message_format, question, &answer, stimulus.as_deref())?;
     }
     Ok(status(refuted, undecided))
+}
+
+/// Writes the program with the questions as an AIGER file, and tells what of the program is not in it.
+fn emit_aiger(
+    args: &ProveArgs,
+    bench: &Bench,
+    questions: &[Question],
+    report: &Report,
+) -> Result<u8, Failure> {
+    let stem = args.files.first().and_then(|path| path.file_stem());
+    let usual = Path::new(stem.unwrap_or("program".as_ref())).with_extension("aig");
+    let path = match &args.out {
+        Some(path) if path.is_dir() => path.join(usual),
+        Some(path) => path.clone(),
+        None => usual,
+    };
+    let coding = match path.extension() {
+        Some(ending) if ending == "aag" => Coding::Text,
+        _ => Coding::Binary,
+    };
+    if output::is_stdout(&path) && std::io::stdout().is_terminal() {
+        let what = "the binary form is not written to a terminal; name a file with -o";
+        return Err(Failure::usage(what));
+    }
+    let file = bench.subject().aiger(questions, coding).map_err(Failure::usage)?;
+    for reason in &file.not_followed {
+        report.note(&format!("{}: the file leaves open what it does", place_of(reason)));
+    }
+    output::write(&path, &file.bytes, &SourceMap::new(), &args.files)?;
+    Ok(DONE)
 }
 
 /// The exit status, where a number of things are refuted or differ, and others could not be decided.

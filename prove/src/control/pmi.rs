@@ -179,6 +179,9 @@ fn keep(
             true => (32 - preset.leading_zeros()) as usize,
         };
         let value = maker.latch_number(bits, 0);
+        for (&latch, bit) in value.0.iter().zip(0_u32..).filter(|_| exact) {
+            maker.lies_at(latch, timer.counter + bit / 8, (bit % 8) as u8);
+        }
         let graph = &mut maker.builder.graph;
         let idle_mark = graph.number(32, -1);
         let left = match exact {
