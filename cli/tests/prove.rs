@@ -112,6 +112,74 @@ fn questions_are_written_for_other_model_checkers() {
 }
 
 #[test]
+fn contrary_outputs_are_told_and_asked() {
+    let folder = folder();
+    folder.write("slide.pmi", "$INPUT\nA=0/0\nB=0/1\nUP=0/2\n$OUTPUT\nVUP=1/0\nVDOWN=1/1 ? TO PUMP\nX=1/2\nY=1/3\n\
+                 DOWN=1/4\n$END\nVUP = A & /VDOWN\nVDOWN = B\nX = A & /Y\nY = B & /A & /UP\nDOWN = B\n");
+    // Of UP and DOWN only one is an output.
+    let told = answers(&folder, "slide.pmi --contrary", 0);
+    assert_eq!(told.len(), 1);
+    assert_eq!(told[0]["condition"], "never VDOWN & VUP");
+    assert_eq!(told[0]["outputs"], serde_json::json!(["VDOWN", "VUP"]));
+    assert_eq!(told[0]["because"], "DOWN and UP in the names VDOWN and VUP");
+    folder.write(
+        "slide.machine.toml",
+        "[names]\n\"X\" = { text = \"Futter öffnen\" }\n\"Y\" = { text = \"Futter schließen\" }\n",
+    );
+    let done = folder.plcc("prove slide.pmi --contrary=ask -o found").exits(1);
+    assert_eq!(
+        done.stdout,
+        "refuted    never VDOWN & VUP\n           in scan 0 with found/slide-refuted-1.csv\n           \
+         DOWN and UP in the names VDOWN and VUP\nproved     never X & Y\n           OFFNEN and SCHLIESSEN in the texts \
+         \"Futter öffnen\" and \"Futter schließen\"\n"
+    );
+    let asked = answers(&folder, "slide.pmi --contrary=ask --never X", 1);
+    assert!(asked[0].get("because").is_none(), "{asked:?}");
+    assert_eq!((&asked[2]["result"], asked[2]["because"].is_string()), (&"proved".into(), true));
+    let done = folder.plcc("prove valves.pmi --contrary").exits(0);
+    assert!(done.stdout.is_empty() && done.stderr.contains("no outputs"), "{}", done.stderr);
+    folder.plcc("prove valves.pmi --contrary --emit aiger").exits(2);
+}
+
+#[test]
+fn the_examples_have_the_contrary_outputs_that_people_see_in_them() {
+    let folder = folder();
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let mut found = vec![];
+    for entry in std::fs::read_dir(examples).unwrap().map(|entry| entry.unwrap().path()) {
+        let files = entry.read_dir().into_iter().flatten().map(|file| file.unwrap().path());
+        for file in files.filter(|file| {
+            let ending = file.extension().unwrap_or_default();
+            ["pmi", "nct", "plc", "pmc"].iter().any(|known| ending == *known)
+        }) {
+            let told = answers(&folder, &format!("{} --contrary", file.display()), 0);
+            found.extend(told.iter().map(|pair| pair["condition"].as_str().unwrap().to_owned()));
+        }
+    }
+    found.sort();
+    assert_eq!(found, ["never GHIGH & GLOW", "never LEFT & RIGHT"]);
+}
+
+#[test]
+fn contrary_outputs_of_each_language_are_asked_in_it() {
+    let folder = folder();
+    folder.write("turn.nct", ":000 J0\n:001\nI000 U012 D013 Z\nI001 U013 D012 Z\nJ1\n");
+    folder.write(
+        "turn.machine.toml",
+        "[names]\n\"Y012\" = { alias = \"TURN_CW\" }\n\"Y013\" = { alias = \"TURN_CCW\" }\n",
+    );
+    let asked = answers(&folder, "turn.nct --contrary=ask", 0);
+    assert_eq!(asked[0]["condition"], "never (Y012AY013)");
+    assert_eq!(asked[0]["result"], "proved");
+    assert_eq!(asked[0]["because"], "CW and CCW in the names TURN_CW and TURN_CCW");
+    let source = "#define OPEN_CLAMP M11\n#define CLOSE_CLAMP M12\nM11->Y:$FFC2,8\nM12->Y:$FFC2,9\nI5=2\n\
+                  OPEN PLC 1 CLEAR\nM11=1\nM12=0\nCLOSE\n";
+    folder.write("clamp.pmc", source);
+    let told = answers(&folder, "clamp.pmc --contrary", 0);
+    assert_eq!(told[0]["condition"], "never M11=1 AND M12=1");
+}
+
+#[test]
 fn wrong_usage_is_exit_2() {
     let folder = folder();
     let done = folder.plcc("prove valves.pmi").exits(2);

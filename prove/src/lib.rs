@@ -44,6 +44,7 @@
 
 pub mod aiger;
 mod condition;
+pub mod contrary;
 pub mod control;
 pub mod logic;
 pub mod product;

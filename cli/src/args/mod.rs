@@ -26,7 +26,7 @@ pub(crate) use export::{ExportArgs, ExportFormat};
 pub(crate) use machine::{HalArgs, IoArgs, IoFormat};
 pub(crate) use names::{ExplainArgs, XrefArgs};
 pub(crate) use plot::PlotArgs;
-pub(crate) use prove::{ProofForm, ProveArgs};
+pub(crate) use prove::{Contrary, ProofForm, ProveArgs};
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use source::SourceArgs;
 pub(crate) use test::TestArgs;
@@ -305,6 +305,7 @@ Examples:
   plcc prove lathe.pmi --always 'CLAMP ! /SPIN' --timeout 5min
   plcc prove sample.plc --never '(Y001 A Y002)' --message-format json
   plcc prove lathe.pmi --script lathe.plctest
+  plcc prove lathe.pmi --contrary=ask
   plcc prove lathe.pmi --never 'CW & CCW' --emit aiger    lathe.aig, for other model checkers
 
 Exit status: 0 all are proved; 1 one is refuted, or the source has errors; 2 wrong usage, or a file that can't be read or is \

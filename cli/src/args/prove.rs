@@ -9,6 +9,15 @@ use plcc_control::ControlArgs;
 
 use super::SourceArgs;
 
+/// What is done with pairs of contrary outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Contrary {
+    /// They are told
+    Tell,
+    /// They are asked
+    Ask,
+}
+
 /// What other model checkers read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ProofForm {
@@ -33,6 +42,11 @@ pub(crate) struct ProveArgs {
     /// A test script, whose lines `never` and `always` are asked; its tests are not run (repeatable)
     #[arg(long, value_name = "SCRIPT")]
     pub(crate) script: Vec<PathBuf>,
+
+    /// Tells which outputs are contrary by their names and texts, as open and close are, and the question whether both can be
+    /// on; with =ask the questions are asked
+    #[arg(long, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "tell")]
+    pub(crate) contrary: Option<Contrary>,
 
     /// How long may be searched for the answer to each question, as in 500ms, 10s or 2min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]

@@ -7,10 +7,11 @@ use plcc_diag::{Diagnostic, SourceMap, Span};
 use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_plctest::{Plan, parse};
 use plcc_prove::aiger::Coding;
+use plcc_prove::contrary::{Pair, pairs};
 use plcc_prove::{Answer, Question, Reason};
 use serde_json::{Value, json};
 
-use crate::args::{FormatArg, ProofForm, ProveArgs};
+use crate::args::{Contrary, FormatArg, ProofForm, ProveArgs};
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::input::{Input, SourceSettings};
 use crate::output;
@@ -24,9 +25,11 @@ const REFUTED: u8 = 1;
 const UNDECIDED: u8 = 5;
 
 pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
-    if args.never.is_empty() && args.always.is_empty() && args.script.is_empty() {
+    let no_condition = args.never.is_empty() && args.always.is_empty() && args.script.is_empty();
+    if no_condition && args.contrary.is_none() {
         return Err(Failure::usage(
-            "nothing is asked: give a condition with --never or --always, or a script with --script",
+            "nothing is asked: give a condition with --never or --always, or a script with --script; --contrary \
+             proposes conditions",
         ));
     }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
@@ -34,8 +37,24 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     let to = Destination::from(args.source.message_format);
     let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(ERRORS) };
     let bench = Bench::new(checked, &args.control, &settings, args.retained_as_declared)?;
+    let mut because = vec![];
+    let mut scripts = scripts(args)?;
+    if let Some(contrary) = args.contrary {
+        let pairs = pairs(bench.lowered.program.dialect(), &*bench.names);
+        if pairs.is_empty() {
+            report.note("no outputs are contrary by their names or by what is said of them");
+        }
+        match contrary {
+            Contrary::Tell => tell(args.source.message_format, &pairs)?,
+            Contrary::Ask => {
+                scripts.extend(pairs.iter().map(|pair| script("never", &pair.condition)));
+                let own = |pair: Pair| (format!("never {}", pair.condition), pair.because);
+                because.extend(pairs.into_iter().map(own));
+            }
+        }
+    }
     let mut questions = vec![];
-    for (sources, found) in scripts(args)? {
+    for (sources, found) in scripts {
         match questions_of(&bench, &sources, found) {
             Ok(found) => questions.extend(found),
             Err(mistakes) => {
@@ -45,6 +64,9 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
         }
     }
     if let Some(ProofForm::Aiger) = args.emit {
+        if questions.is_empty() {
+            return Err(Failure::usage("nothing is asked, so that there is nothing to write"));
+        }
         return emit_aiger(args, &bench, &questions, report);
     }
     let (mut refuted, mut undecided) = (0, 0);
@@ -66,7 +88,9 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
             }
             Answer::Proved { .. } => None,
         };
-        show(args.source.message_format, question, &answer, stimulus.as_deref())?;
+        let because = because.iter().find(|(text, _)| *text == question.text);
+        let because = because.map(|(_, because)| because.as_str());
+        show(args.source.message_format, question, &answer, stimulus.as_deref(), because)?;
     }
     Ok(status(refuted, undecided))
 }
@@ -136,16 +160,39 @@ fn questions_of(
     Ok(plan.invariants.into_iter().map(question).collect())
 }
 
+/// The script of a condition that stands after an option.
+fn script(word: &str, condition: &str) -> (SourceMap, plcc_diag::FileId) {
+    let line = condition.replace(['\n', '\r'], " ");
+    let text = format!("program \"-\"\n{word} {line}\n");
+    let mut sources = SourceMap::new();
+    let file = sources.add(format!("--{word}"), text.as_bytes());
+    (sources, file)
+}
+
+/// Tells which outputs are contrary, and how to ask of each pair.
+fn tell(format: FormatArg, pairs: &[Pair]) -> Result<(), Failure> {
+    let mut text = String::new();
+    for Pair { outputs, because, condition } in pairs {
+        match format {
+            FormatArg::Json => {
+                let condition = format!("never {condition}");
+                let pair = json!({"condition": condition, "outputs": outputs, "because": because});
+                text.push_str(&format!("{pair}\n"));
+            }
+            FormatArg::Human => {
+                text.push_str(&format!("--never '{condition}'\n           {because}\n"));
+            }
+        }
+    }
+    output::print(text.as_bytes())
+}
+
 /// The scripts with the questions: those that are named, and one of the conditions on the command line.
 fn scripts(args: &ProveArgs) -> Result<Vec<(SourceMap, plcc_diag::FileId)>, Failure> {
     let mut all = vec![];
     for (word, conditions) in [("never", &args.never), ("always", &args.always)] {
         for condition in conditions {
-            let line = condition.replace(['\n', '\r'], " ");
-            let text = format!("program \"-\"\n{word} {line}\n");
-            let mut sources = SourceMap::new();
-            let file = sources.add(format!("--{word}"), text.as_bytes());
-            all.push((sources, file));
+            all.push(script(word, condition));
         }
     }
     for path in &args.script {
@@ -164,10 +211,23 @@ fn show(
     question: &Question,
     answer: &Answer,
     stimulus: Option<&Path>,
+    because: Option<&str>,
 ) -> Result<(), Failure> {
     let text = match format {
-        FormatArg::Json => format!("{}\n", as_json(question, answer, stimulus)),
-        FormatArg::Human => as_text(question, answer, stimulus),
+        FormatArg::Json => {
+            let mut object = as_json(question, answer, stimulus);
+            if let (Value::Object(fields), Some(because)) = (&mut object, because) {
+                fields.insert("because".into(), because.into());
+            }
+            format!("{object}\n")
+        }
+        FormatArg::Human => {
+            let mut text = as_text(question, answer, stimulus);
+            if let Some(because) = because {
+                text.push_str(&format!("           {because}\n"));
+            }
+            text
+        }
     };
     output::print(text.as_bytes())
 }
