@@ -148,6 +148,38 @@ fn invariants_hold_for_the_tests_below_them() {
 }
 
 #[test]
+fn what_has_to_follow_is_looked_at_in_each_tick_of_the_tests_below() {
+    let late = "$INPUT\nA=0/0\n$OUTPUT\nX=1/0\n$TIMER\nE/TC/DC=5\n$END\nTC = A\nX = DC\n";
+    let script = |within: &str, statements: &str| {
+        format!("program \"a.pmi\"\nafter A, X within {within}\ntest \"t\"\n{statements}\nend\n")
+    };
+    let folder = Folder::with(&[("a.pmi", late)]);
+    let done = |within: &str, statements: &str, status| {
+        folder.write("a.plctest", script(within, statements));
+        folder.plcc("test a.plctest").exits(status).stdout
+    };
+    done("5 ticks", "set A = 1\nrun 20 ticks", 0);
+    done("100 ms", "run 3 ticks\nset A = 1\nrun 20 ticks", 0);
+    let shown = done("4 ticks", "run 3 ticks\nset A = 1\nrun 20 ticks", 1);
+    for part in [
+        "a.plctest:2: after A, X within 4 ticks",
+        "`X` does not hold 4 ticks after `A` became true",
+        "X = 0",
+    ] {
+        assert!(shown.contains(part), "{shown}");
+    }
+    // It is due from when A becomes true, and only then; the end of a test and of the power end it.
+    done("5 ticks", "pulse A\nrun 20 ticks", 1);
+    done("5 ticks", "pulse A\nrun 5 ticks", 0);
+    done("5 ticks", "set A = 1\nrun 4 ticks\npower cycle\nrun 20 ticks", 0);
+    let shown = done("0 ticks", "set A = 1\nrun 1 tick", 1);
+    assert!(shown.contains("`X` does not hold where `A` becomes true"), "{shown}");
+    folder.write("a.plctest", script("5 ticks", "run 1 tick").replace("X within", "Z+ within"));
+    let done = folder.plcc("test a.plctest").exits(2);
+    assert!(done.stderr.contains("a.plctest:2:10"), "{}", done.stderr);
+}
+
+#[test]
 fn stops_are_expected_or_fail_the_test() {
     let code = "NO PMI DATA";
     for statements in [

@@ -72,6 +72,35 @@ fn the_lines_of_a_script_are_asked_and_aliases_are_names() {
 }
 
 #[test]
+fn what_has_to_follow_is_proved_or_refuted() {
+    let folder = folder();
+    folder.write(
+        "late.pmi",
+        "$INPUT\nA=0/0\n$OUTPUT\nX=1/0\nY=1/1\n$TIMER\nE/TC/DC=500\nE/TD/DD=700\n$LOGICAL\nON\n$END\n\
+         IF (A)\nON = T\nENDIF\nTC = ON\nX = DC\nTD = A\nY = DD\n",
+    );
+    let lines = "after A, X within 499 ticks\nafter A, Y within 20 s\nafter A, ON, /@IPL within 1 tick\n\
+                 after A, X within 10 s\n";
+    folder.write("late.plctest", format!("program \"late.pmi\"\n{lines}"));
+    let all = answers(&folder, "late.pmi --script late.plctest", 1);
+    let found: Vec<_> =
+        all.iter().map(|it| (it["result"].as_str().unwrap(), &it["scans"])).collect();
+    assert_eq!(all[0]["condition"], "after A, X within 499 ticks");
+    assert_eq!(found[0], ("refuted", &500.into()));
+    // A lets go before Y has come.
+    assert_eq!(found[1], ("refuted", &1001.into()));
+    assert_eq!((found[2].0, found[3].0), ("proved", "proved"));
+    let stimulus = folder.read("late-refuted-2.csv");
+    assert!(stimulus.lines().count() <= 3, "{stimulus}");
+    let done = folder.plcc("prove late.pmi --after A").exits(2);
+    assert!(done.stderr.contains("`within` is expected here"), "{}", done.stderr);
+    folder.plcc("prove late.pmi --script late.plctest --emit aiger").exits(0);
+    let after = "A, X within 10 s";
+    let done = folder.run(&["prove", "late.pmi", "--after", after]).exits(0);
+    assert_eq!(done.stdout, "proved     after A, X within 10 s\n");
+}
+
+#[test]
 fn what_survives_power_off_is_anything_unless_it_is_as_declared() {
     let folder = Folder::with(&[]);
     folder.write("kept.nct", ":000 J0\n:001 F5000 U012 E D012 Z I000 UF5000 Z I001 DF5000 Z J1\n");

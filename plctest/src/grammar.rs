@@ -20,6 +20,7 @@ pub(crate) enum Line {
     Simulate,
     Never(Part),
     Always(Part),
+    After(Part, (Length, Part)),
     Test(Part),
     End,
     Set(Part),
@@ -35,8 +36,8 @@ pub(crate) enum Line {
 
 /// The first words of lines.
 pub const KEYWORDS: &[&str] = &[
-    "program", "machine", "simulate", "never", "always", "test", "end", "set", "pulse", "force",
-    "release", "wait", "expect", "hold", "run", "power",
+    "program", "machine", "simulate", "never", "always", "after", "test", "end", "set", "pulse",
+    "force", "release", "wait", "expect", "hold", "run", "power",
 ];
 
 /// What a line has to look like that begins with a keyword.
@@ -47,6 +48,7 @@ pub fn form(keyword: &str) -> Option<&'static str> {
         "simulate" => "simulate",
         "never" => "never CONDITION",
         "always" => "always CONDITION",
+        "after" => "after CONDITION, CONDITION within 2 s",
         "test" => "test \"what it shows\"",
         "end" => "end",
         "set" => "set NAME = VALUE",
@@ -163,6 +165,11 @@ pub(crate) fn line<'t>() -> impl Grammar<'t, Line> {
         word("simulate").to(Line::Simulate),
         after("never").ignore_then(rest("a condition")).map(Line::Never),
         after("always").ignore_then(rest("a condition")).map(Line::Always),
+        after("after")
+            .ignore_then(text_until(within.clone(), "a condition"))
+            .then_ignore(within.clone().then(blank()))
+            .then(length())
+            .map(|(conditions, length)| Line::After(conditions, length)),
         after("test").ignore_then(quoted()).map(Line::Test),
         word("end").to(Line::End),
     ));

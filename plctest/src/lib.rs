@@ -12,6 +12,7 @@
 //! assert_eq!(script.tests.first().map(|test| test.statements.len()), Some(2));
 //! ```
 
+mod claim;
 mod condition;
 pub mod coverage;
 mod grammar;
@@ -22,6 +23,7 @@ mod run;
 pub mod script;
 mod told;
 
+pub use claim::{Breach, Claim, Progress};
 pub use condition::{Comparison, Condition, Relation, Surroundings};
 pub use grammar::{KEYWORDS, form};
 pub use parse::parse;

@@ -325,6 +325,19 @@ impl Reader<'_> {
             Line::Always(part) => {
                 Body::Invariant { holds: true, conditions: self.items(line, part, begin) }
             }
+            Line::After(part, (within, _)) => {
+                let mut then = self.items(line, part, begin);
+                if let [only] = then.as_slice() {
+                    let text = "a second condition, which has to follow, belongs after a comma";
+                    let diagnostic = Diagnostic::error(SYNTAX, only.span, text);
+                    let form = grammar::form("after").unwrap_or_default();
+                    self.found.push(diagnostic.help(format!("write it as in `{form}`")));
+                }
+                if then.len() < 2 {
+                    return;
+                }
+                Body::Response { after: then.remove(0), then, within: *within }
+            }
             Line::Test(part) => Body::Test(self.part(line, part, begin)),
             Line::End => Body::End,
             Line::Set(part) => Body::Set(self.settings(line, part, begin)),
@@ -382,7 +395,11 @@ impl Reader<'_> {
                 );
             }
             (
-                Body::Program(_) | Body::Machine(_) | Body::Simulate | Body::Invariant { .. },
+                Body::Program(_)
+                | Body::Machine(_)
+                | Body::Simulate
+                | Body::Invariant { .. }
+                | Body::Response { .. },
                 Some(open),
             ) => {
                 let text = format!(
@@ -401,7 +418,9 @@ impl Reader<'_> {
                 self.script.machine = Some(file);
             }
             (Body::Simulate, None) => self.script.simulate = Some(span),
-            (Body::Invariant { .. }, None) => self.script.invariants.push(statement),
+            (Body::Invariant { .. } | Body::Response { .. }, None) => {
+                self.script.invariants.push(statement)
+            }
             (_, Some(open)) => open.statements.push(statement),
             (_, None) => {
                 let text = "this belongs in a test, but no test begins above it";

@@ -3,6 +3,7 @@
 use plcc_diag::{Diagnostic, Span};
 use plcc_runtime::{NameError, Names, Purpose, Setting, ValueError, VariableKey};
 
+use crate::claim::Claim;
 use crate::condition::{Condition, Surroundings};
 use crate::script::{Body, Expected, Length, Piece, Script, Statement};
 
@@ -61,13 +62,11 @@ pub struct PlannedStatement {
     pub text: String,
 }
 
-/// `never` or `always`.
+/// `never`, `always` or `after`.
 #[derive(Clone, Debug)]
 pub struct Invariant {
-    /// What the conditions have to be.
-    pub holds: bool,
-    /// The conditions.
-    pub conditions: Vec<Condition>,
+    /// What it says.
+    pub claim: Claim,
     /// Its line.
     pub line: u32,
     /// As it was written.
@@ -92,7 +91,7 @@ pub struct PlannedTest {
 /// A script, ready to be run.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// `never` and `always`, in their order.
+    /// `never`, `always` and `after`, in their order.
     pub invariants: Vec<Invariant>,
     /// The tests, in their order.
     pub tests: Vec<PlannedTest>,
@@ -114,10 +113,20 @@ impl Plan {
         let mut planner = Planner { around, found: vec![], messages: vec![] };
         let mut plan = Self::default();
         for statement in &script.invariants {
-            let Body::Invariant { holds, conditions } = &statement.body else { continue };
-            let conditions = planner.conditions(conditions);
+            let claim = match &statement.body {
+                Body::Invariant { holds, conditions } => {
+                    Claim::Each { holds: *holds, conditions: planner.conditions(conditions) }
+                }
+                Body::Response { after, then, within } => {
+                    let after = planner.conditions(std::slice::from_ref(after)).pop();
+                    let then = planner.conditions(then);
+                    let Some(after) = after.map(Box::new) else { continue };
+                    Claim::Response { after, then, within: *within }
+                }
+                _ => continue,
+            };
             let (line, text) = (statement.line, text(statement.span).to_owned());
-            plan.invariants.push(Invariant { holds: *holds, conditions, line, text });
+            plan.invariants.push(Invariant { claim, line, text });
         }
         for test in &script.tests {
             let statements = test.statements.iter().filter_map(|statement| {
@@ -276,6 +285,7 @@ impl Planner<'_> {
             | Body::Machine(_)
             | Body::Simulate
             | Body::Invariant { .. }
+            | Body::Response { .. }
             | Body::Test(_)
             | Body::End => return None,
         };

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use plcc_abi::Engine;
 use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
 
+use crate::claim::Progress;
 use crate::condition::Condition;
 use crate::plan::{Act, Expectation, Plan, PlannedTest, Step};
 use crate::script::Length;
@@ -41,7 +42,7 @@ pub trait Station {
 /// Why a test failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The line of the statement that failed, or of the `never` or `always`.
+    /// The line of the statement that failed, or of the `never`, `always` or `after`.
     pub line: u32,
     /// The statement.
     pub statement: String,
@@ -134,7 +135,7 @@ pub fn run_through(
 struct Wrong {
     message: String,
     values: Vec<(String, String)>,
-    /// The `never` or `always` that is broken.
+    /// The `never`, `always` or `after` that is broken.
     invariant: Option<usize>,
 }
 
@@ -177,6 +178,8 @@ struct Run<'r> {
     /// What the program tells, where the test is run to its end whatever fails, and the variables whose values are wanted.
     told: Option<Told>,
     watched: Vec<VariableKey>,
+    /// What is remembered of the script's invariants that stand above the test.
+    progress: Vec<Progress>,
 }
 
 impl<'r> Run<'r> {
@@ -206,6 +209,7 @@ impl<'r> Run<'r> {
             at: 0,
             told: None,
             watched: vec![],
+            progress: vec![Progress::default(); test.invariants],
         })
     }
 
@@ -349,24 +353,20 @@ impl<'r> Run<'r> {
         }
     }
 
-    fn invariants(&self) -> Result<(), Wrong> {
-        let invariants = self.plan.invariants.iter().take(self.test.invariants);
-        for (index, invariant) in invariants.enumerate() {
-            for condition in &invariant.conditions {
-                let holds = condition.holds(self.executive.as_ref());
-                if holds == Ok(invariant.holds) {
-                    continue;
-                }
-                let message = match (holds, invariant.holds) {
-                    (Err(why), _) => format!("`{}` has no value: {why}", condition.text),
-                    (Ok(_), true) => format!("`{}` does not hold", condition.text),
-                    (Ok(_), false) => format!("`{}` holds", condition.text),
-                };
-                let wrong = Wrong::with(condition, self.executive.as_ref(), message);
-                return Err(Wrong { invariant: Some(index), ..wrong });
+    /// Looks at what the script says of all ticks; each is looked at in each tick, whatever another one says.
+    fn invariants(&mut self) -> Result<(), Wrong> {
+        let invariants = self.plan.invariants.iter().zip(&mut self.progress);
+        let executive = self.executive.as_ref();
+        let mut first = Ok(());
+        for (index, (invariant, progress)) in invariants.enumerate() {
+            if let Some(breach) = invariant.claim.breach(progress, executive)
+                && first.is_ok()
+            {
+                let wrong = Wrong::with(breach.condition, executive, breach.message);
+                first = Err(Wrong { invariant: Some(index), ..wrong });
             }
         }
-        Ok(())
+        first
     }
 
     /// Runs tick 0 where none was run yet.
@@ -473,6 +473,7 @@ impl<'r> Run<'r> {
         }
         self.ends.clear();
         self.pending.clear();
+        self.progress.fill(Progress::default());
         self.next = 0;
         self.powered += 1;
         self.stop = None;

@@ -57,6 +57,15 @@ pub enum Body {
         /// The conditions.
         conditions: Vec<Piece>,
     },
+    /// `after COND, COND within TIME`
+    Response {
+        /// What becomes true.
+        after: Piece,
+        /// What has to be true then.
+        then: Vec<Piece>,
+        /// How soon.
+        within: Length,
+    },
     /// `test "NAME"`
     Test(Piece),
     /// `end`
@@ -114,7 +123,7 @@ pub struct Script {
     pub machine: Option<Piece>,
     /// Where the other side is asked to answer.
     pub simulate: Option<Span>,
-    /// `never` and `always`, in their order.
+    /// `never`, `always` and `after`, in their order.
     pub invariants: Vec<Statement>,
     /// The tests, in their order.
     pub tests: Vec<Test>,

@@ -12,7 +12,7 @@ pub struct Told {
     pub texts: Vec<String>,
     /// The code with which the program was stopped.
     pub stop: Option<String>,
-    /// The first `never` or `always` that was broken, by its number in [`Plan::invariants`](crate::Plan::invariants).
+    /// The first `never`, `always` or `after` that was broken, by its number in [`Plan::invariants`](crate::Plan::invariants).
     pub broken: Option<usize>,
     /// For each of the variables that were asked for the values that it had.
     pub values: Vec<Vec<Value>>,

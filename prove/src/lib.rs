@@ -43,6 +43,7 @@
 //! ```
 
 pub mod aiger;
+mod claim;
 mod condition;
 pub mod contrary;
 pub mod control;

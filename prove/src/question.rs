@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use plcc_frontend::CheckedProgram;
-use plcc_plctest::Condition;
+use plcc_plctest::{Claim, Progress};
 use plcc_runtime::{Executive, Names};
 
 use crate::aiger::{self, Coding};
-use crate::condition::literal;
+use crate::claim::{Around, broken};
 use crate::control::Source;
-use crate::logic::{FALSE, Lit};
+use crate::logic::Lit;
 use crate::scan::Reason;
 use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
 use crate::stimulus::{self, Row, Station};
@@ -22,26 +22,29 @@ const MOST_TICKS: usize = 100_000;
 /// How many ticks are looked at before invariants are looked for.
 const FIRST_TICKS: usize = 24;
 
-/// What is asked: that conditions hold, or do not, at the end of each tick.
+/// What is asked: that something is so in all ticks.
 #[derive(Clone, Debug)]
 pub struct Question {
     /// The question as it was asked.
     pub text: String,
-    /// The conditions.
-    pub conditions: Vec<Condition>,
-    /// What each of them has to be.
-    pub holds: bool,
+    /// What it says of all ticks.
+    pub claim: Claim,
 }
 
 impl Question {
     /// The names of the variables that it reads.
     fn variables(&self) -> impl Iterator<Item = String> {
-        self.conditions.iter().flat_map(|condition| condition.variables().map(str::to_owned))
+        let conditions = self.claim.conditions();
+        conditions.flat_map(|condition| condition.variables().map(str::to_owned))
     }
 
-    /// Whether the tick that was run last is one that must not be.
-    fn is_broken(&self, executive: &dyn Executive) -> bool {
-        self.conditions.iter().any(|condition| condition.holds(executive) == Ok(!self.holds))
+    /// Says of each tick that is run, one after the other, whether it is one that must not be.
+    fn watch(&self) -> impl FnMut(&dyn Executive) -> bool {
+        let mut progress = Progress::default();
+        move |executive| {
+            let breach = self.claim.breach(&mut progress, executive);
+            breach.is_some_and(|breach| !breach.has_no_value)
+        }
     }
 }
 
@@ -92,12 +95,12 @@ impl Subject<'_> {
         let begin = Instant::now();
         let until = |part: f64| Deadline(Some(begin + time.mul_f64(part)));
         let named: BTreeSet<String> = question.variables().collect();
-        let exact_only = question.conditions.iter().any(|it| it.canonical.contains('#'));
+        let exact_only = question.claim.conditions().any(|it| it.canonical.contains('#'));
         let mut known = 0;
         if !exact_only {
             let mut system = self.source.system(Time::Abstract, &named)?;
+            let bad = self.bad(&mut system, question, Time::Abstract);
             if !system.elapses.is_empty() {
-                let bad = self.bad(&mut system, question);
                 match search(&system, bad, 2 * FIRST_TICKS, true, until(0.25)) {
                     Found::Never(scans) => return Ok(Answer::Proved { scans: scans as u64 }),
                     Found::Run(trace) => {
@@ -116,7 +119,7 @@ impl Subject<'_> {
             }
         }
         let mut system = self.source.system(Time::Exact, &named)?;
-        let bad = self.bad(&mut system, question);
+        let bad = self.bad(&mut system, question, Time::Exact);
         let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
             Found::Open(ticks) if ticks == FIRST_TICKS => {
                 known = ticks;
@@ -149,7 +152,7 @@ impl Subject<'_> {
         let mut system = self.source.system(Time::Exact, &named)?;
         let mut bad = vec![];
         for question in questions {
-            bad.push((question.text.clone(), self.bad(&mut system, question)));
+            bad.push((question.text.clone(), self.bad(&mut system, question, Time::Exact)));
         }
         let called = aiger::bits_of(self.names);
         let called = |offset, bit| called.get(&(offset, bit)).cloned();
@@ -157,14 +160,10 @@ impl Subject<'_> {
     }
 
     /// The literal that a tick is one that must not be, or one in which the logic does not follow the program.
-    fn bad(&self, system: &mut System, question: &Question) -> Lit {
-        let memory = system.memory.clone();
-        let mut bad = FALSE;
-        for condition in &question.conditions {
-            let holds = literal(&mut system.builder, &memory, condition, self.checked, self.names);
-            let wrong = holds.complement_if(question.holds);
-            bad = system.graph().or(bad, wrong);
-        }
+    fn bad(&self, system: &mut System, question: &Question, time: Time) -> Lit {
+        let tick_ns = self.station.executive().tick_ns();
+        let around = Around { checked: self.checked, names: self.names, tick_ns };
+        let bad = broken(system, &question.claim, around, time);
         let running = system.running;
         let bad = system.graph().and(bad, running);
         let escape = system.escape();
@@ -181,9 +180,9 @@ impl Subject<'_> {
     ) -> Option<Answer> {
         let rows = stimulus::rows(system, trace, ticks);
         let last = *ticks.last()?;
-        let wrong = |executive: &dyn Executive| question.is_broken(executive);
-        let run =
-            |rows: &[Row], last| stimulus::run(self.station, &stimulus::csv(rows), last, &wrong);
+        let run = |rows: &[Row], last| {
+            stimulus::run(self.station, &stimulus::csv(rows), last, &mut question.watch())
+        };
         let found = run(&rows, last)?;
         let (rows, last) = stimulus::without_needless(rows, found, &run);
         Some(Answer::Refuted { scans: last + 1, stimulus: stimulus::csv(&rows) })

@@ -106,7 +106,8 @@ pub(crate) fn schedule(system: &System, trace: &Trace) -> Option<Vec<u64>> {
                 since = None;
             }
             let runs_on = evaluate(system, trace, at, elapse.runs_on);
-            if (running != Some(true) || expires) && runs_on == Some(true) {
+            let starts = evaluate(system, trace, at, elapse.starts) == Some(true);
+            if (running != Some(true) || expires || starts) && runs_on == Some(true) {
                 since = Some(at);
             }
         }
@@ -198,7 +199,7 @@ pub(crate) fn run(
     station: &dyn Station,
     text: &str,
     last: u64,
-    wrong: &dyn Fn(&dyn Executive) -> bool,
+    wrong: &mut dyn FnMut(&dyn Executive) -> bool,
 ) -> Option<u64> {
     let mut executive = station.executive();
     let mut engine = station.engine();

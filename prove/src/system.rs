@@ -90,6 +90,8 @@ pub struct Elapse {
     pub expires: Lit,
     /// Whether it runs at the end of the tick.
     pub runs_on: Lit,
+    /// Whether it begins anew in the tick, and runs at its end.
+    pub starts: Lit,
     /// How many ticks it takes from the tick that starts it.
     pub ticks: u64,
 }

@@ -97,21 +97,19 @@ fn answers(
     let (mut proved, mut refuted, mut open) = (0, 0, 0);
     for seed in seeds {
         let mut rng = Rng::with_seed(seed);
-        let (text, condition) = make(&mut rng);
+        let (text, line) = make(&mut rng);
         let bench = Bench::new(dialect, &text);
-        let question = bench.question(&format!("never {condition}"));
+        let question = bench.question(&line);
         let Some(truth) = bench.exhaustive(&question, inputs, 3_000) else { continue };
         let answer = bench.ask(&question, Duration::from_secs(60));
         match (&answer, truth) {
             (Answer::Proved { .. }, None) => proved += 1,
             (Answer::Refuted { scans, .. }, Some(tick)) if *scans > tick => refuted += 1,
             (Answer::Undecided { .. }, _) => {
-                eprintln!("seed {seed}: {answer:?}\n{text}\n{condition}");
+                eprintln!("seed {seed}: {answer:?}\n{text}\n{line}");
                 open += 1;
             }
-            _ => panic!(
-                "seed {seed}: {answer:?}, and the search says {truth:?}\n{text}\nnever {condition}"
-            ),
+            _ => panic!("seed {seed}: {answer:?}, and the search says {truth:?}\n{text}\n{line}"),
         }
     }
     eprintln!("{proved} proved, {refuted} refuted, {open} undecided");
@@ -121,12 +119,37 @@ fn answers(
     );
 }
 
+/// A program of PMI with a line of a script that a condition never holds.
+fn never_pmi(rng: &mut Rng) -> (String, String) {
+    let (text, condition) = support::pmi(rng);
+    (text, format!("never {condition}"))
+}
+
+/// The same of NCT.
+fn never_nct(rng: &mut Rng) -> (String, String) {
+    let (text, condition) = support::nct(rng);
+    (text, format!("never {condition}"))
+}
+
+/// A program of PMI with a line of a script that a condition follows another one.
+fn response(rng: &mut Rng) -> (String, String) {
+    let (text, condition) = support::pmi(rng);
+    let after = ["A", "B", "/C", "X", "Y", "L1", "DC", "DD", "Q", "@IPL"][rng.usize(..10)];
+    let within = [0, 1, 2, 3, 5, 30][rng.usize(..6)];
+    (text, format!("after {after}, {condition} within {within} ticks"))
+}
+
+#[test]
+fn answers_about_responses_agree_with_a_search_of_all_states() {
+    answers(Dialect::Pmi, response, &["A", "B", "C"], support::seeds(60));
+}
+
 #[test]
 fn answers_about_pmi_agree_with_a_search_of_all_states() {
-    answers(Dialect::Pmi, support::pmi, &["A", "B", "C"], support::seeds(60));
+    answers(Dialect::Pmi, never_pmi, &["A", "B", "C"], support::seeds(60));
 }
 
 #[test]
 fn answers_about_nct_agree_with_a_search_of_all_states() {
-    answers(Dialect::Nct, support::nct, &["I000", "I001", "I002"], support::seeds(24));
+    answers(Dialect::Nct, never_nct, &["I000", "I001", "I002"], support::seeds(24));
 }

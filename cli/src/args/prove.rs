@@ -39,7 +39,11 @@ pub(crate) struct ProveArgs {
     #[arg(long, value_name = "COND")]
     pub(crate) always: Vec<String>,
 
-    /// A test script, whose lines `never` and `always` are asked; its tests are not run (repeatable)
+    /// That a condition follows another one within a time, as in 'START, MOTOR within 200 ms' (repeatable)
+    #[arg(long, value_name = "COND, COND within TIME")]
+    pub(crate) after: Vec<String>,
+
+    /// A test script, whose lines `never`, `always` and `after` are asked; its tests are not run (repeatable)
     #[arg(long, value_name = "SCRIPT")]
     pub(crate) script: Vec<PathBuf>,
 

@@ -25,10 +25,11 @@ const REFUTED: u8 = 1;
 const UNDECIDED: u8 = 5;
 
 pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
-    let no_condition = args.never.is_empty() && args.always.is_empty() && args.script.is_empty();
+    let options = [&args.never, &args.always, &args.after];
+    let no_condition = options.iter().all(|given| given.is_empty()) && args.script.is_empty();
     if no_condition && args.contrary.is_none() {
         return Err(Failure::usage(
-            "nothing is asked: give a condition with --never or --always, or a script with --script; --contrary \
+            "nothing is asked: give a condition with --never, --always or --after, or a script with --script; --contrary \
              proposes conditions",
         ));
     }
@@ -152,11 +153,8 @@ fn questions_of(
     let text = |span: Span| sources.slice(span);
     let (checked, program) = (bench.checked.program(), &bench.lowered.program);
     let plan = Plan::new(&script, &text, checked, program, &*bench.names)?;
-    let question = |it: plcc_plctest::Invariant| Question {
-        text: it.text.trim().to_owned(),
-        conditions: it.conditions,
-        holds: it.holds,
-    };
+    let question =
+        |it: plcc_plctest::Invariant| Question { text: it.text.trim().to_owned(), claim: it.claim };
     Ok(plan.invariants.into_iter().map(question).collect())
 }
 
@@ -190,7 +188,8 @@ fn tell(format: FormatArg, pairs: &[Pair]) -> Result<(), Failure> {
 /// The scripts with the questions: those that are named, and one of the conditions on the command line.
 fn scripts(args: &ProveArgs) -> Result<Vec<(SourceMap, plcc_diag::FileId)>, Failure> {
     let mut all = vec![];
-    for (word, conditions) in [("never", &args.never), ("always", &args.always)] {
+    let options = [("never", &args.never), ("always", &args.always), ("after", &args.after)];
+    for (word, conditions) in options {
         for condition in conditions {
             all.push(script(word, condition));
         }

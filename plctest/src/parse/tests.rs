@@ -16,7 +16,7 @@ const WHOLE: &str = "program \"turret.pmi\"            # relative to the script
 machine \"lathe.machine.toml\"
 simulate
 never CW & CCW
-
+after START, RUN & (A, B), LAMP within 200 ms
 test \"the turret finds # station 4\"
   set @NTOOL = 4, X=-1
   pulse @CP103 for 200 ms       # 1, then 0
@@ -40,11 +40,15 @@ fn every_statement_of_a_script_is_read() {
     assert_eq!(script.programs[0].text, "turret.pmi");
     assert_eq!(script.machine.unwrap().text, "lathe.machine.toml");
     assert!(script.simulate.is_some());
-    assert_eq!(script.invariants.len(), 1);
+    assert_eq!(script.invariants.len(), 2);
+    let Body::Response { after, then, within } = &script.invariants[1].body else { panic!() };
+    let then: Vec<&str> = then.iter().map(|piece| piece.text.as_str()).collect();
+    assert_eq!((after.text.as_str(), then), ("START", vec!["RUN & (A, B)", "LAMP"]));
+    assert_eq!(within.ticks(20_000_000), 10);
     let test = &script.tests[0];
     assert_eq!(
         (test.name.text.as_str(), test.line, test.invariants),
-        ("the turret finds # station 4", 6, 1)
+        ("the turret finds # station 4", 6, 2)
     );
     assert_eq!(test.statements.len(), 12);
     let text = |piece: &Piece| piece.text.clone();
@@ -107,6 +111,23 @@ fn every_mistake_is_told_at_its_place() {
         (
             "test \"a\"\nexpect message \"x\nend",
             "3:8 TEST-1 this text in quotes is not closed, or something follows it",
+        ),
+        (
+            "after A within 2 s",
+            "2:7 TEST-1 a second condition, which has to follow, belongs after a comma",
+        ),
+        ("after A, within 2 s", "2:8 TEST-1 nothing stands beside this comma"),
+        ("after A, B", "2:10 TEST-1 `within` is expected here, not the end of the line"),
+        ("after A, B within", "2:17 TEST-1 a blank is expected here, not the end of the line"),
+        ("after", "2:5 TEST-1 a blank is expected here, not the end of the line"),
+        ("aftr A, B within 2 s", "2:1 TEST-1 no statement begins with `aftr`"),
+        (
+            "after A, B within 2",
+            "2:19 TEST-1 a blank or a unit: ticks, ms, s or min is expected here, not the end of the line",
+        ),
+        (
+            "test \"a\"\nafter A, B within 2 s\nend",
+            "3:1 TEST-2 this belongs above the tests, but is in the test of line 2",
         ),
         ("machine \"a\"\nmachine \"b\"", "3:1 TEST-2 the script names a machine file already"),
     ] {

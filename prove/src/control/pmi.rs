@@ -83,6 +83,11 @@ pub(super) fn system(
     for (elapse, counter) in maker.elapses.iter_mut().zip(counters.iter().filter(|it| !it.exact)) {
         let latch = counter.value.0.first().and_then(|&index| maker.latches.get(index));
         elapse.runs_on = latch.map_or(FALSE, |latch| latch.next);
+        let cell = end.load(counter.timer.counter as usize, 4);
+        let graph = &mut maker.builder.graph;
+        let preset = graph.number(32, counter.timer.preset.into());
+        let starts = graph.equal(&cell, &preset);
+        elapse.starts = graph.and(starts, elapse.runs_on);
     }
     observe(source, tables, &writes, &from_outside, &mut maker, &end);
     maker.finish(end, running, goes_on)
@@ -188,9 +193,11 @@ fn keep(
             true => graph.resize(&value.1, 32, FALSE),
             false => {
                 let runs = value.1.first().copied().unwrap_or(FALSE);
-                let preset = graph.number(32, preset.into());
+                // A statement only asks whether it is idle, so that any number says that it runs; this one is not that of
+                // a timer that begins.
+                let left = graph.number(32, if preset == 1 { 2 } else { 1 });
                 let zero = graph.number(32, 0);
-                graph.choose_bits(runs, &preset, &zero)
+                graph.choose_bits(runs, &left, &zero)
             }
         };
         let cell = graph.choose_bits(idle.1, &idle_mark, &left);
@@ -285,6 +292,7 @@ fn count_down(
                 running: runs,
                 expires: graph.and(counts, expires),
                 runs_on: FALSE,
+                starts: FALSE,
                 ticks: (timer.preset.max(1) as u64).div_ceil(units),
             });
             (left, expires)

@@ -10,7 +10,7 @@ use plcc_abi::{Dialect, Engine};
 use plcc_diag::{SourceMap, Span};
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
 use plcc_frontend::{CheckedProgram, language};
-use plcc_plctest::{Invariant, Plan, parse};
+use plcc_plctest::{Invariant, Plan, Progress, parse};
 use plcc_prove::control::{Settings, Source};
 use plcc_prove::{Answer, Question, Station, Subject};
 use plcc_runtime::nct::{NctExecutive, NctOptions};
@@ -79,8 +79,8 @@ impl Bench {
         let plan =
             Plan::new(&script, &slice, self.checked.as_ref(), &self.lowered.program, &*names);
         let plan = plan.unwrap_or_else(|wrong| panic!("{line} {wrong:?}"));
-        let Invariant { conditions, holds, text, .. } = plan.invariants.into_iter().next().unwrap();
-        Question { text, conditions, holds }
+        let Invariant { claim, text, .. } = plan.invariants.into_iter().next().unwrap();
+        Question { text, claim }
     }
 
     pub(crate) fn ask(&self, question: &Question, time: Duration) -> Answer {
@@ -111,20 +111,18 @@ impl Bench {
         let keys = self.keys(inputs);
         let mut executive = self.executive();
         let mut engine = self.engine();
-        let mut seen: HashSet<Vec<u8>> = HashSet::new();
-        let mut open = VecDeque::from([(executive.checkpoint(), 0_u64)]);
-        while let Some((state, tick)) = open.pop_front() {
+        let mut seen: HashSet<(Vec<u8>, Progress)> = HashSet::new();
+        let mut open = VecDeque::from([(executive.checkpoint(), 0_u64, Progress::default())]);
+        while let Some((state, tick, before)) = open.pop_front() {
             for choice in 0..1_u32 << keys.len() {
                 executive.resume(&state).unwrap();
                 for (bit, &key) in keys.iter().enumerate() {
                     executive.write(key, Setting::Int((choice >> bit & 1).into()));
                 }
                 let stopped = executive.tick(engine.as_mut(), &mut vec![]).is_err();
-                if question
-                    .conditions
-                    .iter()
-                    .any(|it| it.holds(executive.as_ref()) == Ok(!question.holds))
-                {
+                let mut progress = before.clone();
+                let breach = question.claim.breach(&mut progress, executive.as_ref());
+                if breach.is_some_and(|breach| !breach.has_no_value) {
                     return Some(Some(tick));
                 }
                 if stopped {
@@ -136,11 +134,11 @@ impl Bench {
                 let own = without_tick(&state, tick + 1);
                 let mut key: Vec<u8> = executive.image().to_vec();
                 key.extend(own);
-                if seen.insert(key) {
+                if seen.insert((key, progress.clone())) {
                     if seen.len() > most {
                         return None;
                     }
-                    open.push_back((executive.checkpoint(), tick + 1));
+                    open.push_back((executive.checkpoint(), tick + 1, progress));
                 }
             }
         }
