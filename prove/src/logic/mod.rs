@@ -1,6 +1,7 @@
 //! Logic: an and-inverter graph, numbers as lists of its literals, and a process image of them.
 
 mod bits;
+mod float;
 mod graph;
 mod memory;
 

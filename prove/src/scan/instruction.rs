@@ -1,14 +1,14 @@
 //! Single instructions of the IR on literals; what each gives is what [`plcc_ir::eval`] says.
 
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, ExtractOp, FuncData, Inst, InstData, IntCond, RegionId, Type,
-    UnaryOp, Value, eval,
+    Address, BinaryOp, ConvertOp, ExtractOp, FloatCond, FuncData, Inst, InstData, IntCond,
+    RegionId, Type, UnaryOp, Value, eval,
 };
 use rustc_hash::FxHashMap;
 
 use super::paths::{Control, FUEL, Followed};
 use super::{Arrival, Builder, Code};
-use crate::logic::{FALSE, Lit};
+use crate::logic::{FALSE, Graph, Lit};
 
 /// How many elements of an array an access at a computed index may have.
 const MOST_ELEMENTS: u32 = 4096;
@@ -75,11 +75,11 @@ impl State<'_, '_> {
                         }
                         x
                     }
-                    UnaryOp::Fsqrt
-                    | UnaryOp::Ffloor
-                    | UnaryOp::Fceil
-                    | UnaryOp::Ftrunc
-                    | UnaryOp::Ffinite => match number(&x) {
+                    UnaryOp::Ffloor => graph.without_fraction(&x, |sign| sign),
+                    UnaryOp::Fceil => graph.without_fraction(&x, |sign| !sign),
+                    UnaryOp::Ftrunc => graph.without_fraction(&x, |_| FALSE),
+                    UnaryOp::Ffinite => graph.finite(&x),
+                    UnaryOp::Fsqrt => match number(&x) {
                         Some(x) => graph.number(64, eval::unary(op, Type::F64, x)),
                         None => self.not_computed(builder, inst, FRACTIONS),
                     },
@@ -91,7 +91,7 @@ impl State<'_, '_> {
                     let ty = func.ty(a);
                     return graph.number(ty.bits() as usize, eval::binary(op, ty, x, y));
                 }
-                self.binary(builder, inst, op, &x, &y)
+                Self::binary(graph, op, &x, &y)
             }
             InstData::Icmp { cond, args: [a, b] } => {
                 let (x, y) = (self.bits(a), self.bits(b));
@@ -108,10 +108,20 @@ impl State<'_, '_> {
                     IntCond::Ule => !graph.less_unsigned(&y, &x),
                 }]
             }
-            InstData::Fcmp { cond, args: [a, b] } => match (self.constant(a), self.constant(b)) {
-                (Some(x), Some(y)) => vec![Lit::constant(eval::fcmp(cond, x, y))],
-                _ => self.not_computed(builder, inst, FRACTIONS),
-            },
+            InstData::Fcmp { cond, args: [a, b] } => {
+                let (x, y) = (self.bits(a), self.bits(b));
+                let (equal, less, unordered) = graph.compare_floats(&x, &y);
+                let at_most = graph.or(less, equal);
+                vec![match cond {
+                    FloatCond::Eq => equal,
+                    FloatCond::Ne => !equal,
+                    FloatCond::Lt => less,
+                    FloatCond::Le => at_most,
+                    FloatCond::Gt => graph.and(!at_most, !unordered),
+                    FloatCond::Ge => graph.and(!less, !unordered),
+                    FloatCond::EqOrNan => graph.or(equal, unordered),
+                }]
+            }
             InstData::Select { cond, args: [a, b] } => {
                 let cond = self.bits(cond).first().copied().unwrap_or(FALSE);
                 let (x, y) = (self.bits(a), self.bits(b));
@@ -124,13 +134,22 @@ impl State<'_, '_> {
                     ConvertOp::Sext => graph.resize_signed(&x, width),
                     ConvertOp::Zext | ConvertOp::Trunc => graph.resize(&x, width, FALSE),
                     ConvertOp::Bitcast => x,
-                    ConvertOp::IntToFloat
-                    | ConvertOp::FloatToInt
-                    | ConvertOp::IsInteger
-                    | ConvertOp::IsIntegerOrNan => match number(&x) {
-                        Some(x) => graph.number(width, eval::convert(op, func.ty(arg), to, x)),
-                        None => self.not_computed(builder, inst, FRACTIONS),
-                    },
+                    ConvertOp::IntToFloat => {
+                        // A truth value is 0 or 1.
+                        let sign =
+                            if x.len() == 1 { FALSE } else { x.last().copied().unwrap_or(FALSE) };
+                        let wide = graph.resize(&x, x.len() + 1, sign);
+                        graph.float_of_int(&wide)
+                    }
+                    ConvertOp::FloatToInt => {
+                        let int = graph.int_of_float(&x);
+                        graph.resize_signed(&int, width)
+                    }
+                    ConvertOp::IsInteger => vec![graph.is_integer(&x).0],
+                    ConvertOp::IsIntegerOrNan => {
+                        let (is_integer, is_nan) = graph.is_integer(&x);
+                        vec![graph.or(is_integer, is_nan)]
+                    }
                 }
             }
             InstData::Bit { arg, number } => {
@@ -177,19 +196,10 @@ impl State<'_, '_> {
         }
     }
 
-    fn binary(
-        &mut self,
-        builder: &mut Builder,
-        inst: Inst,
-        op: BinaryOp,
-        x: &[Lit],
-        y: &[Lit],
-    ) -> Vec<Lit> {
-        let graph = &mut builder.graph;
+    fn binary(graph: &mut Graph, op: BinaryOp, x: &[Lit], y: &[Lit]) -> Vec<Lit> {
         let width = x.len();
         let sign = x.last().copied().unwrap_or(FALSE);
-        let bitwise = |graph: &mut crate::logic::Graph,
-                       f: fn(&mut crate::logic::Graph, Lit, Lit) -> Lit| {
+        let bitwise = |graph: &mut Graph, f: fn(&mut Graph, Lit, Lit) -> Lit| {
             x.iter().zip(y).map(|(&a, &b)| f(graph, a, b)).collect::<Vec<Lit>>()
         };
         match op {
@@ -222,9 +232,9 @@ impl State<'_, '_> {
                 let divides = graph.is_not_zero(y);
                 result.into_iter().map(|bit| graph.and(divides, bit)).collect()
             }
-            BinaryOp::And => bitwise(graph, crate::logic::Graph::and),
-            BinaryOp::Or => bitwise(graph, crate::logic::Graph::or),
-            BinaryOp::Xor => bitwise(graph, crate::logic::Graph::xor),
+            BinaryOp::And => bitwise(graph, Graph::and),
+            BinaryOp::Or => bitwise(graph, Graph::or),
+            BinaryOp::Xor => bitwise(graph, Graph::xor),
             BinaryOp::Shl => graph.shift(x, y, true, FALSE),
             BinaryOp::Lshr => graph.shift(x, y, false, FALSE),
             BinaryOp::Ashr => graph.shift(x, y, false, sign),
@@ -238,9 +248,10 @@ impl State<'_, '_> {
                     _ => graph.choose_bits(less, y, x),
                 }
             }
-            BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul | BinaryOp::Fdiv => {
-                self.not_computed(builder, inst, FRACTIONS)
-            }
+            BinaryOp::Fadd => graph.add_floats(x, y),
+            BinaryOp::Fsub => graph.subtract_floats(x, y),
+            BinaryOp::Fmul => graph.multiply_floats(x, y),
+            BinaryOp::Fdiv => graph.divide_floats(x, y),
         }
     }
 
@@ -403,7 +414,7 @@ impl State<'_, '_> {
     }
 }
 
-const FRACTIONS: &str = "computes with fractions, which are not followed";
+const FRACTIONS: &str = "computes a function of fractions that is not followed";
 const HOST: &str = "is a function of the control that is not followed";
 const LARGE_ARRAY: &str = "names an element of an array that is too large to be followed";
 
