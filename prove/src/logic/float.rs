@@ -199,6 +199,30 @@ impl Graph {
         self.choose_bits(fits, &value, &lowest)
     }
 
+    /// The low 64 bits of a double that is rounded to the nearest integer, away from 0 between two; 0 for what is not finite.
+    pub fn bits_of_float(&mut self, x: &[Lit]) -> Vec<Lit> {
+        let parts = self.parts(x);
+        // Twice the number without its fraction says how it is rounded.
+        let whole = self.number(EXPONENT, BIAS + FRACTION as i64 - 1);
+        let half = self.number(EXPONENT, BIAS - 1);
+        let is_small = self.less_signed(&parts.exponent, &half);
+        let is_whole = !self.less_signed(&parts.exponent, &whole);
+        let significand = self.resize(&parts.significand, 65, FALSE);
+        let right = self.subtract(&whole, &parts.exponent).0;
+        let right = self.shift(&significand, &field(&right, 0, 6), false, FALSE);
+        let left = self.subtract(&parts.exponent, &whole).0;
+        let is_far = self.any(left.iter().copied().skip(7));
+        let left = self.shift(&significand, &field(&left, 0, 7), true, FALSE);
+        let left: Vec<Lit> = left.into_iter().map(|bit| self.and(bit, !is_far)).collect();
+        let twice = self.choose_bits(is_whole, &left, &right);
+        let one = self.number(65, 1);
+        let twice = self.add(&twice, &one);
+        let special = self.or(parts.is_nan, parts.is_infinite);
+        let is_nothing = self.or(special, is_small);
+        let size: Vec<Lit> = twice.iter().skip(1).map(|&bit| self.and(bit, !is_nothing)).collect();
+        self.negate_if(parts.sign, &size)
+    }
+
     /// Whether a double is the number that [`int_of_float`](Self::int_of_float) gives, and whether it is not a number.
     pub fn is_integer(&mut self, x: &[Lit]) -> (Lit, Lit) {
         let int = self.int_of_float(x);

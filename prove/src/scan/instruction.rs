@@ -6,9 +6,10 @@ use plcc_ir::{
 };
 use rustc_hash::FxHashMap;
 
+use super::functions;
 use super::paths::{Control, FUEL, Followed};
 use super::{Arrival, Builder, Code};
-use crate::logic::{FALSE, Graph, Lit};
+use crate::logic::{FALSE, Graph, Lit, TRUE};
 
 /// How many elements of an array an access at a computed index may have.
 const MOST_ELEMENTS: u32 = 4096;
@@ -186,7 +187,18 @@ impl State<'_, '_> {
             InstData::IsLate => vec![FALSE],
             InstData::HostCall { function, .. } => {
                 if function.is_pure() {
-                    return self.not_computed(builder, inst, FRACTIONS);
+                    let mut args = vec![];
+                    data.for_each_arg(|value| args.push(self.bits(value)));
+                    let found = functions::pure(graph, function, &args);
+                    let (result, known) = found.unwrap_or((vec![], FALSE));
+                    if known == TRUE {
+                        return result;
+                    }
+                    let open = self.not_computed(builder, inst, FRACTIONS);
+                    return match known {
+                        FALSE => open,
+                        _ => builder.graph.choose_bits(known, &result, &open),
+                    };
                 }
                 self.call(builder, inst, function.name());
                 let width = func.result(inst).map_or(0, |value| func.ty(value).bits() as usize);

@@ -5,6 +5,7 @@
 //! round is unrolled until its condition is known to be false, up to a limit. What can't be taken is a free input of the graph,
 //! with the line that brought it in, so that everything that the program can do stays possible.
 
+mod functions;
 mod instruction;
 mod paths;
 

@@ -14,6 +14,7 @@ use plcc_plctest::{Invariant, Plan, Progress, parse};
 use plcc_prove::control::{Settings, Source};
 use plcc_prove::{Answer, Question, Station, Subject};
 use plcc_runtime::nct::{NctExecutive, NctOptions};
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
 use plcc_runtime::{Executive, Purpose, Setting, VariableKey};
 
@@ -244,7 +245,8 @@ impl Station for Bench {
         let program = &self.lowered.program;
         match program.dialect() {
             Dialect::Pmi => Box::new(PmiExecutive::new(program, PmiOptions::default()).unwrap()),
-            _ => Box::new(NctExecutive::new(program, NctOptions::default()).unwrap()),
+            Dialect::Nct => Box::new(NctExecutive::new(program, NctOptions::default()).unwrap()),
+            _ => Box::new(PmacExecutive::new(program, PmacOptions::default()).unwrap()),
         }
     }
 
