@@ -136,6 +136,11 @@ impl Place {
         Self { offset, ty, bit, width }
     }
 
+    /// How many bytes of the image it touches.
+    pub fn length(self) -> usize {
+        (usize::from(self.bit) + usize::from(self.width)).div_ceil(8)
+    }
+
     /// Whether the value is a single bit.
     pub fn is_bit(self) -> bool {
         match self.ty {
@@ -151,7 +156,7 @@ impl Place {
         let at = self.offset as usize;
         let rest = image.get(at..)?;
         let field = || -> Option<u64> {
-            let length = (usize::from(self.bit) + usize::from(self.width)).div_ceil(8);
+            let length = self.length();
             let mut word = [0; 8];
             let (to, from) = (word.get_mut(..length)?, rest.get(..length)?);
             to.copy_from_slice(from);

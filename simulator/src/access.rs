@@ -1,5 +1,7 @@
 //! What an executive offers the simulator: find a name, read, write.
 
+use std::ops::Range;
+
 /// A variable of the program that was found, by its number at the one who offers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handle(pub u32);
@@ -39,11 +41,17 @@ pub trait Access {
     /// Reads a variable as it is seen in this tick.
     fn read(&self, variable: Handle) -> i64;
 
-    /// Writes a variable, unless a row has set it in this tick.
-    fn write(&mut self, variable: Handle, value: i64);
+    /// Writes a variable, unless a row has set it in this tick. Gives whether it had this value already.
+    fn write(&mut self, variable: Handle, value: i64) -> bool;
 
     /// Sets a variable as a row of the stimulus does, so that nothing else is written in this tick.
     fn row(&mut self, variable: Handle, value: i64);
+
+    /// The range of the process image from the first to the last byte of some variables. `None` where one of them lies elsewhere.
+    fn range(&self, variables: &[Handle]) -> Option<Range<usize>>;
+
+    /// The process image as it is now.
+    fn image(&self) -> &[u8];
 
     /// A number that grows whenever a write may have been refused, or anything but a write may have set a variable. While it
     /// stays, a flag outside of the image has the value that was written to it last.
@@ -70,15 +78,53 @@ impl Variable {
         self.read(access) != 0
     }
 
-    /// Writes it, where it is there.
-    pub(crate) fn write(self, access: &mut dyn Access, value: i64) {
-        if let Some(handle) = self.0 {
-            access.write(handle, value);
-        }
+    /// Writes it, where it is there. Gives whether it had this value already, or is not there.
+    pub(crate) fn write(self, access: &mut dyn Access, value: i64) -> bool {
+        self.0.is_none_or(|handle| access.write(handle, value))
     }
 
     /// Its handle.
     pub(crate) fn handle(self) -> Option<Handle> {
         self.0
+    }
+}
+
+/// The part of the process image in which some variables lie, with a copy of it. To compare both is quicker than to read all of the
+/// variables.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ImagePart {
+    /// `None` where the variables do not all lie in the image.
+    range: Option<Range<usize>>,
+    bytes: Vec<u8>,
+    is_valid: bool,
+}
+
+impl ImagePart {
+    /// The part in which these lie, not copied yet.
+    pub(crate) fn of(variables: impl Iterator<Item = Variable>, access: &dyn Access) -> Self {
+        let handles: Vec<Handle> = variables.filter_map(Variable::handle).collect();
+        let range = access.range(&handles);
+        let length = range.as_ref().map_or(0, Range::len);
+        Self { range, bytes: vec![0; length], is_valid: false }
+    }
+
+    fn part<'a>(&self, access: &'a dyn Access) -> Option<&'a [u8]> {
+        access.image().get(self.range.clone()?)
+    }
+
+    /// Whether the image is as it was when it was copied.
+    pub(crate) fn is_same(&self, access: &dyn Access) -> bool {
+        self.is_valid && self.part(access) == Some(&*self.bytes)
+    }
+
+    /// Copies it as it is now.
+    pub(crate) fn copy(&mut self, access: &dyn Access) {
+        let part = self.part(access).filter(|part| part.len() == self.bytes.len());
+        self.is_valid = part.map(|part| self.bytes.copy_from_slice(part)).is_some();
+    }
+
+    /// Until it is copied again it is not the same.
+    pub(crate) fn forget(&mut self) {
+        self.is_valid = false;
     }
 }

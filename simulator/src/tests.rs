@@ -7,6 +7,7 @@ mod pmi;
 mod random;
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use plcc_abi::machine::Machine;
@@ -81,10 +82,20 @@ impl Access for Table {
         }
     }
 
-    fn write(&mut self, Handle(number): Handle, value: i64) {
+    fn write(&mut self, Handle(number): Handle, value: i64) -> bool {
+        let is_there = self.values[number as usize] == value;
         if !self.by_row[number as usize] {
             self.values[number as usize] = value;
         }
+        is_there
+    }
+
+    fn range(&self, _: &[Handle]) -> Option<Range<usize>> {
+        None
+    }
+
+    fn image(&self) -> &[u8] {
+        &[]
     }
 
     fn row(&mut self, Handle(number): Handle, value: i64) {

@@ -1,5 +1,6 @@
 //! The variables that the simulator has found, each with where it is read and how it was written last.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use plcc_abi::DialectVariable;
@@ -261,11 +262,11 @@ impl Access for Bound<'_> {
     }
 
     #[inline]
-    fn write(&mut self, variable: Handle, value: i64) {
+    fn write(&mut self, variable: Handle, value: i64) -> bool {
         let Handle(number) = variable;
         let Some(slot) = self.slots.slots.get_mut(number as usize).filter(|slot| !slot.by_row)
         else {
-            return;
+            return false;
         };
         let value = slot.stuck.unwrap_or(value);
         let is_there = match slot.source {
@@ -277,6 +278,24 @@ impl Access for Bound<'_> {
             slot.last = Some(value);
             self.executive.write(slot.variable, Setting::Int(value));
         }
+        is_there
+    }
+
+    fn range(&self, variables: &[Handle]) -> Option<Range<usize>> {
+        let range = |handle: &Handle| {
+            let (offset, length) = match self.slots.get(*handle)?.source {
+                Source::Image(place) => (place.offset, place.length()),
+                Source::EightBytes(offset) => (offset, 8),
+                Source::LastSet | Source::Executive => return None,
+            };
+            Some(offset as usize..offset as usize + length)
+        };
+        let ranges: Option<Vec<Range<usize>>> = variables.iter().map(range).collect();
+        ranges?.into_iter().reduce(|all, one| all.start.min(one.start)..all.end.max(one.end))
+    }
+
+    fn image(&self) -> &[u8] {
+        self.executive.image()
     }
 
     fn row(&mut self, variable: Handle, value: i64) {

@@ -1,6 +1,6 @@
 //! The NC's flags and registers, and how they are found, read and written.
 
-use crate::access::{Access, Handle, Use, Variable};
+use crate::access::{Access, Handle, ImagePart, Use, Variable};
 use crate::context::Context;
 
 use super::Step;
@@ -45,7 +45,7 @@ impl Flags {
 }
 
 /// Registers RH.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Registers([u16; REGISTERS]);
 
 impl Default for Registers {
@@ -108,6 +108,8 @@ fn held_registers() -> impl Iterator<Item = usize> {
 #[derive(Clone, Debug)]
 pub(super) struct Variables {
     bytes: Vec<(usize, Variable)>,
+    /// The output flags as they were read last, and the image then.
+    y: (Flags, ImagePart),
     reset_key: Variable,
     spindle_codes: [(Variable, Variable); 2],
     feed_code: Variable,
@@ -118,6 +120,8 @@ pub(super) struct Variables {
     /// The flags that were written last, and the revision of the variables then.
     written: Option<(Flags, u64)>,
     registers: Vec<(usize, Variable)>,
+    /// The registers that were written last, with the revision of the variables then, and the image when all had their values.
+    written_registers: (Option<(Registers, u64)>, ImagePart),
     /// I700 to I897.
     messages: Vec<Variable>,
     /// RH028, RH029, RH039.
@@ -147,7 +151,7 @@ impl Variables {
             .into_iter()
             .flatten()
             .map(|byte| (byte, Variable::find(access, &format!("Y{byte:02}0"), Use::Byte)));
-        let bytes = bytes.collect();
+        let bytes: Vec<(usize, Variable)> = bytes.collect();
         let mut write = |name: &str| Variable::find(access, name, Use::Write);
         let flags = HELD.iter().map(|(byte, bits)| {
             let mut flags = [Variable::default(); 8];
@@ -158,13 +162,19 @@ impl Variables {
         });
         let flags = flags.collect();
         let registers = held_registers().map(|number| (number, write(&format!("RH{number:03}"))));
-        let registers = registers.collect();
+        let registers: Vec<(usize, Variable)> = registers.collect();
         let messages = MESSAGES.flat_map(|byte| (0..8).map(move |bit| format!("I{byte:02}{bit}")));
         let messages = messages.map(|name| write(&name)).collect();
         let overrides = ["RH028", "RH029", "RH039"].map(&mut write);
         let memory = (0..MEMORY - 1).map(|byte| write(&format!("F{byte:03}"))).collect();
+        let part = |of: &[(usize, Variable)], access: &dyn Access| {
+            ImagePart::of(of.iter().map(|(_, variable)| *variable), access)
+        };
+        let y = (Flags::default(), part(&bytes, access));
+        let written_registers = (None, part(&registers, access));
         Self {
             bytes,
+            y,
             reset_key,
             spindle_codes,
             feed_code,
@@ -173,6 +183,7 @@ impl Variables {
             flags,
             written: None,
             registers,
+            written_registers,
             messages,
             overrides,
             plc_axes,
@@ -226,13 +237,17 @@ impl Variables {
         rapid.write(access, if has_few_rapid_steps { 3 } else { 13 });
     }
 
-    /// What a step sees.
-    pub(super) fn see<'a, 'c>(&self, now: &'a mut Context<'c>) -> Step<'a, 'c> {
+    /// What a step sees. The output flags are read only where the image has changed.
+    pub(super) fn see<'a, 'c>(&mut self, now: &'a mut Context<'c>) -> Step<'a, 'c> {
         let access = &*now.access;
-        let mut y = Flags::default();
-        for (byte, variable) in &self.bytes {
-            y.set_byte(*byte, variable.read(access) as u8);
+        let (y, part) = &mut self.y;
+        if !part.is_same(access) {
+            for (byte, variable) in &self.bytes {
+                y.set_byte(*byte, variable.read(access) as u8);
+            }
+            part.copy(access);
         }
+        let y = *y;
         let codes = |(value, voltage): (Variable, Variable)| {
             (i64::from(value.read(access) as u16), i64::from(voltage.read(access) as u16 as i16))
         };
@@ -248,7 +263,9 @@ impl Variables {
         }
     }
 
-    /// Writes what the NC holds. Of the flags only those are looked at that have changed since they were written.
+    /// Writes what the NC holds. Of the flags only those are looked at that have changed since they were written. Registers lie
+    /// in the image, where the program can change them: they are left alone while both are as they were when a pass over all of
+    /// them found nothing to write.
     pub(super) fn write(&mut self, access: &mut dyn Access, flags: &Flags, registers: &Registers) {
         let revision = access.revision();
         let written = self.written.filter(|(_, at)| *at == revision);
@@ -265,9 +282,17 @@ impl Variables {
             }
         }
         self.written = Some((*flags, revision));
-        for (number, variable) in &self.registers {
-            variable.write(access, registers.get(*number).into());
+        let (written, part) = &mut self.written_registers;
+        let now = Some((*registers, revision));
+        if *written == now && part.is_same(access) {
+            return;
         }
+        *written = now;
+        let mut all_there = true;
+        for (number, variable) in &self.registers {
+            all_there &= variable.write(access, registers.get(*number).into());
+        }
+        if all_there { part.copy(access) } else { part.forget() }
     }
 
     /// Writes the flag of the message that is shown, and takes that of the one before away.
