@@ -16,7 +16,11 @@ use plcc_tests::{gen_nct, gen_pmac, gen_program};
 /// The tick before which the checkpoint is taken, and the engines before and after it.
 type Cut = (u64, EngineKind, EngineKind);
 
-/// Runs a program without a checkpoint, and once for each of `cuts`.
+/// How many ticks an executive has gone on before it goes back to a checkpoint: fewer than any movement of the machines takes,
+/// so that some state has changed once.
+const BACK: u64 = 3;
+
+/// Runs a program without a checkpoint, and twice for each of `cuts`.
 fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
     let (program, mut engine) = bench.compiled.engine(EngineKind::Statements).unwrap();
     let mut whole = bench.machine(&program).unwrap();
@@ -30,19 +34,32 @@ fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
             first.step(engine.as_mut()).unwrap();
         }
         let checkpoint = first.executive.checkpoint();
-        let (_, mut engine) = bench.compiled.engine(behind).unwrap();
-        let mut second = bench.machine(&program).unwrap();
-        second.executive.resume(&checkpoint).unwrap();
-        assert_eq!(second.executive.checkpoint(), checkpoint, "{what}: taken and given back");
-        second.go_on(cut, first.has_stopped());
-        for (tick, (seen, state)) in (cut..).zip(expected.iter().skip(cut as usize)) {
-            let place = || format!("{what}, {before:?} to {behind:?} at {cut}, tick {tick}");
-            assert_eq!(&second.step(engine.as_mut()).unwrap(), seen, "{}", place());
-            let now = second.state(&program);
-            let differs = now.iter().zip(state).position(|(a, b)| a != b);
-            assert_eq!(differs, None, "{}: an offset in the image", place());
+        let has_stopped = first.has_stopped();
+        // An executive at power-up goes on from it, and one that has gone on already goes back to it.
+        for steps in [0, BACK] {
+            let (_, mut engine) = bench.compiled.engine(behind).unwrap();
+            let mut second = bench.machine(&program).unwrap();
+            if steps > 0 {
+                second.executive.resume(&checkpoint).unwrap();
+                second.go_on(cut, has_stopped);
+                for _ in 0..steps.min(bench.ticks - cut) {
+                    second.step(engine.as_mut()).unwrap();
+                }
+            }
+            second.executive.resume(&checkpoint).unwrap();
+            assert_eq!(second.executive.checkpoint(), checkpoint, "{what}: taken and given back");
+            second.go_on(cut, has_stopped);
+            for (tick, (seen, state)) in (cut..).zip(expected.iter().skip(cut as usize)) {
+                let place = || {
+                    format!("{what}, {before:?} to {behind:?} at {cut}, back {steps}, tick {tick}")
+                };
+                assert_eq!(&second.step(engine.as_mut()).unwrap(), seen, "{}", place());
+                let now = second.state(&program);
+                let differs = now.iter().zip(state).position(|(a, b)| a != b);
+                assert_eq!(differs, None, "{}: an offset in the image", place());
+            }
+            assert_eq!(second.tick, whole.tick);
         }
-        assert_eq!(second.tick, whole.tick);
     }
 }
 
