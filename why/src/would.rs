@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::rc::Rc;
 
-use plcc_abi::place::Direction;
+use plcc_abi::place::{Direction, Type};
 use plcc_frontend::common::Accessed;
 use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_replay::DebugError;
@@ -24,8 +24,11 @@ const MOST_INPUTS: usize = 3;
 /// How many inputs, the nearest ones first, and other values of them all, are combined.
 const MOST_CHOICES: usize = 48;
 
-/// How many values of a number are tried.
+/// How many values of a number are tried, besides those in which one line differs.
 const MOST_VALUES: usize = 8;
+
+/// How many lines of a word are switched, each by itself.
+const MOST_LINES: u8 = 8;
 
 /// An input that can be set to another value.
 #[derive(Clone, Debug)]
@@ -273,13 +276,17 @@ fn setting(value: f64) -> Setting {
     if value.fract() == 0.0 { Setting::Int(value as i64) } else { Setting::Float(value) }
 }
 
-/// The other values of an input that are tried.
+/// The other values of an input that are tried: of several lines that are a word, first those in which one line differs, since
+/// they are mostly switches and keys; then those that statements compare with.
 fn other_values(variable: &Variable, now: f64, numbers: &[f64]) -> Vec<f64> {
     if variable.is_logical {
         return vec![if now == 0.0 { 1.0 } else { 0.0 }];
     }
+    let lines = variable.place.filter(|place| place.ty == Type::Bits).map_or(0, |it| it.width);
+    let one_line = (0..lines.min(MOST_LINES)).map(|line| ((now as i64) ^ (1 << line)) as f64);
     let near = |number: f64| [number, number + 1.0, number - 1.0];
-    let mut values = vec![];
+    let mut values: Vec<f64> = one_line.collect();
+    let most = values.len() + MOST_VALUES;
     for value in numbers.iter().copied().flat_map(near).chain([0.0, 1.0]) {
         let fits = variable.place.and_then(|place| place.range());
         let fits = fits.is_none_or(|range| value.fract() == 0.0 && range.contains(&(value as i64)));
@@ -287,7 +294,7 @@ fn other_values(variable: &Variable, now: f64, numbers: &[f64]) -> Vec<f64> {
             values.push(value);
         }
     }
-    values.truncate(MOST_VALUES);
+    values.truncate(most);
     values
 }
 
