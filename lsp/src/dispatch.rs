@@ -18,6 +18,7 @@ use lsp_server::{ErrorCode, Request, Response};
 use plcc_diag::{FileId, Span};
 
 use crate::documents::path_of;
+use crate::features::machine_file::{MachineText, is_machine_file, source_of};
 use crate::features::script::{Script, is_script};
 use crate::features::{
     call_hierarchy, code_actions, code_lens, completion, folding, formatting, hover, inlay_hints,
@@ -51,9 +52,12 @@ impl Server<'_> {
         match Method::from(request.method.as_str()) {
             Method::TextDocumentHover => respond::<HoverRequest>(request, |it| {
                 let place = &it.text_document_position_params;
-                let of_script =
-                    self.in_script(place, |script, program| script.hover(place.position, program));
-                Ok(of_script.or_else(|| self.at(place, hover::hover)).flatten())
+                let at = place.position;
+                let found =
+                    self.in_script(place, |script, program| script.hover(at, program)).or_else(
+                        || self.in_machine_file(place, |file, program| file.hover(at, program)),
+                    );
+                Ok(found.or_else(|| self.at(place, hover::hover)).flatten())
             }),
             Method::TextDocumentDefinition => respond::<DefinitionRequest>(request, |it| {
                 Ok(self.at(&it.text_document_position_params, navigation::definition).flatten())
@@ -79,9 +83,13 @@ impl Server<'_> {
             }),
             Method::TextDocumentCompletion => respond::<CompletionRequest>(request, |it| {
                 let place = &it.text_document_position_params;
-                let of_script = self
-                    .in_script(place, |script, program| script.completion(place.position, program));
-                Ok(of_script.or_else(|| self.at(place, completion::completion)))
+                let at = place.position;
+                let found = self
+                    .in_script(place, |script, program| script.completion(at, program))
+                    .or_else(|| {
+                        self.in_machine_file(place, |file, program| file.completion(at, program))
+                    });
+                Ok(found.or_else(|| self.at(place, completion::completion)))
             }),
             Method::TextDocumentSignatureHelp => respond::<SignatureHelpRequest>(request, |it| {
                 Ok(self.at(&it.text_document_position_params, signature::help).flatten())
@@ -231,6 +239,21 @@ impl Server<'_> {
         let program =
             named.and_then(|path| self.workspace.program(&path, &self.documents, self.encoding));
         Some(feature(&script, program.as_deref()))
+    }
+
+    /// What a feature says of a machine file and the program that it belongs to; `None` if the document is not a machine file.
+    fn in_machine_file<T>(
+        &mut self,
+        of: &TextDocumentPositionParams,
+        feature: impl FnOnce(&MachineText, Option<&Program>) -> T,
+    ) -> Option<T> {
+        let path = path_of(&of.text_document.uri);
+        let document = self.documents.get(&path).filter(|_| is_machine_file(&path))?;
+        let text = MachineText::new(&path, &document.text, self.encoding);
+        let source = source_of(&path, &self.documents);
+        let program =
+            source.and_then(|it| self.workspace.program(&it, &self.documents, self.encoding));
+        Some(feature(&text, program.as_deref()))
     }
 
     /// What a feature says of a document.

@@ -18,6 +18,7 @@
 
 mod names;
 mod nct;
+pub mod reference;
 mod simulated_motors;
 pub mod simulator;
 

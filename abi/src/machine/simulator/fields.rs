@@ -5,6 +5,7 @@ use alloc::{format, string::String, vec::Vec};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::super::reference::machine_table;
 use super::{Decimal, Located};
 
 /// Nanoseconds of a millisecond.
@@ -47,8 +48,16 @@ impl<'a, 't> Fields<'a, 't> {
 
     /// The value of a key, if the table has it.
     pub(super) fn take(&mut self, key: &'static str) -> Option<&'a Spanned<DeValue<'t>>> {
+        debug_assert!(self.is_in_reference(key), "{}: {key}", self.title);
         self.known.push(key);
         self.table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
+    }
+
+    /// Whether editors are told of a key.
+    fn is_in_reference(&self, key: &str) -> bool {
+        let title = self.title.trim_matches(['[', ']']);
+        let is_key = machine_table(title).is_some_and(|it| it.keys.iter().any(|it| it.name == key));
+        is_key || machine_table(&format!("{title}.{key}")).is_some()
     }
 
     /// Says what is wrong with a key's value.
