@@ -135,6 +135,9 @@ pub trait Language: Sync {
     /// Server Protocol, and what it does.
     fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)];
 
+    /// The condition that two outputs of one line each are both on.
+    fn both_on(&self, a: &str, b: &str) -> String;
+
     /// How numbers are written for people.
     fn numbers(&self) -> NumberFormat;
 

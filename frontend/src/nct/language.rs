@@ -106,6 +106,10 @@ impl Language for Nct {
         &[(":001", ":001\n\t$0\nJ1", "the module that runs each 20 ms")]
     }
 
+    fn both_on(&self, a: &str, b: &str) -> String {
+        format!("({a}A{b})")
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: ".", suffix: "", widths: &[16, 32], both_beside: true }
     }

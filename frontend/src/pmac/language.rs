@@ -139,6 +139,10 @@ impl Language for Pmac {
         ]
     }
 
+    fn both_on(&self, a: &str, b: &str) -> String {
+        format!("{a}=1 AND {b}=1")
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: "$", suffix: "", widths: &[24, 48], both_beside: false }
     }

@@ -112,6 +112,10 @@ impl Language for Pmi {
         ]
     }
 
+    fn both_on(&self, a: &str, b: &str) -> String {
+        format!("{a} & {b}")
+    }
+
     fn numbers(&self) -> NumberFormat {
         NumberFormat { prefix: "", suffix: "h", widths: &[16, 32], both_beside: false }
     }

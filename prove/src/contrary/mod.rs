@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 
 use plcc_abi::Dialect;
 use plcc_abi::place::Direction;
+use plcc_frontend::language;
 use plcc_runtime::{Class, Names};
 
 /// Contrary words.
@@ -131,19 +132,10 @@ pub fn pairs(dialect: Dialect, names: &dyn Names) -> Vec<Pair> {
     }
     let pair = |((a, b), because)| {
         let (a, b): (&String, &String) = (outputs.get(a)?, outputs.get(b)?);
-        let condition = both_on(dialect, a, b);
+        let condition = language(dialect).both_on(a, b);
         Some(Pair { outputs: [a.clone(), b.clone()], because, condition })
     };
     found.into_iter().filter_map(pair).collect()
-}
-
-/// The condition that two outputs are on.
-fn both_on(dialect: Dialect, a: &str, b: &str) -> String {
-    match dialect {
-        Dialect::Nct => format!("({a}A{b})"),
-        Dialect::Pmac => format!("{a}=1 AND {b}=1"),
-        _ => format!("{a} & {b}"),
-    }
 }
 
 /// The words of a name or text in capitals, without accents, numbers words of their own.

@@ -87,6 +87,10 @@ impl Language for Mini {
         &[("IF", "IF ${1:CONDITION}\n\t$0\nEND", "the statements up to END run if the condition is not 0")]
     }
 
+    fn both_on(&self, a: &str, b: &str) -> String {
+        format!("{a} * {b}")
+    }
+
     fn explain(&self, name: &str, _: Option<Controller>) -> Option<String> {
         let (word, meaning) = WORDS.iter().find(|(word, _)| word.eq_ignore_ascii_case(name))?;
         Some(format!("{word}: {meaning}\n"))
