@@ -115,8 +115,12 @@ impl Inquiry<'_> {
         } else {
             for size in 1..=MOST_INPUTS {
                 let mut chosen = vec![];
+                let mut inputs_found: Vec<Vec<usize>> = vec![];
                 combine(&choices, size, 0, &mut chosen, &mut |set| {
-                    if switches(set)? {
+                    // Other values of the same inputs are not another way.
+                    let inputs: Vec<usize> = set.iter().map(|choice| choice.input).collect();
+                    if !inputs_found.contains(&inputs) && switches(set)? {
+                        inputs_found.push(inputs);
                         let alias = |name: &str| {
                             let said = given.said_of(name);
                             said.map(|said| said.alias.clone()).unwrap_or_default()
