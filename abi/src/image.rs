@@ -10,7 +10,8 @@ macro_rules! accessors {
             #[inline]
             pub fn $read(image: &[u8], offset: u32) -> $ty {
                 let start = offset as usize;
-                match image.get(start..).and_then(|tail| tail.first_chunk()) {
+                let bytes = image.get(start..start.saturating_add(size_of::<$ty>()));
+                match bytes.and_then(|bytes| bytes.first_chunk()) {
                     Some(bytes) => <$ty>::from_le_bytes(*bytes),
                     None => <$ty>::default(),
                 }
@@ -20,7 +21,8 @@ macro_rules! accessors {
             #[inline]
             pub fn $write(image: &mut [u8], offset: u32, value: $ty) {
                 let start = offset as usize;
-                if let Some(bytes) = image.get_mut(start..).and_then(|tail| tail.first_chunk_mut()) {
+                let bytes = image.get_mut(start..start.saturating_add(size_of::<$ty>()));
+                if let Some(bytes) = bytes.and_then(|bytes| bytes.first_chunk_mut()) {
                     *bytes = value.to_le_bytes();
                 }
             }

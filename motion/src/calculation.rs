@@ -74,6 +74,8 @@ impl Machine<'_> {
             return Next::Done;
         }
         this.idle = false;
+        self.state.rest.end();
+        let this = &self.state.systems[index];
         if this.rematch {
             self.match_axes(index);
             if !self.state.systems[index].running {

@@ -45,6 +45,7 @@ impl Machine<'_> {
     }
 
     pub(crate) fn carry_out(&mut self, action: &MotionAction, text: &Arc<str>, at: Address) {
+        self.state.rest.end();
         let motor = at.motor.min(self.motor_count() - 1);
         let system = at.system.min(self.system_count() - 1);
         let (result, concern) = match action {

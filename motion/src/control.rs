@@ -9,8 +9,8 @@ use crate::events::{Error, MotionEvent, Reason, State};
 use crate::halt::Pause;
 use crate::machine::Machine;
 use crate::motor::{Loop, Start, Waiting};
-use crate::registers::{Latch, SystemLatch};
 use crate::sequence::Progress;
+use crate::status::{Latch, SystemLatch};
 use crate::system::{Counter, Place, Wait};
 
 impl Machine<'_> {
@@ -199,6 +199,7 @@ impl Machine<'_> {
 
     /// A: each motor of the coordinate system decelerates from whatever it does.
     pub(crate) fn abort(&mut self, system: usize, reason: Reason) {
+        self.state.rest.end();
         self.stop_program(system, reason);
         let this = &mut self.state.systems[system];
         (this.held, this.returning) = (false, this.held || this.returning);
@@ -213,6 +214,7 @@ impl Machine<'_> {
 
     /// A run-time error: the program stops, and its motors decelerate as by A.
     pub(crate) fn run_time_error(&mut self, system: usize, reason: Reason) {
+        self.state.rest.end();
         let program = self.program_number(system);
         self.system_latch(system, SystemLatch::RunError, true);
         if reason == Reason::Circle {

@@ -13,7 +13,10 @@
 //! | `machine` | what every step works with: state, memory, tables, events |
 //! | `servo` | the servo cycle |
 //! | `plant`, `trigger` | physical positions, switches, searches |
-//! | `registers` | what memory shows |
+//! | `time_base` | time bases |
+//! | `words`, `registers`, `status` | what memory shows |
+//! | `rest` | what is the same in each servo cycle |
+//! | `variables` | I-variables of motors |
 //! | `safety` | limits, following errors, in position |
 //! | `commands`, `control`, `queries` | on-line commands |
 //! | `axes` | targets of motors, matching |
@@ -92,17 +95,22 @@ mod pieces;
 mod plant;
 mod queries;
 mod registers;
+mod rest;
 mod safety;
 mod segments;
 mod sequence;
 mod servo;
 mod shape;
+mod status;
 mod system;
 #[cfg(test)]
 mod tests;
+mod time_base;
 mod transform;
 mod trigger;
 mod units;
+mod variables;
+mod words;
 
 pub use calculation::Next;
 pub use events::{Error, MotionEvent, Reason, State as ProgramState};

@@ -12,40 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::calculation::Calculation;
 use crate::events::MotionEvent;
 use crate::motor::{Loop, Motor};
+use crate::rest::Rest;
 use crate::system::System;
 use crate::transform::Transformation;
-
-/// The offset of a word that is not in the image.
-pub(crate) const NOWHERE: u32 = u32::MAX;
-
-/// Offsets in the image of a motor's registers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MotorWords {
-    pub(crate) commanded: (u32, u32),
-    pub(crate) actual: (u32, u32),
-    pub(crate) target: (u32, u32),
-    pub(crate) following_error: (u32, u32),
-    pub(crate) velocity: u32,
-    /// PMAC: its Y word alone.
-    pub(crate) filtered: (u32, u32),
-    pub(crate) home_offset: u32,
-    pub(crate) output: u32,
-    pub(crate) status_x: u32,
-    pub(crate) status_y: u32,
-    pub(crate) conversion: u32,
-    /// PMAC: the Y word of its DAC.
-    pub(crate) dac: u32,
-}
-
-/// Offsets in the image of a coordinate system's registers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SystemWords {
-    pub(crate) targets: u32,
-    pub(crate) commanded_base: u32,
-    pub(crate) present_base: u32,
-    pub(crate) status_x: u32,
-    pub(crate) status_y: u32,
-}
+use crate::words::{MotorWords, NOWHERE, SystemWords, WORD, write_double};
 
 /// What stays for a whole run.
 #[derive(Clone, Debug)]
@@ -83,18 +53,17 @@ impl Setup {
         };
         let x = |address| word(Space::X, address);
         let y = |address| word(Space::Y, address);
-        let pair = |address| (x(address), y(address));
         let pmac = layout.controller == Controller::Pmac;
         let motor = |number: u32| {
             let at = MotorRegisters::of(layout.controller, number);
             let index = number - 1;
             MotorWords {
-                commanded: pair(at.commanded),
-                actual: pair(at.actual),
-                target: pair(at.target),
-                following_error: at.following_error.map_or((NOWHERE, NOWHERE), pair),
+                commanded: x(at.commanded),
+                actual: x(at.actual),
+                target: x(at.target),
+                following_error: at.following_error.map_or(NOWHERE, x),
                 velocity: x(at.velocity),
-                filtered: if pmac { (NOWHERE, y(at.filtered)) } else { pair(at.filtered) },
+                filtered: if pmac { y(at.filtered) } else { x(at.filtered) },
                 home_offset: y(at.home_offset),
                 output: x(at.output),
                 status_x: x(at.status_x),
@@ -108,6 +77,7 @@ impl Setup {
             SystemWords {
                 targets: at.targets,
                 commanded_base: x(at.commanded_base),
+                base_address: at.commanded_base,
                 present_base: x(at.present_base),
                 status_x: x(at.status_x),
                 status_y: y(at.status_y),
@@ -154,6 +124,8 @@ pub struct State {
     /// The word of the panel at the last housekeeping.
     pub(crate) panel: u32,
     #[serde(skip)]
+    pub(crate) rest: Rest,
+    #[serde(skip)]
     pub(crate) overlays: Vec<Overlay>,
     #[serde(skip)]
     pub(crate) calculation: Calculation,
@@ -173,6 +145,7 @@ impl State {
             age: 1,
             panel: 0,
             operands: Vec::new(),
+            rest: Rest::default(),
             overlays: Vec::with_capacity(MAX_OVERLAYS),
             calculation: Calculation::default(),
         };
@@ -262,6 +235,7 @@ impl State {
     /// Takes the state of another download's control over: motors and coordinate systems stay where they are. A
     /// program counter stays where the program has the same statements in both, else it goes to the program's top.
     pub fn take_over(&mut self, old: &mut Self, was: &MotionTables, is: &MotionTables) {
+        self.rest.end();
         std::mem::swap(&mut self.motors, &mut old.motors);
         std::mem::swap(&mut self.systems, &mut old.systems);
         if !old.transformations.is_empty() {
@@ -318,6 +292,7 @@ impl State {
 
     /// Notes that a row has set bits of a word: what the plant would write there waits for the next tick.
     pub fn overlay(&mut self, offset: u32, mask: u32, bits: u32) {
+        self.rest.end();
         if self.overlays.len() < MAX_OVERLAYS {
             self.overlays.push(Overlay { offset, mask, bits });
         }
@@ -398,14 +373,13 @@ impl Machine<'_> {
 
     #[inline]
     pub(crate) fn set_word(&mut self, offset: u32, word: u32) {
-        write_u32(self.memory.image, offset, word & 0xFF_FFFF);
+        write_u32(self.memory.image, offset, word & WORD);
     }
 
-    /// Writes a 48-bit integer to its X and Y words.
+    /// Writes a 48-bit integer to the X word at an offset and the Y word behind it.
     #[inline]
-    pub(crate) fn set_double(&mut self, (x, y): (u32, u32), bits: u64) {
-        self.set_word(x, (bits >> 24) as u32);
-        self.set_word(y, bits as u32);
+    pub(crate) fn set_double(&mut self, offset: u32, bits: u64) {
+        write_double(self.memory.image, offset, bits);
     }
 
     /// The time of a servo cycle in units.

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use plcc_abi::pmac::motion::{AxisDefinition, JogGoal, Plant};
 use serde::{Deserialize, Serialize};
 
+use crate::rest::Seen;
 use crate::units::Row;
 
 /// How many jogs and other starts of a motor wait for the time that I12 gives. When a further one comes, the oldest
@@ -153,6 +154,8 @@ pub(crate) struct Motor {
     pub(crate) faulty: bool,
     /// Actual positions at the last interrupts, the oldest first.
     pub(crate) history: VecDeque<f64>,
+    #[serde(skip)]
+    pub(crate) seen: Seen,
 }
 
 impl Motor {
@@ -199,6 +202,7 @@ impl Motor {
             jam: false,
             faulty: false,
             history: VecDeque::with_capacity(FILTER + 1),
+            seen: Seen::default(),
         }
     }
 

@@ -6,8 +6,8 @@ use plcc_abi::pmac::motion::{Axis, AxisSet, Mode, MoveWord};
 use crate::circle::Arc;
 use crate::machine::Machine;
 use crate::motor::{Start, Waiting};
-use crate::registers::Latch;
 use crate::sequence::{Progress, SequenceKind};
+use crate::status::Latch;
 use crate::system::Wait;
 use crate::units::{ms, rnd, units};
 

@@ -88,6 +88,7 @@ impl Machine<'_> {
     /// Sets a value as the machine would. A motor in closed loop can't be moved by hand. An on-line command, set to something
     /// other than 0, is given as in the background after the tick before.
     pub fn set(&mut self, name: MotionName, value: f64) {
+        self.state.rest.end();
         if let MotionName::Online(command) = name
             && value != 0.0
         {

@@ -1,21 +1,24 @@
 //! The servo cycle: time bases, trajectories, plant, registers, synchronous assignments.
 
+use plcc_abi::pmac::fixed;
 use plcc_abi::pmac::motion::JogGoal;
 use plcc_abi::pmac::motion::SyncOp;
-use plcc_abi::pmac::{Space, fixed};
 
 use crate::events::{MotionEvent, Reason};
 use crate::machine::Machine;
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
-use crate::registers::Latch;
-use crate::sequence::{Advance, SequenceKind};
+use crate::sequence::{Advance, Progress, SequenceKind};
 use crate::shape::Shape;
+use crate::status::Latch;
 use crate::system::{System, Wait};
 use crate::units::{Row, rnd};
 
 impl Machine<'_> {
     /// The first part of a servo cycle, up to the inputs, which forces may then change.
     pub fn servo(&mut self) {
+        if self.servo_at_rest() {
+            return;
+        }
         let units = self.servo_units();
         self.time_bases();
         self.activate();
@@ -24,13 +27,20 @@ impl Machine<'_> {
             motor.actual_before = motor.actual;
         }
         for system in 0..self.system_count() {
-            self.system_trajectory(system, units);
+            let this = &mut self.state.systems[system];
+            this.since_break = this.since_break.saturating_add(this.base);
+            this.due = this.due.max(this.due_next);
+            if this.sequence.progress != Progress::None || this.dwells() {
+                self.system_trajectory(system, units);
+            }
         }
         for motor in 0..self.motor_count() {
             self.motor_trajectory(motor, units);
         }
         for system in 0..self.system_count() {
-            self.await_motors(system);
+            if self.state.systems[system].wait == Wait::Motors {
+                self.await_motors(system);
+            }
         }
         self.plant(units);
         self.write_inputs();
@@ -38,6 +48,9 @@ impl Machine<'_> {
 
     /// The second part of a servo cycle.
     pub fn finish_servo(&mut self) {
+        if self.finish_at_rest() {
+            return;
+        }
         self.read_inputs();
         for motor in 0..self.motor_count() {
             self.look_for_trigger(motor);
@@ -45,49 +58,12 @@ impl Machine<'_> {
         self.state.overlays.clear();
         self.registers();
         for system in 0..self.system_count() {
-            self.synchronous(system);
+            if !self.state.systems[system].sync.is_empty() {
+                self.synchronous(system);
+            }
         }
         self.write_status();
-    }
-
-    /// B goes towards its goal (guide, Time Base).
-    fn time_bases(&mut self) {
-        for system in 0..self.system_count() {
-            let commanded = self.commanded_base(system);
-            let this = &self.state.systems[system];
-            let goal = if this.held { 0 } else { commanded };
-            if this.is_paused() && !this.held {
-                // The motors may jog, as fast as the time base lets them.
-                self.state.systems[system].base = goal;
-            } else if this.base != goal {
-                let slow = this.held || this.returning;
-                let step = match slow {
-                    true => self.hold_rate(system),
-                    false => self.system_i(system, 94),
-                };
-                let step = (step as i64).max(0);
-                let this = &mut self.state.systems[system];
-                let way = (goal - this.base).clamp(-step, step);
-                this.base = (this.base + way).max(0);
-            }
-            let this = &mut self.state.systems[system];
-            if this.base == goal {
-                this.returning = false;
-                self.base_reached(system);
-            }
-            let base = self.state.systems[system].base as u32;
-            self.set_word(self.setup.systems[system].present_base, base);
-        }
-    }
-
-    /// The commanded time base: the word that Ix93 names, that of the % command for 0.
-    pub(crate) fn commanded_base(&self, system: usize) -> i64 {
-        let own = self.setup.systems[system].commanded_base;
-        let address = self.system_i(system, 93) as u32;
-        if address == 0 {
-            return i64::from(self.word(own));
-        }
-        i64::from(self.memory.read_word(Space::X, address & self.setup.layout.address_mask()))
+        self.settle();
     }
 
     /// A motor that Ix00 activates later is killed; one that is no longer active stays where it is.
@@ -100,12 +76,6 @@ impl Machine<'_> {
                 motor.kill();
             }
         }
-    }
-
-    /// The time base of a motor's moves.
-    pub(crate) fn base_of(&self, motor: usize) -> i64 {
-        let system = self.system_of(motor).unwrap_or(0);
-        self.state.systems[system].base
     }
 
     /// Whether a motor moves in its system's sequence.
@@ -122,8 +92,6 @@ impl Machine<'_> {
 
     fn system_trajectory(&mut self, system: usize, units: i64) {
         let this = &mut self.state.systems[system];
-        this.since_break = this.since_break.saturating_add(this.base);
-        this.due = this.due.max(this.due_next);
         if let Wait::Dwell(passed, whole) = this.wait {
             let passed = passed + units;
             this.wait = Wait::Dwell(passed, whole);
@@ -241,9 +209,6 @@ impl Machine<'_> {
 
     /// Whether RAPID or HOME of a system is done.
     fn await_motors(&mut self, system: usize) {
-        if self.state.systems[system].wait != Wait::Motors {
-            return;
-        }
         if self.motors_of(system).any(|motor| self.state.motors[motor].has_programmed()) {
             return;
         }

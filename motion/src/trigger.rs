@@ -4,7 +4,7 @@ use plcc_abi::pmac::fixed;
 
 use crate::machine::Machine;
 use crate::motor::{Inputs, Start, Waiting};
-use crate::registers::Latch;
+use crate::status::Latch;
 
 /// What a capture waits for, by I902 and I903 of the channel.
 #[derive(Clone, Copy, Debug)]

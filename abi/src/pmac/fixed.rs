@@ -3,9 +3,32 @@
 use super::arithmetic::{finite, round};
 use super::definition::{Field, Format};
 
+/// Below it, rounding is a conversion to an `i64`.
+const SMALL: f64 = 4_611_686_018_427_387_904.0;
+
 /// A value rounded to an integer, as 64 bits of two's complement: exact in its low bits however
 /// large it is (1e300 has low bits 0).
+#[inline]
 pub fn bits(value: f64) -> u64 {
+    if value.abs() < SMALL {
+        let whole = value as i64;
+        let rest = value - whole as f64;
+        return (whole + i64::from(rest >= 0.5) - i64::from(rest <= -0.5)) as u64;
+    }
+    bits_of_large(value)
+}
+
+/// The same of a value rounded down.
+#[inline]
+pub fn floor_bits(value: f64) -> u64 {
+    if value.abs() < SMALL {
+        let whole = value as i64;
+        return (whole - i64::from(value < whole as f64)) as u64;
+    }
+    bits_of_large(value)
+}
+
+fn bits_of_large(value: f64) -> u64 {
     let rounded = round(finite(value));
     if rounded.abs() < 9_223_372_036_854_775_808.0 {
         return (rounded as i64) as u64;
@@ -87,8 +110,19 @@ pub fn to_float48(value: f64) -> (u32, u32) {
     if value == 0.0 {
         return (0, 0);
     }
-    let (fraction, mut exponent) = libm::frexp(value);
-    let mut mantissa = round(fraction * 34_359_738_368.0) as i64;
+    let raw = value.to_bits();
+    let (mut mantissa, mut exponent) = match (raw >> 52 & 0x7FF) as i32 {
+        0 => {
+            let (fraction, exponent) = libm::frexp(value);
+            (round(fraction * 34_359_738_368.0) as i64, exponent)
+        }
+        // The 53 bits of the double's mantissa rounded to 35, ties away from zero.
+        exponent => {
+            let magnitude = (raw & ((1 << 52) - 1) | 1 << 52) + (1 << 17) >> 18;
+            let magnitude = magnitude as i64;
+            (if value < 0.0 { -magnitude } else { magnitude }, exponent - 1022)
+        }
+    };
     if mantissa.unsigned_abs() == 1 << 35 {
         mantissa /= 2;
         exponent += 1;
@@ -98,10 +132,15 @@ pub fn to_float48(value: f64) -> (u32, u32) {
 }
 
 /// The value of two words in the 48-bit floating-point format; any bits have one.
+#[inline]
 pub fn from_float48(x: u32, y: u32) -> f64 {
     let word = u64::from(x & 0xFF_FFFF) << 24 | u64::from(y & 0xFF_FFFF);
     let mantissa = sign_extend(word >> 12, 36);
     let exponent = (word & 0xFFF) as i32 - 0x800 - 35;
+    // Where neither the power of two nor the product leaves the normal numbers, that is exact.
+    if exponent.abs() < 960 {
+        return mantissa as f64 * f64::from_bits(((exponent + 1023) as u64) << 52);
+    }
     finite(libm::scalbn(mantissa as f64, exponent))
 }
 

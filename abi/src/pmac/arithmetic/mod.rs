@@ -6,6 +6,7 @@
 use core::f64::consts::PI;
 
 /// What a store makes of a value: NaN is 0, an infinity the largest double of its sign, -0 is 0.
+#[inline]
 pub fn finite(value: f64) -> f64 {
     if value.is_nan() {
         return 0.0;

@@ -1,0 +1,48 @@
+//! Where in the image the registers are.
+
+use plcc_abi::image::write_u64;
+
+/// The offset of a word that is not in the image.
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// The bits of a word.
+pub(crate) const WORD: u32 = 0xFF_FFFF;
+
+/// Writes a 48-bit integer to the X word at an offset and the Y word behind it.
+#[inline]
+pub(crate) fn write_double(image: &mut [u8], offset: u32, bits: u64) {
+    let (x, y) = (bits >> 24 & u64::from(WORD), bits & u64::from(WORD));
+    write_u64(image, offset, x | y << 32);
+}
+
+/// Offsets in the image of a motor's registers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotorWords {
+    /// Those of 48 bits are where their X word is, with the Y word behind it.
+    pub(crate) commanded: u32,
+    pub(crate) actual: u32,
+    pub(crate) target: u32,
+    pub(crate) following_error: u32,
+    pub(crate) velocity: u32,
+    /// PMAC: its Y word alone.
+    pub(crate) filtered: u32,
+    pub(crate) home_offset: u32,
+    pub(crate) output: u32,
+    pub(crate) status_x: u32,
+    pub(crate) status_y: u32,
+    pub(crate) conversion: u32,
+    /// PMAC: the Y word of its DAC.
+    pub(crate) dac: u32,
+}
+
+/// Offsets in the image of a coordinate system's registers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SystemWords {
+    pub(crate) targets: u32,
+    pub(crate) commanded_base: u32,
+    /// The address of that, in X memory.
+    pub(crate) base_address: u32,
+    pub(crate) present_base: u32,
+    pub(crate) status_x: u32,
+    pub(crate) status_y: u32,
+}
