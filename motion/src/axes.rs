@@ -1,12 +1,15 @@
 //! Axes and motors: targets of motors from those of axes, and matching, which is the other way.
 
-use plcc_abi::pmac::motion::registers::{bias, scales, set_bias};
+use plcc_abi::pmac::layout::ADDRESS_SIZE;
+use plcc_abi::pmac::motion::registers::set_bias;
 use plcc_abi::pmac::motion::{Axis, AxisDefinition, AxisGroup, AxisSet, MotionTables};
 
 use plcc_abi::image::read_f64;
 use plcc_abi::pmac::View;
 
 use crate::machine::{Machine, Setup, State};
+use crate::variables::Variables;
+use crate::words::{read_float, read_integer};
 
 /// How a motor follows its axes.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +23,18 @@ impl Row {
     fn slots(&self) -> impl Iterator<Item = (usize, Axis)> + '_ {
         let named = |slot| self.group.axis(slot).map(|axis| (slot, axis));
         (0..3).filter_map(named).filter(|(slot, _)| self.scales[*slot] != 0.0)
+    }
+
+    /// The scale factors times the targets of the axes.
+    fn scaled(&self, axes: &[f64; 9]) -> Option<f64> {
+        let at = |slot: usize| {
+            self.group.axis(slot).map_or(0.0, |axis| self.scales[slot] * axes[axis as usize])
+        };
+        match self.group {
+            AxisGroup::Single(_) => Some(at(0)),
+            AxisGroup::Xyz | AxisGroup::Uvw => Some((at(0) + at(1)) + at(2)),
+            AxisGroup::Kinematics => None,
+        }
     }
 }
 
@@ -45,17 +60,19 @@ impl Look<'_> {
 
     fn row(&self, motor: usize) -> Option<Row> {
         let AxisDefinition { group, .. } = self.state.motors[motor].definition?;
-        Some(Row { group, scales: scales(&self.view, motor as u32 + 1) })
+        let first = self.setup.motors[motor].scales;
+        let scales = [0, 1, 2].map(|slot| read_float(self.view.image, first + ADDRESS_SIZE * slot));
+        Some(Row { group, scales })
     }
 
-    /// The bias of a motor in counts.
+    /// The bias of a motor in counts; 0 where Ix08 is 0.
     pub(crate) fn bias(&self, motor: usize) -> f64 {
-        bias(&self.view, motor as u32 + 1)
-    }
-
-    /// Whether a motor follows one of these axes.
-    pub(crate) fn follows(&self, motor: usize, axes: AxisSet) -> bool {
-        self.row(motor).is_some_and(|row| row.slots().any(|(_, axis)| axes.has(axis)))
+        let image = self.view.image;
+        let scale = Variables::of(image, &self.setup.layout, motor).i(8) * 32.0;
+        if scale == 0.0 {
+            return 0.0;
+        }
+        read_integer(image, self.setup.motors[motor].bias) / scale
     }
 
     /// How many counts of a motor an axis's unit is; 0 where it does not follow the axis.
@@ -68,20 +85,29 @@ impl Look<'_> {
     fn scaled(&self, motor: usize, axes: &[f64; 9]) -> Option<f64> {
         let row = self.row(motor)?;
         let system = usize::from(self.state.motors[motor].definition?.system).wrapping_sub(1);
-        let axes = &self.base_axes(system, axes);
-        let at = |slot: usize| {
-            row.group.axis(slot).map_or(0.0, |axis| row.scales[slot] * axes[axis as usize])
-        };
-        Some(match row.group {
-            AxisGroup::Single(_) => at(0),
-            AxisGroup::Xyz | AxisGroup::Uvw => (at(0) + at(1)) + at(2),
-            AxisGroup::Kinematics => return None,
-        })
+        row.scaled(&self.base_axes(system, axes))
     }
 
-    /// A motor's target from those of its axes; `None` where these do not give one.
-    pub(crate) fn motor_target(&self, motor: usize, axes: &[f64; 9]) -> Option<f64> {
-        Some(self.scaled(motor, axes)? - self.bias(motor))
+    /// A motor's target where one of these axes moves it. `base` are the targets of the axes before the transformation
+    /// that the coordinate system has selected, `axes` behind it.
+    pub(crate) fn moved_target(
+        &self,
+        system: usize,
+        motor: usize,
+        moved: AxisSet,
+        (base, axes): (&[f64; 9], &[f64; 9]),
+    ) -> Option<f64> {
+        let row = self.row(motor)?;
+        if !row.slots().any(|(_, axis)| moved.has(axis)) {
+            return None;
+        }
+        let own = usize::from(self.state.motors[motor].definition?.system).wrapping_sub(1);
+        // Its definition may be another one than when the move was calculated.
+        let scaled = match own == system {
+            true => row.scaled(base),
+            false => row.scaled(&self.base_axes(own, axes)),
+        };
+        Some(scaled? - self.bias(motor))
     }
 
     /// Where matching takes a motor to be, in counts without bias: at the goal of its last calculated move while it is in
@@ -208,19 +234,9 @@ impl Machine<'_> {
         self.look().bias(motor)
     }
 
-    /// Whether a motor follows one of these axes.
-    pub(crate) fn follows(&self, motor: usize, axes: AxisSet) -> bool {
-        self.look().follows(motor, axes)
-    }
-
     /// How many counts of a motor an axis's unit is; 0 where it does not follow the axis.
     pub(crate) fn scale(&self, motor: usize, axis: Axis) -> f64 {
         self.look().scale(motor, axis)
-    }
-
-    /// A motor's target from those of its axes; `None` where these do not give one.
-    pub(crate) fn motor_target(&self, motor: usize, axes: &[f64; 9]) -> Option<f64> {
-        self.look().motor_target(motor, axes)
     }
 
     /// Matches the axes of a coordinate system to its motors.

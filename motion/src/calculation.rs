@@ -6,10 +6,10 @@ use plcc_abi::pmac::motion::{Mode, MotionKind, TimeWord};
 
 use crate::circle::Normal;
 use crate::events::{MotionEvent, Reason};
-use crate::machine::Machine;
+use crate::machine::{Machine, State};
 use crate::moves::Shape;
 use crate::sequence::Progress;
-use crate::system::{Counter, Frame, MAX_SYNC, Place, SyncAssignment, Wait};
+use crate::system::{Counter, Frame, MAX_SYNC, Place, SyncAssignment, System, Wait};
 use crate::units::units;
 
 /// The most statements of a calculation.
@@ -63,6 +63,16 @@ pub enum Next {
     },
     /// Nothing: the calculation is over.
     Done,
+}
+
+impl State {
+    /// The first coordinate system from a number on, from 1, of which a calculation is wanted.
+    pub fn wanted_calculation(&self, from: u32) -> Option<u32> {
+        let wants = |system: &System| system.flag && system.running;
+        let first = from.saturating_sub(1);
+        let index = self.systems.get(first as usize..)?.iter().position(wants)?;
+        Some(first + index as u32 + 1)
+    }
 }
 
 impl Machine<'_> {

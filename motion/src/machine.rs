@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use plcc_abi::image::{read_f64, read_u32, write_f64, write_u32};
+use plcc_abi::pmac::layout::ADDRESS_SIZE;
 use plcc_abi::pmac::motion::registers::{MotorRegisters, SystemRegisters, motors, servo_units};
 use plcc_abi::pmac::motion::{Axis, MotionTables, Plant};
 use plcc_abi::pmac::{Controller, Layout, Memory, Place, Range, Space};
@@ -15,7 +16,7 @@ use crate::motor::{Loop, Motor};
 use crate::rest::Rest;
 use crate::system::System;
 use crate::transform::Transformation;
-use crate::words::{MotorWords, NOWHERE, SystemWords, WORD, write_double};
+use crate::words::{MotorWords, NOWHERE, SystemWords, WORD, read_float, write_double, write_float};
 
 /// What stays for a whole run.
 #[derive(Clone, Debug)]
@@ -65,6 +66,9 @@ impl Setup {
                 velocity: x(at.velocity),
                 filtered: if pmac { y(at.filtered) } else { x(at.filtered) },
                 home_offset: y(at.home_offset),
+                bias: x(at.bias),
+                variable_jog: x(at.variable_jog),
+                scales: x(at.scales),
                 output: x(at.output),
                 status_x: x(at.status_x),
                 status_y: y(at.status_y),
@@ -75,7 +79,7 @@ impl Setup {
         let system = |number| {
             let at = SystemRegisters::of(layout.controller, number);
             SystemWords {
-                targets: at.targets,
+                targets: x(at.targets),
                 commanded_base: x(at.commanded_base),
                 base_address: at.commanded_base,
                 present_base: x(at.present_base),
@@ -412,9 +416,8 @@ impl Machine<'_> {
         for system in 0..self.system_count() {
             self.state.systems[system].base = self.commanded_base(system);
             for axis in Axis::ALL {
-                let address = self.setup.systems[system].targets + axis as u32;
-                let target =
-                    plcc_abi::pmac::motion::registers::read_float(&self.memory.view(), address);
+                let offset = self.setup.systems[system].targets + ADDRESS_SIZE * axis as u32;
+                let target = read_float(self.memory.image, offset);
                 self.state.systems[system].axes[axis as usize] = target;
             }
         }
@@ -450,8 +453,8 @@ impl Machine<'_> {
 
     /// The target of an axis in its register.
     pub(crate) fn show_axis(&mut self, system: usize, axis: Axis) {
-        let address = self.setup.systems[system].targets + axis as u32;
+        let offset = self.setup.systems[system].targets + ADDRESS_SIZE * axis as u32;
         let value = self.state.systems[system].axes[axis as usize];
-        plcc_abi::pmac::motion::registers::write_float(&mut self.memory, address, value);
+        write_float(self.memory.image, offset, value);
     }
 }

@@ -350,6 +350,7 @@ impl Machine<'_> {
         let kinematic = kind != SequenceKind::Segmented
             && moved != AxisSet::NONE
             && self.inverse(system, axes, velocities);
+        let base = self.look().base_axes(system, axes);
         for motor in 0..self.motor_count() {
             let own = self.system_of(motor) == Some(system) && self.state.motors[motor].active;
             let commanded = self.state.motors[motor].commanded;
@@ -366,8 +367,9 @@ impl Machine<'_> {
             let last = if k > 1 { sequence.at(k - 1).p[motor] } else { sequence.start[motor] };
             let target = if own && kinematic && self.state.is_kinematic(motor) {
                 self.kinematic_position(motor)
-            } else if own && self.follows(motor, moved) {
-                self.motor_target(motor, axes).unwrap_or(last)
+            } else if own {
+                let target = self.look().moved_target(system, motor, moved, (&base, axes));
+                target.unwrap_or(last)
             } else {
                 last
             };
@@ -416,11 +418,12 @@ impl Machine<'_> {
         let moved = self.look().moved_axes(system, words.axes);
         let mut ratio: f64 = 0.0;
         let kinematic = moved != AxisSet::NONE && self.inverse(system, &axes, None);
+        let base = self.look().base_axes(system, &axes);
         let way = |this: &Self, motor: usize| {
             let target = if kinematic && this.state.is_kinematic(motor) {
                 this.kinematic_position(motor)
             } else {
-                this.motor_target(motor, &axes).filter(|_| this.follows(motor, moved))?
+                this.look().moved_target(system, motor, moved, (&base, &axes))?
             };
             let way = target - this.state.motors[motor].commanded;
             this.state.motors[motor].active.then_some((target, way))

@@ -90,8 +90,8 @@ impl Channel {
     }
 
     /// What they say.
-    fn inputs(&self, image: &[u8]) -> Inputs {
-        let (word, bits) = (self.read(image), self.bits());
+    fn inputs(&self, word: u32) -> Inputs {
+        let bits = self.bits();
         let is = |bit: u32| word & 1 << bit != 0;
         Inputs {
             home: is(bits.home),
@@ -259,12 +259,19 @@ impl Machine<'_> {
         let (layout, image) = (&self.setup.layout, &*self.memory.image);
         for (index, motor) in self.state.motors.iter_mut().enumerate() {
             let variables = Variables::of(image, layout, index);
-            motor.seen.read = u32::MAX;
-            if let Some(channel) = motor.channel(layout, variables) {
-                motor.inputs = channel.inputs(image);
-                // What was read of another channel says nothing of the next cycle.
-                if variables.are(OF_CHANNEL, &motor.seen.of_channel) {
-                    motor.seen.read = channel.read(image);
+            if !variables.are(OF_CHANNEL, &motor.seen.of_channel) {
+                // What is read of another channel says nothing of the next cycle.
+                motor.seen.read = u32::MAX;
+                if let Some(channel) = Channel::new(layout, variables) {
+                    motor.inputs = channel.inputs(channel.read(image));
+                }
+                continue;
+            }
+            if let Some(channel) = &motor.seen.channel {
+                let read = channel.read(image);
+                motor.seen.read = read;
+                if read != motor.seen.written.1 & channel.bits().inputs() {
+                    motor.inputs = channel.inputs(read);
                 }
             }
         }

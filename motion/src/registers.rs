@@ -10,6 +10,9 @@ use crate::rest::{OF_CHANNEL, OF_REGISTERS};
 use crate::variables::Variables;
 use crate::words::{MotorWords, NOWHERE, WORD, write_double};
 
+/// Up to this position 32 times of it rounded down is exact in 64 bits.
+const LARGE: f64 = (1_u64 << 56) as f64;
+
 /// What the registers of a motor show: counts in units of 1/(Ix08·32), of the velocity 1/(Ix09·32).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Registers {
@@ -35,14 +38,19 @@ impl Registers {
             true => commanded,
             false => fixed::bits(motor.actual * scale),
         };
+        let conversion = fixed::floor_bits(32.0 * motor.x);
+        let counter = match motor.x.abs() < LARGE {
+            true => (conversion as i64 >> 5) as u64,
+            false => fixed::floor_bits(motor.x),
+        };
         Self {
             commanded,
             actual,
             following_error: if error == 0.0 { 0 } else { fixed::bits(error * scale) },
             velocity: fixed::bits((motor.actual - motor.actual_before) * rate) as u32 & WORD,
             output,
-            conversion: fixed::floor_bits(32.0 * motor.x) as u32 & WORD,
-            counter: fixed::floor_bits(motor.x) as u32 & WORD,
+            conversion: conversion as u32 & WORD,
+            counter: counter as u32 & WORD,
         }
     }
 }

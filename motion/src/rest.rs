@@ -70,6 +70,8 @@ pub(crate) struct Rest {
     times: u64,
     /// The status words are as the state is.
     pub(crate) shown: bool,
+    /// The coordinate systems that stood still without motors when their status words were found, a bit each.
+    empty: u32,
     /// Something else has changed the state since the present servo cycle began.
     disturbed: bool,
 }
@@ -84,6 +86,14 @@ impl Rest {
     /// Something has changed the state.
     pub(crate) fn end(&mut self) {
         *self = Self { disturbed: true, ..Self::default() };
+    }
+
+    /// Whether the status words of a coordinate system without motors are those that were found last.
+    pub(crate) fn shows(&mut self, index: usize, system: &System) -> bool {
+        let bit = 1 << index;
+        let (was, is) = (self.empty & bit != 0, system.stays());
+        self.empty = if is { self.empty | bit } else { self.empty & !bit };
+        was && is
     }
 
     #[cfg(test)]

@@ -183,6 +183,7 @@ impl Machine<'_> {
         }
         sequence.begin_piece(length);
         sequence.next_piece += 1;
+        let base = self.look().base_axes(system, &axes);
         for motor in 0..self.motor_count() {
             let sequence = &self.state.systems[system].sequence;
             if !sequence.member[motor] {
@@ -200,10 +201,10 @@ impl Machine<'_> {
             let new = match at_end {
                 true => end,
                 false if kinematic => self.kinematic_position(motor),
-                false if self.follows(motor, named) => {
-                    self.motor_target(motor, &axes).unwrap_or(end)
+                false => {
+                    let target = self.look().moved_target(system, motor, named, (&base, &axes));
+                    target.unwrap_or(start)
                 }
-                false => self.state.systems[system].sequence.start[motor],
             };
             let sequence = &mut self.state.systems[system].sequence;
             let points = &mut sequence.segments.points[motor];

@@ -290,6 +290,30 @@ impl Sequence {
         advance
     }
 
+    /// The position of each motor that takes part now, by index.
+    pub(crate) fn positions(&self, mut put: impl FnMut(usize, f64)) {
+        if self.phases == 0 {
+            return self.members().for_each(|motor| put(motor, self.start[motor]));
+        }
+        let t = ms(self.time - self.bounds[self.phase]);
+        for (motor, (pieces, _)) in
+            self.pieces.iter().zip(&self.member).enumerate().filter(|(_, (_, member))| **member)
+        {
+            put(motor, position(&pieces[self.phase], t));
+        }
+    }
+
+    /// The end of the last move of each motor that takes part, by index.
+    pub(crate) fn goals(&self, mut put: impl FnMut(usize, f64)) {
+        let last = self.last();
+        self.members().for_each(|motor| put(motor, last.p[motor]));
+    }
+
+    /// The indices of the motors that take part.
+    fn members(&self) -> impl Iterator<Item = usize> + '_ {
+        self.member.iter().enumerate().filter(|(_, member)| **member).map(|(motor, _)| motor)
+    }
+
     /// The position of a motor now.
     pub(crate) fn position(&self, motor: usize) -> f64 {
         if self.phases == 0 {

@@ -5,13 +5,14 @@ use plcc_abi::pmac::motion::JogGoal;
 use plcc_abi::pmac::motion::SyncOp;
 
 use crate::events::{MotionEvent, Reason};
-use crate::machine::Machine;
+use crate::machine::{Machine, State};
 use crate::motor::{Loop, Purpose, Search, Start, Waiting};
 use crate::sequence::{Advance, Progress, SequenceKind};
 use crate::shape::Shape;
 use crate::status::Latch;
 use crate::system::{System, Wait};
 use crate::units::{Row, rnd};
+use crate::words::read_float;
 
 impl Machine<'_> {
     /// The first part of a servo cycle, up to the inputs, which forces may then change.
@@ -130,15 +131,11 @@ impl Machine<'_> {
                 }
             }
         }
-        for motor in 0..self.motor_count() {
-            let sequence = &self.state.systems[system].sequence;
-            if sequence.member[motor] {
-                let position = match advance.over {
-                    true => sequence.last().p[motor],
-                    false => sequence.position(motor),
-                };
-                self.state.motors[motor].commanded = position;
-            }
+        let State { motors, systems, .. } = &mut *self.state;
+        let sequence = &systems[system].sequence;
+        match advance.over {
+            true => sequence.goals(|motor, position| motors[motor].commanded = position),
+            false => sequence.positions(|motor, position| motors[motor].commanded = position),
         }
         if advance.over {
             self.end_sequence(system);
@@ -381,9 +378,7 @@ impl Machine<'_> {
 
     /// The value of the register for variable jogs.
     fn variable_jog(&self, motor: usize) -> f64 {
-        use plcc_abi::pmac::motion::registers::{MotorRegisters, read_float};
-        let at = MotorRegisters::of(self.setup.layout.controller, motor as u32 + 1);
-        read_float(&self.memory.view(), at.variable_jog)
+        read_float(self.memory.image, self.setup.motors[motor].variable_jog)
     }
 
     /// The cycles that a motor's jog waits (guide, appendix B, I12; Turbo PMAC has Ixx92).

@@ -159,7 +159,10 @@ impl Machine<'_> {
             }
         }
         let systems = systems.iter_mut().zip(&self.setup.systems);
-        for ((system, words), of_motors) in systems.zip(&of_motors) {
+        for (index, ((system, words), of_motors)) in systems.zip(&of_motors).enumerate() {
+            if !of_motors.any && rest.shows(index, system) {
+                continue;
+            }
             let is = system_status(system, of_motors);
             let was = std::mem::replace(&mut system.shown, is);
             change(image, words.status_x, was.0, is.0);

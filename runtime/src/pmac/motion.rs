@@ -179,12 +179,19 @@ impl PmacExecutive {
         }
     }
 
+    /// The first coordinate system from a number on whose flag is set.
+    fn wanted_calculation(&self, from: u32) -> Option<u32> {
+        self.host.state.motion.as_ref()?.wanted_calculation(from)
+    }
+
     /// The calculations of all coordinate systems whose flags are set.
     pub(super) fn calculate(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         if !self.simulates() {
             return Ok(());
         }
-        for system in 1..=self.host.layout.systems() {
+        let mut from = 1;
+        while let Some(system) = self.wanted_calculation(from) {
+            from = system + 1;
             let begin = |machine: &mut Machine<'_>| machine.begin_calculation(system);
             let Some(mut next) = self.host.with_motion(&mut self.image, begin) else { continue };
             if next == Next::Done {
