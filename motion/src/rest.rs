@@ -124,6 +124,7 @@ impl Motor {
             && self.lag.iter().all(|&late| same(late, physical))
             && self.waiting.is_empty()
             && self.search.is_none()
+            && !self.seen.channel.as_ref().is_some_and(Channel::is_last)
             && self.inputs == self.inputs_before
     }
 }

@@ -160,7 +160,7 @@ impl Rig {
     fn channel(&self, motor: u32) -> u32 {
         match self.layout.controller {
             Controller::Pmac => 0xC000 + 4 * (motor - 1),
-            Controller::Turbo => 0x7_8000 + 8 * (motor - 1 & 3) + 0x100 * (motor - 1 >> 2),
+            Controller::Turbo => 0x7_8000 + 8 * ((motor - 1) & 3) + 0x100 * ((motor - 1) >> 2),
         }
     }
 

@@ -111,15 +111,15 @@ pub fn to_float48(value: f64) -> (u32, u32) {
         return (0, 0);
     }
     let raw = value.to_bits();
-    let (mut mantissa, mut exponent) = match (raw >> 52 & 0x7FF) as i32 {
+    let (mut mantissa, mut exponent) = match ((raw >> 52) & 0x7FF) as i32 {
         0 => {
             let (fraction, exponent) = libm::frexp(value);
             (round(fraction * 34_359_738_368.0) as i64, exponent)
         }
         // The 53 bits of the double's mantissa rounded to 35, ties away from zero.
         exponent => {
-            let magnitude = (raw & ((1 << 52) - 1) | 1 << 52) + (1 << 17) >> 18;
-            let magnitude = magnitude as i64;
+            let magnitude = (raw & ((1 << 52) - 1)) | (1 << 52);
+            let magnitude = ((magnitude + (1 << 17)) >> 18) as i64;
             (if value < 0.0 { -magnitude } else { magnitude }, exponent - 1022)
         }
     };
