@@ -13,7 +13,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "TEST-2",
         title: "statement in the wrong place",
-        meaning: "What acts and what is expected is written between `test` and `end`. The program, the machine file, `simulate`, `never` and `always` are above the tests that they are for. Each test of a script has a name of its own.",
+        meaning: "What acts and what is expected is written between `test` and `end`. The program, the machine file, `simulate`, `never`, `always` and `after` are above the tests that they are for. Each test of a script has a name of its own.",
         fix: "Wrong: set DOOR = 1\n       test \"the pump starts\"\n       end\nRight: test \"the pump starts\"\n         set DOOR = 1\n       end",
     },
     CodeInfo {
