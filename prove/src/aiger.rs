@@ -198,11 +198,18 @@ fn symbols(
         }
     }
     let mut text = String::new();
+    let mut used: FxHashMap<String, u32> = FxHashMap::default();
     let mut tell = |letter: char, index: usize, name: Option<&str>| {
-        if let Some(name) = name {
+        let Some(name) = name else { return };
+        let mut name = name.replace(['\n', '\r'], " ");
+        // ABC takes each name once: an input that is kept is called `I540#2` there.
+        let times = used.entry(name.clone()).or_default();
+        *times += 1;
+        if *times > 1 {
             // Writing to a text does not fail.
-            let _ = writeln!(text, "{letter}{index} {}", name.replace(['\n', '\r'], " "));
+            let _ = write!(name, "#{times}");
         }
+        let _ = writeln!(text, "{letter}{index} {name}");
     };
     for (letter, nodes) in [('i', &part.inputs), ('l', &part.latches)] {
         for (index, node) in nodes.iter().enumerate() {

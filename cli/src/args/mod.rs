@@ -305,6 +305,7 @@ Examples:
   plcc prove lathe.pmi --always 'CLAMP ! /SPIN' --timeout 5min
   plcc prove sample.plc --never '(Y001 A Y002)' --message-format json
   plcc prove lathe.pmi --script lathe.plctest
+  plcc prove lathe.pmi --after 'START & DOOR, SPIN ! /START within 2 s'
   plcc prove lathe.pmi --contrary=ask
   plcc prove lathe.pmi --never 'CW & CCW' --emit aiger    lathe.aig, for other model checkers
 
