@@ -108,6 +108,7 @@ const ALL: &[(Wrong, &str, &[&str])] = &[
     (Wrong::Script, "program \"a.pmi\"\nmachine a.machine.toml\n", &["s.plctest:2:9", "`machine \"lathe.machine.toml\"`"]),
     (Wrong::Script, "program \"a.pmi\"\nmachine \"none.toml\"\n", &["s.plctest:2:10", "none.toml", "script's folder"]),
     (Wrong::Script, "program \"a.pmi\"\nalways N\n", &["s.plctest:2:8", "compare it"]),
+    (Wrong::Script, "program \"a.pmi\"\nafter OUT within 2 s\n", &["s.plctest:2:7", "after CONDITION, CONDITION within 2 s"]),
     (Wrong::Script, "program \"a.pmi\"\nset N = 1\n", &["s.plctest:2:1", "write `test \"NAME\"` above it"]),
     (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\ntest \"b\"\nend\n", &["s.plctest:3:1", "write `end` above this line"]),
     (Wrong::Script, "program \"a.pmi\"\ntest \"a\"\nsimulate\nend\n", &["s.plctest:3:1", "move it above `test`"]),

@@ -123,7 +123,7 @@ fn every_mistake_is_told_at_its_place() {
         ("aftr A, B within 2 s", "2:1 TEST-1 no statement begins with `aftr`"),
         (
             "after A, B within 2",
-            "2:19 TEST-1 a blank or a unit: ticks, ms, s or min is expected here, not the end of the line",
+            "2:19 TEST-1 `.`, a blank or a unit: ticks, ms, s or min is expected here, not the end of the line",
         ),
         (
             "test \"a\"\nafter A, B within 2 s\nend",
