@@ -206,24 +206,6 @@ fn compare(dialect: Dialect, make: fn(&mut Rng) -> (String, String), seeds: std:
     assert!(dialect == Dialect::Pmi || free > 0, "no latch may be anything at power-up");
 }
 
-#[test]
-fn an_input_that_is_kept_too_has_another_name_as_a_latch() {
-    let bench = Bench::new(Dialect::Nct, ":000 J0\n:001 V540 UF1000 E DF1000 Z J1\n");
-    let question = bench.question("never F1000");
-    let names = plcc_prove::Station::executive(&bench).names();
-    let subject = Subject {
-        checked: bench.checked.as_ref(),
-        source: bench.source(),
-        names: &*names,
-        station: &bench,
-    };
-    let file = subject.aiger(std::slice::from_ref(&question), Coding::Binary).unwrap();
-    let file = read(&file.bytes);
-    for expected in ["I540", "I540#2"] {
-        assert!(file.names.values().any(|name| name == expected), "{:?}", file.names);
-    }
-}
-
 /// The names of the bits of a variable.
 fn names_of(name: &str, bits: &[Lit]) -> Vec<(String, Lit)> {
     match bits {
