@@ -48,6 +48,7 @@ pub mod machine;
 mod natural_order;
 pub mod nct;
 mod number;
+mod operator_panel;
 pub mod outcome;
 pub mod place;
 pub mod pmac;
@@ -70,6 +71,7 @@ pub use given_name::GivenName;
 pub use host::{DoubleRange, HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
 pub use number::number;
+pub use operator_panel::{OperatorCell, OperatorPanel};
 pub use outcome::{OutOfBoundsAccess, Outcome, SourceLine, Trap, TrapCode, TrapSite};
 pub use printable::printable;
 pub use program::{

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{OptLevel, Target};
 use plcc_host::session::write_whole;
-use plcc_load::Artifact;
+use plcc_load::{Artifact, Attached};
 use plcc_monitor::{Rebuilder, Rebuilt, RunningProgram};
 use plcc_record::{RecordedProgram, RecordedSources, Recording};
 
@@ -107,7 +107,10 @@ fn built(sources: &RecordedSources) -> Result<Vec<u8>, String> {
         let target = Target::host_baseline()?;
         let code = compile::code(lowered, &target)?;
         let debug = Some((&target, &ObjectOptions::default()));
-        compile::artifact_with(&lowered.program, &code, debug, &sources.to_bytes())
+        let (sources, panel) = (sources.to_bytes(), checked.operator_panel());
+        let attached =
+            Attached { sources: &sources, operator: Some(&panel), ..Attached::default() };
+        compile::artifact_with(&lowered.program, &code, debug, attached)
     });
     made.map(|(_, bytes)| bytes).map_err(|error: CompileError| error.to_string())
 }

@@ -1,12 +1,13 @@
 //! From source text to engines.
 
-use plcc_abi::{Code, Dialect, Engine, GivenName, Program};
+use plcc_abi::{Code, Dialect, Engine, GivenName, OperatorPanel, Program};
 use plcc_codegen::emit::{ObjectOptions, debug_object};
 use plcc_codegen::{CodegenError, CodegenOptions, JitMemory, Optimization, Target};
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
     BrokenInvariant, CrossReference, FileLoader, LowerError, Lowered, Options,
 };
+use plcc_frontend::presentation::operator_panel;
 use plcc_frontend::{CheckedProgram, language};
 use plcc_ir::passes::PassTimes;
 use plcc_ir::{Module, Statement};
@@ -54,6 +55,11 @@ impl Checked {
     /// What people call the variables and say of them.
     pub fn names(&self) -> &[GivenName] {
         &self.names
+    }
+
+    /// What an operator sees of the control's panels.
+    pub fn operator_panel(&self) -> OperatorPanel {
+        operator_panel(self.program())
     }
 
     /// The program itself.
@@ -285,11 +291,11 @@ pub fn artifact_with_debug(
     target: &Target,
     options: &ObjectOptions,
 ) -> Result<Vec<u8>, CompileError> {
-    artifact_with(program, code, Some((target, options)), &[])
+    artifact_with(program, code, Some((target, options)), Attached::default())
 }
 
-/// An artifact with a debug part, where a target and options of it are given, and with sources, as
-/// [`RecordedSources::to_bytes`](plcc_record::RecordedSources::to_bytes) writes them, unless these are empty.
+/// An artifact with a debug part, where a target and options of it are given, and with what else is `attached`: sources, as
+/// [`RecordedSources::to_bytes`](plcc_record::RecordedSources::to_bytes) writes them, and the operator's screen.
 ///
 /// # Errors
 /// As [`artifact_with_debug`].
@@ -297,11 +303,11 @@ pub fn artifact_with(
     program: &Program,
     code: &Code,
     debug: Option<(&Target, &ObjectOptions)>,
-    sources: &[u8],
+    attached: Attached<'_>,
 ) -> Result<Vec<u8>, CompileError> {
     let debug = debug.map(|(target, options)| debug_object(program, code, target, options));
     let debug = debug.transpose()?.unwrap_or_default();
-    Ok(plcc_load::encode_with(program, code, Attached { debug: &debug, sources })?)
+    Ok(plcc_load::encode_with(program, code, Attached { debug: &debug, ..attached })?)
 }
 
 /// Compiles ahead of time for machines like this one and loads the result, in memory; with the

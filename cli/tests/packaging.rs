@@ -89,6 +89,7 @@ fn the_package_holds_programs_that_run() {
         ("-rw-r--r--", "./usr/share/fish/vendor_completions.d/plcrt.fish"),
         ("-rw-r--r--", "./usr/lib/systemd/system/plcrt@.service"),
         ("-rw-r--r--", "./usr/lib/systemd/system/plcio@.service"),
+        ("-rw-r--r--", "./usr/lib/systemd/system/plcrt-operator@.service"),
         ("-rw-r--r--", "./usr/lib/sysusers.d/plcrt.conf"),
         ("-rw-r--r--", "./usr/lib/tmpfiles.d/plcrt.conf"),
         ("-rw-r--r--", "./usr/share/doc/plcc/copyright"),

@@ -19,6 +19,7 @@ use serde_json::{Value as Json, json};
 use support::browser::Page;
 use support::debug_client::Client;
 use support::process::{Killed, plcrt, wait};
+use support::programs;
 use support::terminal::Terminal;
 
 /// B follows A, and N counts scans.
@@ -499,4 +500,21 @@ fn the_debugger_sets_variables_of_the_control_whose_record_it_shows() {
         editor.go("continue", json!({"threadId": 1}));
         editor.value("N").starts_with('-').then_some(())
     });
+}
+
+#[test]
+fn an_operator_at_the_console_of_a_controller_presses_keys() {
+    let program = "$FAULT\nFLT=\"COOLANT LOW\"\n$END\n@CL103=@CP103\nFLT=@CP103\n@FRO=80\n";
+    let shop = Shop::of("operator", program);
+    let mut control = shop.control(&["--allow", "operate"]);
+    let mut command = Command::new(programs().join("plcctl"));
+    command.args(["socket", "operator", "--kiosk"]).current_dir(&shop.0);
+    let mut terminal = Terminal::open(&mut command);
+    terminal.wait_for_new("p.pmi (PMI)");
+    terminal.press("q\r");
+    terminal.wait_for_new("C O O L A N T   L O W");
+    control.end();
+    terminal.wait_for_new("N O   C O N T R O L");
+    let _control = shop.control(&[]);
+    terminal.wait_for_new("no fault and no message");
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args};
+use plcc_abi::OperatorPanel;
 use plcc_image::latch::Rule;
 
 use crate::socket::{AllowedGroup, AllowedUser};
@@ -159,7 +160,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "PATH", group = "served", requires = "paced")]
     pub socket: Option<PathBuf>,
 
-    /// What may be done through the socket in addition to reading: write (variables), force (inputs and outputs),
+    /// What may be done through the socket in addition to reading: operate (press the keys of the operator's
+    /// screen), write (variables), force (inputs and outputs),
     /// swap (the program), stop (it, and start it again)
     #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "served")]
     pub allow: Vec<Permission>,
@@ -195,6 +197,10 @@ pub struct RunArgs {
     /// What the configuration says of inputs that other processes give, by the inputs' names.
     #[arg(skip)]
     pub input_rules: Vec<(String, Rule)>,
+
+    /// What an operator sees of the control's panels; `None` where nobody knows it.
+    #[arg(skip)]
+    pub operator: Option<Arc<OperatorPanel>>,
 
     /// Shows the compiled code to gdb, which then stops at lines of the source (`break lathe.pmi:75`) and
     /// prints variables. In this process alone, and without the watchdog that real time has otherwise

@@ -6,7 +6,7 @@
 //! | part | holds |
 //! | --- | --- |
 //! | header, 192 bytes | see [`header`]; it ends with a checksum of itself |
-//! | tables | the [`Program`], the functions' names and places, and the [places at which the program may be stopped](plcc_abi::TrapSite), by postcard |
+//! | tables | the [`Program`], the functions' names and places, the [places at which the program may be stopped](plcc_abi::TrapSite), and where it has one the [operator's screen](plcc_abi::OperatorPanel), by postcard |
 //! | labels | for each label the offset of its function in the code, 32 bits each |
 //! | lines | the line table, three times 32 bits an entry: offset, file, line |
 //! | code | position-independent machine code without relocations |
@@ -51,7 +51,7 @@ use std::hash::Hasher;
 use std::io::Read;
 use std::path::Path;
 
-use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
+use plcc_abi::{ABI_VERSION, Code, CodeParts, OperatorPanel, Program};
 
 pub use error::ArtifactError;
 use error::inconsistent;
@@ -83,6 +83,8 @@ pub struct Artifact {
     /// `RecordedSources::to_bytes` of the flight recorder writes them; empty if the artifact
     /// has none. Only `plcc` reads them: to show statements, and to run them again in the interpreter.
     pub sources: Vec<u8>,
+    /// What an operator sees of the control's panels. Artifacts that were built before there was such a screen have none.
+    pub operator: Option<OperatorPanel>,
 }
 
 impl Artifact {
@@ -100,6 +102,8 @@ pub struct Attached<'a> {
     pub debug: &'a [u8],
     /// See [`Artifact::sources`].
     pub sources: &'a [u8],
+    /// See [`Artifact::operator`].
+    pub operator: Option<&'a OperatorPanel>,
 }
 
 /// Writes an artifact with neither debug part nor sources.
@@ -188,7 +192,8 @@ impl Artifact {
     /// # Errors
     /// When any check fails; [`ArtifactError`] lists them.
     pub fn parse(bytes: &[u8], key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
-        let Inspection { program, code: parts, debug, sources, machine, .. } = read(bytes, key)?;
+        let Inspection { program, code: parts, debug, sources, operator, machine, .. } =
+            read(bytes, key)?;
         machine?;
         // SAFETY: the digest says that the bytes are those that were written, and only `encode`
         // writes artifacts, for code that was sealed; sealing compares the code's own markers with
@@ -196,7 +201,7 @@ impl Artifact {
         // was given. All that the tables say has been checked, and that the code is for this
         // machine.
         let code = unsafe { Code::seal(parts) }.map_err(|error| inconsistent(error.to_string()))?;
-        Ok(Self { program, code, debug, sources })
+        Ok(Self { program, code, debug, sources, operator })
     }
 
     /// Tells gdb of the code that an engine of this artifact runs.
@@ -237,6 +242,8 @@ pub struct Inspection {
     pub debug: Vec<u8>,
     /// The sources, see [`Artifact::sources`].
     pub sources: Vec<u8>,
+    /// The operator's screen, see [`Artifact::operator`].
+    pub operator: Option<OperatorPanel>,
     /// Whether this machine can run it, else why not.
     pub machine: Result<(), ArtifactError>,
     /// The SHA-256 of the artifact, which names it.
@@ -270,9 +277,9 @@ fn read(bytes: &[u8], key: Option<&PublicKey>) -> Result<Inspection, ArtifactErr
     }
     let (header, digest, payload) = Header::decode(artifact)?;
     let machine = header.check_machine();
-    let Decoded { program, code, debug, sources } = payload::decode(&header, payload)?;
+    let Decoded { program, code, debug, sources, operator } = payload::decode(&header, payload)?;
     validate::program(&program)?;
     validate::code(&program, &code)?;
     let signed_by = signature.and_then(|signature| signature.key());
-    Ok(Inspection { program, code, debug, sources, machine, digest, signed_by })
+    Ok(Inspection { program, code, debug, sources, operator, machine, digest, signed_by })
 }

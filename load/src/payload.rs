@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, SourceLine, TrapSite};
+use plcc_abi::{CodeLine, CodeParts, FunctionRange, OperatorPanel, Program, SourceLine, TrapSite};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArtifactError, inconsistent};
@@ -48,6 +48,11 @@ pub(super) fn encode(
     let tables = Tables { program, functions, trap_sites, label_lines };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
+    if let Some(panel) = attached.operator {
+        bytes = postcard::to_extend(panel, bytes).map_err(|error| {
+            inconsistent(format!("its operator's screen can't be written: {error}"))
+        })?;
+    }
     check_tables(bytes.len() as u64)?;
     let parts = Parts {
         tables: length(bytes.len())?,
@@ -94,6 +99,7 @@ pub(super) struct Decoded {
     pub(super) code: CodeParts,
     pub(super) debug: Vec<u8>,
     pub(super) sources: Vec<u8>,
+    pub(super) operator: Option<OperatorPanel>,
 }
 
 /// Divides the payload into its parts and decodes them. The lengths that it claims are compared with the bytes that are there before anything is allocated for them.
@@ -115,9 +121,7 @@ pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<Decoded, Artifac
     }
     let (tables, rest) = postcard::take_from_bytes::<OwnedTables>(tables)
         .map_err(|_| inconsistent("its tables can't be decoded"))?;
-    if !rest.is_empty() {
-        return Err(inconsistent("its tables are shorter than their part"));
-    }
+    let operator = operator(rest)?;
     let (words, _) = labels.as_chunks::<LABEL>();
     let labels = words.iter().map(|&word| u32::from_le_bytes(word)).collect();
     let (words, _) = lines.as_chunks::<4>();
@@ -139,7 +143,19 @@ pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<Decoded, Artifac
         eh_frame: eh_frame.to_vec(),
     };
     let (debug, sources) = (debug.to_vec(), sources.to_vec());
-    Ok(Decoded { program: tables.program, code, debug, sources })
+    Ok(Decoded { program: tables.program, code, debug, sources, operator })
+}
+
+/// What follows the tables in their part: nothing, or the operator's screen.
+fn operator(rest: &[u8]) -> Result<Option<OperatorPanel>, ArtifactError> {
+    if rest.is_empty() {
+        return Ok(None);
+    }
+    match postcard::take_from_bytes(rest) {
+        Ok((panel, [])) => Ok(Some(panel)),
+        Ok(_) => Err(inconsistent("its tables are shorter than their part")),
+        Err(_) => Err(inconsistent("its operator's screen can't be decoded")),
+    }
 }
 
 fn split(bytes: &[u8], size: usize, count: u32) -> Result<(&[u8], &[u8]), ArtifactError> {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
 use plcc_abi::{
-    CodeLine, CodeParts, FunctionRange, Program, Region, SourceLine, Tables, Task, TrapCode,
-    TrapSite, function_marker,
+    CodeLine, CodeParts, FunctionRange, OperatorPanel, Program, Region, SourceLine, Tables, Task,
+    TrapCode, TrapSite, function_marker,
 };
 
 use super::header::{self, Header};
@@ -99,15 +99,17 @@ fn an_artifact_that_was_written_reads_back() {
 
 #[test]
 fn an_artifact_may_have_a_debug_part_and_sources() {
-    let attached = Attached { debug: b"for debuggers", sources: b"for displays" };
+    let panel = OperatorPanel { cells: vec![], key_texts: vec!["AUTO".into()] };
+    let attached =
+        Attached { debug: b"for debuggers", sources: b"for displays", operator: Some(&panel) };
     let bytes = write(&program(), &code(), attached).unwrap();
     let read = parse(&bytes).unwrap();
     assert_eq!((read.program, read.debug), (program(), b"for debuggers".to_vec()));
-    assert_eq!(read.sources, b"for displays");
+    assert_eq!((read.sources, read.operator), (b"for displays".to_vec(), Some(panel)));
     assert_eq!(*read.code, code());
-    assert!(
-        parse(&write(&program(), &code(), Attached::default()).unwrap()).unwrap().debug.is_empty()
-    );
+    // As artifacts were before there was an operator's screen.
+    let bare = parse(&write(&program(), &code(), Attached::default()).unwrap()).unwrap();
+    assert!(bare.debug.is_empty() && bare.operator.is_none());
 }
 
 #[test]

@@ -119,6 +119,11 @@ impl Link {
         self.change(&Request::Set { values: vec![Assignment::new(name, value)] })
     }
 
+    /// Presses a key of the operator's screen, or releases it.
+    pub(crate) fn press(&mut self, name: &str, on: bool) -> Result<u64, Refusal> {
+        self.change(&Request::Press { name: name.to_owned(), on })
+    }
+
     /// Forces a variable.
     pub(crate) fn force(&mut self, name: &str, value: &str) -> Result<u64, Refusal> {
         self.change(&Request::Force { values: vec![Assignment::new(name, value)] })

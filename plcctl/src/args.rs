@@ -25,6 +25,7 @@ use plcc_protocol::{Assignment, MAX_WAIT, Request};
                   plcctl /run/lathe.sock swap lathe-2.plcx --dry-run\n  \
                   plcctl /run/mill.sock swap mill-2.plcx --wait 600\n  \
                   plcctl /run/lathe.sock rollback\n  \
+                  plcctl /run/lathe.sock operator\n  \
                   plcctl completions bash > ~/.local/share/bash-completion/completions/plcctl"
 )]
 pub(crate) struct Cli {
@@ -58,6 +59,15 @@ pub(crate) enum Action {
     /// Asks the control.
     #[command(flatten)]
     Ask(Command),
+    /// A screen for the operator: faults and messages, overrides, the keys and lamps that the program uses
+    ///
+    /// Arrow keys choose a key, Enter presses or releases it, if the control was started with --allow operate (or write).
+    /// With --json it prints once what is on the screen.
+    Operator {
+        /// Stays until the process is ended: no key leaves the screen, and a control that is not there is waited for
+        #[arg(long)]
+        kiosk: bool,
+    },
     /// Prints the manual page, or writes the pages of all commands; needs no socket
     Man {
         /// The folder that gets a page for each command, plcctl.1, plcctl-set.1…

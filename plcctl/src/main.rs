@@ -2,6 +2,7 @@
 //! protocol (`docs/socket.md`, `plcc-protocol`) and nothing else of plcc.
 
 mod args;
+mod operator;
 mod show;
 
 use std::io::{self, Write};
@@ -16,6 +17,7 @@ use serde::Deserialize;
 use serde_json::Value as Json;
 
 use args::{Action, Cli, Command};
+use operator::OperatorDisplay;
 
 /// Exit status: the control refused the request.
 const REFUSED: u8 = 1;
@@ -51,6 +53,9 @@ fn run(cli: &Cli) -> u8 {
         return completions(shell);
     }
     let (socket, command) = match (&cli.socket, &cli.action) {
+        (Some(socket), Some(Action::Operator { kiosk })) => {
+            return operator_screen(socket, *kiosk, cli);
+        }
         (None, Some(Action::Man { dir })) => return manual(dir.as_deref()),
         (None, Some(Action::Completions { shell })) => return completions(*shell),
         (Some(socket), Some(Action::Ask(command))) => (socket, command),
@@ -67,8 +72,15 @@ fn run(cli: &Cli) -> u8 {
             Ok(text) => print(text.as_bytes()),
             Err(error) => fail(USAGE, &format!("the reply is of another version: {error}")),
         },
-        Err(ClientError::Refused(failure)) => {
-            if cli.json {
+        Err(error) => failed(error, cli.json),
+    }
+}
+
+/// Says why there is no result.
+fn failed(error: ClientError, json: bool) -> u8 {
+    match error {
+        ClientError::Refused(failure) => {
+            if json {
                 print(format!("{}\n", show::json(&failure)).as_bytes());
             } else {
                 // What a refused online change would have done.
@@ -79,7 +91,30 @@ fn run(cli: &Cli) -> u8 {
             }
             REFUSED
         }
-        Err(ClientError::Unreachable(why)) => fail(USAGE, &why),
+        ClientError::Unreachable(why) => fail(USAGE, &why),
+    }
+}
+
+/// Shows the operator's screen, or prints once what is on it.
+fn operator_screen(socket: &Path, kiosk: bool, cli: &Cli) -> u8 {
+    if cli.json {
+        let asked = Client::connect(socket, cli.timeout)
+            .and_then(|mut client| client.ask::<Json>(&Request::Operator {}));
+        return match asked {
+            Ok(result) => print(format!("{result}\n").as_bytes()),
+            Err(error) => failed(error, true),
+        };
+    }
+    if let Err(error) = plcc_screen::check() {
+        return fail(USAGE, &error.to_string());
+    }
+    let mut display = match OperatorDisplay::open(socket, kiosk) {
+        Ok(display) => display,
+        Err(error) => return failed(error, false),
+    };
+    match plcc_screen::run(&mut display) {
+        Ok(()) => 0,
+        Err(error) => fail(USAGE, &error.to_string()),
     }
 }
 

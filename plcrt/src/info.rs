@@ -6,7 +6,9 @@ use plcc_load::Inspection;
 /// A line `key: value` for each thing that is known of an artifact. `verified` says that its signature
 /// was checked.
 pub(crate) fn info(artifact: &Inspection, verified: bool) -> String {
-    let Inspection { program, code, debug, sources, machine, digest, signed_by } = artifact;
+    let Inspection { program, code, debug, sources, operator, machine, digest, signed_by } =
+        artifact;
+    let operator = if operator.is_some() { "yes" } else { "no" };
     let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     let signature = match signed_by {
         None => "none".to_owned(),
@@ -36,6 +38,7 @@ pub(crate) fn info(artifact: &Inspection, verified: bool) -> String {
         ("machine code", format!("{} bytes", code.bytes.len())),
         ("debug part", format!("{} bytes", debug.len())),
         ("text of the sources", format!("{} bytes", sources.len())),
+        ("operator's screen", operator.to_owned()),
     ];
     // A line of its own for each, whatever the artifact's texts hold.
     let shown = |value: &str| printable(value).replace(['\n', '\t'], " ");

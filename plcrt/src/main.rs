@@ -160,6 +160,7 @@ fn run_here(args: &RunCommand, started: Instant) -> Result<u8, String> {
     if args.run.gdb {
         artifact.show_to_gdb(&mut engine).map_err(|error| named(&error))?;
     }
+    let operator = artifact.operator.clone().map(Arc::new);
     let program = artifact.into_program();
     let machine = args.machine.as_deref().map(|path| machine(path, &program)).transpose()?;
     let machine_path = args.machine.clone();
@@ -182,6 +183,7 @@ fn run_here(args: &RunCommand, started: Instant) -> Result<u8, String> {
         started,
         program: recorded,
         input_rules,
+        operator,
         ..args.run.clone()
     };
     Ok(session::run(&program, &mut engine, &run, machine.as_ref()))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-use crate::TimingSummary;
+use crate::{OperatorView, TimingSummary};
 
 /// A force in effect.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -134,6 +134,27 @@ pub struct Values {
     pub first_ticks: Option<u64>,
     /// For each name a number, or a list of them for an array.
     pub values: BTreeMap<String, Json>,
+}
+
+/// The operator's screen of the program that runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct OperatorScreen {
+    /// `prepared`, `running` or `stopped`.
+    pub state: String,
+    /// How many ticks were done when its values were read.
+    pub ticks: u64,
+    /// The language of the program.
+    pub dialect: String,
+    /// The source or the artifact, for people.
+    pub program: String,
+    /// Whether keys may be pressed.
+    pub may_press: bool,
+    /// How many forces are in effect.
+    pub forces: usize,
+    /// What is on it.
+    #[serde(flatten)]
+    pub view: OperatorView,
 }
 
 /// A change was made.

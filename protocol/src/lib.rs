@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | `request.rs` | what a client asks for, and what it must be allowed for that |
 //! | `answer.rs` | what the control answers to each request |
+//! | `operator.rs` | what is on the operator's screen |
 //! | `timing.rs` | how long ticks and scans take, as an answer and in the log |
 //! | `failure.rs` | why a request was not carried out |
 //! | `line.rs` | requests and replies as lines, as the control reads and writes them |
@@ -34,18 +35,20 @@ mod answer;
 mod client;
 mod failure;
 mod line;
+mod operator;
 mod request;
 mod timing;
 
 pub use plcc_abi::printable;
 
 pub use answer::{
-    Change, ChangedVariable, Comparison, Done, Force, ForcedBy, OnlineChange, Retained, Stat,
-    Status, Values, Variable, Variables, WaitingChange,
+    Change, ChangedVariable, Comparison, Done, Force, ForcedBy, OnlineChange, OperatorScreen,
+    Retained, Stat, Status, Values, Variable, Variables, WaitingChange,
 };
 pub use client::{Client, ClientError};
 pub use failure::{ErrorCode, Failure};
 pub use line::{RequestLine, reply};
+pub use operator::{Active, EventKind, OperatorView, PanelCell};
 pub use request::{Assignment, DEFAULT_WAIT, MAX_WAIT, Permission, Request};
 pub use timing::{TaskSummary, TimesSummary, TimingSummary};
 

@@ -65,6 +65,15 @@ pub enum Request {
         /// The variables and their values.
         values: Vec<Assignment>,
     },
+    /// The operator's screen: an [`OperatorScreen`](crate::OperatorScreen).
+    Operator {},
+    /// Press a key of the operator's screen, or release it: [`Done`](crate::Done).
+    Press {
+        /// The key's variable.
+        name: String,
+        /// Whether it is pressed.
+        on: bool,
+    },
     /// Force inputs and outputs: [`Done`](crate::Done).
     Force {
         /// The variables and their values.
@@ -112,7 +121,9 @@ pub enum Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Permission {
-    /// To set variables.
+    /// To press the keys of the operator's screen, and nothing else.
+    Operate,
+    /// To set variables, and to press keys.
     Write,
     /// To force inputs and outputs, and to end forces.
     Force,
@@ -124,12 +135,18 @@ pub enum Permission {
 
 impl Permission {
     /// All permissions, with the words of `--allow`.
-    pub const ALL: [(Self, &str); 4] = [
+    pub const ALL: [(Self, &str); 5] = [
+        (Self::Operate, "operate"),
         (Self::Write, "write"),
         (Self::Force, "force"),
         (Self::Swap, "swap"),
         (Self::Stop, "stop"),
     ];
+
+    /// Whether it is among what a client is allowed, by itself or by what includes it.
+    pub fn is_in(self, allowed: &[Self]) -> bool {
+        allowed.contains(&self) || self == Self::Operate && allowed.contains(&Self::Write)
+    }
 
     /// The word for it.
     pub fn name(self) -> &'static str {
@@ -143,7 +160,7 @@ impl FromStr for Permission {
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.iter().find(|(_, name)| *name == text);
         found.map(|(one, _)| *one).ok_or_else(|| {
-            format!("`{text}` is not a permission; these are: write, force, swap, stop")
+            format!("`{text}` is not a permission; these are: operate, write, force, swap, stop")
         })
     }
 }
@@ -152,8 +169,10 @@ impl Request {
     /// What a client must be allowed for this.
     pub fn needs(&self) -> Option<Permission> {
         match self {
-            Self::Status {} | Self::Stat {} | Self::List { .. } | Self::Get { .. } => None,
+            Self::Status {} | Self::Stat {} | Self::Operator {} => None,
+            Self::List { .. } | Self::Get { .. } => None,
             Self::Swap { dry_run: true, .. } => None,
+            Self::Press { .. } => Some(Permission::Operate),
             Self::Set { .. } => Some(Permission::Write),
             Self::Force { .. } | Self::Unforce { .. } => Some(Permission::Force),
             Self::Swap { .. } | Self::Rollback { .. } | Self::Cancel {} => Some(Permission::Swap),

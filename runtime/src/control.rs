@@ -8,6 +8,7 @@ use std::sync::Arc;
 use plcc_abi::{Program, Tables};
 
 use crate::aliased_names::with_given;
+use crate::announced::Announced;
 use crate::names::Names;
 use crate::online_change::Comparison;
 
@@ -29,6 +30,16 @@ pub(crate) trait Control {
     /// # Errors
     /// When it is for another control of the same language, so that nothing could be taken over.
     fn compare(&self, old: &Program, new: &Program) -> Option<Result<Comparison, String>>;
+
+    /// Whether the program has faults or messages.
+    fn announces(&self) -> bool {
+        false
+    }
+
+    /// The faults and messages that are on in an image of `program`, whose tables these are: faults first.
+    fn announced(&self, _program: &Program, _image: &[u8]) -> Vec<Announced> {
+        vec![]
+    }
 }
 
 /// The control that a program's tables are for.
@@ -49,6 +60,16 @@ pub fn validate(program: &Program) -> Result<(), String> {
 /// An executive whose run has other settings has a table that fits them: [`Executive::names`](crate::Executive::names).
 pub fn names_of(program: &Program) -> Arc<dyn Names> {
     with_given(control(&program.tables).names(program), &program.names)
+}
+
+/// Whether a program has faults or messages, so that [`announced`] may give some.
+pub fn announces(program: &Program) -> bool {
+    control(&program.tables).announces()
+}
+
+/// The faults and messages of a program that are on in an image of it: faults first, then in the order of their definition.
+pub fn announced(program: &Program, image: &[u8]) -> Vec<Announced> {
+    control(&program.tables).announced(program, image)
 }
 
 /// Compares two programs for an online change.

@@ -34,6 +34,7 @@
 //! ```
 
 mod aliased_names;
+mod announced;
 pub mod checkpoint;
 mod clock_decisions;
 mod control;
@@ -68,9 +69,10 @@ pub mod value;
 pub mod variable;
 pub mod watchdog;
 
+pub use announced::Announced;
 pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
-pub use control::{compare, names_of, validate};
+pub use control::{announced, announces, compare, names_of, validate};
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody, SimulatorEvent};
 pub use executive::{Executive, TaskStatus};
 pub use given_names::GivenNames;

@@ -148,7 +148,11 @@ pub fn artifact(bytes: &[u8]) {
         let again = plcc_load::encode_with(
             &read.program,
             &read.code,
-            plcc_load::Attached { debug: &read.debug, sources: &read.sources },
+            plcc_load::Attached {
+                debug: &read.debug,
+                sources: &read.sources,
+                operator: read.operator.as_ref(),
+            },
         );
         let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
         assert!(Artifact::parse(&again, None).is_ok_and(|copy| copy == read));

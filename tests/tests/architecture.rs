@@ -18,6 +18,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-files", &[]),
     ("plcc-pages", &[]),
     ("plcc-protocol", &["plcc-abi"]),
+    ("plcc-screen", &["plcc-protocol"]),
     ("plcc-configuration", &["plcc-abi", "plcc-files", "plcc-image"]),
     ("plcc-motion", &["plcc-abi"]),
     ("plcc-simulator", &["plcc-abi", "plcc-diag"]),
@@ -56,7 +57,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
         ],
     ),
     ("libplcrt", &["plcc-abi", "plcc-control", "plcc-load", "plcc-runtime"]),
-    ("plcctl", &["plcc-pages", "plcc-protocol"]),
+    ("plcctl", &["plcc-pages", "plcc-protocol", "plcc-screen"]),
     (
         "plcio",
         &[
@@ -98,6 +99,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-protocol",
             "plcc-replay",
             "plcc-runtime",
+            "plcc-screen",
             "plcc-why",
         ],
     ),

@@ -21,6 +21,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_host::image_file::{ImageReader, State};
 use plcc_host::session::replay::recorded_executive;
+use plcc_load::Attached;
 use plcc_record::{Recording, Replayer};
 use serde_json::{Value as Json, json};
 
@@ -71,6 +72,28 @@ impl Shop {
         let code = compile::code(&lowered, &Target::host_baseline().unwrap()).unwrap();
         let path = self.path(&format!("{name}.plcx"));
         fs::write(&path, compile::artifact(&lowered.program, &code).unwrap()).unwrap();
+        path
+    }
+
+    /// The same with the operator's screen, as `plcc build` makes artifacts.
+    fn build_for_operators(&self, name: &str, dialect: Dialect, source: &str) -> PathBuf {
+        let mut sources = SourceMap::new();
+        let file = sources.add(name, source.as_bytes());
+        let mut options = Options::default();
+        let machine = "[names]\n\"@CP103\" = { alias = \"COOL\", text = \"coolant\" }\n";
+        if dialect == Dialect::Pmi {
+            options.machine = plcc_abi::machine::Machine::parse(machine).unwrap();
+        }
+        let (checked, diagnostics) =
+            compile::check(&mut sources, &[file], dialect, &Disk, &options);
+        let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
+        let lowered = checked.optimized(OptLevel::Speed).unwrap();
+        let code = compile::code(&lowered, &Target::host_baseline().unwrap()).unwrap();
+        let panel = checked.operator_panel();
+        let attached = Attached { operator: Some(&panel), ..Attached::default() };
+        let path = self.path(&format!("{name}.plcx"));
+        let bytes = compile::artifact_with(&lowered.program, &code, None, attached).unwrap();
+        fs::write(&path, bytes).unwrap();
         path
     }
 
@@ -1218,4 +1241,96 @@ fn ticks_go_on_whatever_clients_do() {
     let (exit, text) = control.end();
     assert_eq!(exit, Some(130), "{text}");
     fs::remove_file(image).unwrap();
+}
+
+/// The operator's screen of a control, when `is_there` is true of it.
+fn operator_screen(control: &Control, is_there: impl Fn(&Json) -> bool) -> Json {
+    let start = Instant::now();
+    loop {
+        let screen = control.ask(&json!({"request": "operator"}));
+        if is_there(&screen) {
+            return screen;
+        }
+        assert!(start.elapsed() < HANGS, "{screen}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+const COOLANT: &str = "$FAULT\nFLT=\"COOLANT LOW\"\n$END\n@CL103=@CP103\nFLT=@CP103\n@FRO=80\n";
+
+#[test]
+fn an_operator_presses_the_keys_that_the_program_uses_and_changes_nothing_else() {
+    let shop = Shop::new("operator");
+    let artifact = shop.build_for_operators("coolant", Dialect::Pmi, COOLANT);
+    let control = shop.start(&artifact, &["--allow", "operate"]);
+    let screen = operator_screen(&control, |screen| screen["overrides"][0]["value"] == "80");
+    assert_eq!((&screen["may_press"], &screen["active"]), (&true.into(), &json!([])));
+    let keys = screen["keys"].as_array().unwrap();
+    // Of the control's many keys the program uses one, which people call by its text.
+    assert_eq!(keys.len(), 1, "{screen}");
+    assert_eq!((&keys[0]["label"], &keys[0]["light"]), (&"coolant".into(), &false.into()));
+    let variable = keys[0]["variable"].as_str().unwrap();
+    let press = |on: bool| json!({"request": "press", "name": variable, "on": on});
+    control.ask(&press(true));
+    let screen = operator_screen(&control, |screen| screen["keys"][0]["light"] == true);
+    assert_eq!(screen["keys"][0]["pressed"], true);
+    let fault = json!([{"kind": "fault", "name": "FLT", "text": "COOLANT LOW", "since": null}]);
+    operator_screen(&control, |screen| screen["active"] == fault);
+    control.ask(&press(false));
+    operator_screen(&control, |screen| screen["active"] == json!([]));
+
+    for name in ["FLT", "@CL103", "@CP104", "@FRO", "NOTHING"] {
+        let press = json!({"request": "press", "name": name, "on": true});
+        assert_eq!(control.refused(&press), "refused", "{name}");
+    }
+    let set = json!({"request": "set", "values": [{"name": "@CP103", "value": 1}]});
+    for request in [set, json!({"request": "stop"}), json!({"request": "rollback"})] {
+        assert_eq!(control.refused(&request), "denied");
+    }
+    let shown = control.plcctl(&["operator", "--json"]);
+    assert!(String::from_utf8(shown.stdout).unwrap().contains("\"label\":\"coolant\""));
+    let unfit = control.plcctl(&["operator"]);
+    assert_eq!(unfit.status.code(), Some(2), "its output is no terminal");
+    drop(control);
+
+    // Without any permission it is shown all the same.
+    let control = shop.start(&artifact, &[]);
+    assert_eq!(operator_screen(&control, |_| true)["may_press"], false);
+    assert_eq!(control.refused(&press(true)), "denied");
+}
+
+#[test]
+fn an_operator_of_an_nct_sees_messages_and_softkeys() {
+    let shop = Shop::new("operator-nct");
+    let source = ":001\nI401 U401 Z\nI401 U710 Z\nJ1\n:000\nJ0\n:199\nDOOR OPEN$\n";
+    let artifact = shop.build_for_operators("door", Dialect::Nct, source);
+    let control = shop.start(&artifact, &["--allow", "write"]);
+    let screen = operator_screen(&control, |_| true);
+    let labels: Vec<&Json> =
+        screen["keys"].as_array().unwrap().iter().map(|key| &key["label"]).collect();
+    assert_eq!(labels, ["HNDL"], "{screen}");
+    control.ask(&json!({"request": "press", "name": "I401", "on": true}));
+    let screen = operator_screen(&control, |screen| screen["active"] != json!([]));
+    let message = json!({"kind": "message", "name": "Y710", "text": "DOOR OPEN", "since": null});
+    assert_eq!(screen["active"], json!([message]));
+}
+
+#[test]
+fn an_artifact_without_an_operators_screen_runs_and_says_so() {
+    let shop = Shop::new("operator-older");
+    let older = shop.build("older", Dialect::Pmi, COOLANT);
+    let control = shop.start(&older, &["--allow", "operate,swap"]);
+    for request in
+        [json!({"request": "operator"}), json!({"request": "press", "name": "@CP103", "on": true})]
+    {
+        let reply = control.reply(&request);
+        let message = reply["error"]["message"].as_str().unwrap();
+        assert!(message.contains("build it again with plcc build"), "{reply}");
+    }
+    // A version with one can take its place, and the other way round.
+    let newer = shop.build_for_operators("newer", Dialect::Pmi, COOLANT);
+    control.ask(&json!({"request": "swap", "path": newer}));
+    operator_screen(&control, |screen| screen["keys"] != json!([]));
+    control.ask(&json!({"request": "rollback"}));
+    assert_eq!(control.refused(&json!({"request": "operator"})), "refused");
 }

@@ -8,6 +8,7 @@ use plcc_abi::Program;
 use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{Target, emit};
 use plcc_frontend::language;
+use plcc_load::Attached;
 
 use crate::args::{BuildArgs, Emit, PassArgs};
 use crate::compile::{self, CompileError, Optimized};
@@ -69,8 +70,10 @@ pub(crate) fn build(args: &BuildArgs, passes: &PassArgs, report: &Report) -> Res
         _ => vec![],
     };
     let debug = !args.object.no_debug;
+    let panel = checked.operator_panel();
+    let attached = Attached { sources: &sources, operator: Some(&panel), ..Attached::default() };
     let made = checked
-        .compiled(how, |optimized| make(optimized, &target, args.emit, &object, debug, &sources));
+        .compiled(how, |optimized| make(optimized, &target, args.emit, &object, debug, attached));
     let (optimized, mut bytes) = match made {
         Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, to),
@@ -172,13 +175,13 @@ fn make(
     form: Emit,
     object: &ObjectOptions,
     debug: bool,
-    sources: &[u8],
+    attached: Attached<'_>,
 ) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
             let code = compile::code(optimized, target)?;
             let debug = debug.then_some((target, object));
-            compile::artifact_with(&optimized.program, &code, debug, sources)?
+            compile::artifact_with(&optimized.program, &code, debug, attached)?
         }
         Emit::Obj => {
             let code = compile::code(optimized, target)?;

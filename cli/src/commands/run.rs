@@ -94,7 +94,8 @@ pub(crate) fn run(args: &RunCommand, passes: &PassArgs, report: &Report) -> Resu
             Some(Arc::new(RecordedProgram::Sources(sources)))
         }
     };
-    let run = RunArgs { reads, machine_path, program: recorded, ..args.run.clone() };
+    let operator = args.run.socket.as_ref().map(|_| Arc::new(checked.operator_panel()));
+    let run = RunArgs { reads, machine_path, program: recorded, operator, ..args.run.clone() };
     in_session(&tables, engine.as_mut(), run, settings.machine_file(), args, report)
 }
 
@@ -282,6 +283,7 @@ fn run_artifact(
     let read = source.machine.iter().chain(&args.run.part_program).cloned();
     let reads = read.chain([path.to_owned()]).collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
-    let run = RunArgs { reads, machine_path, program: recorded, ..args.run.clone() };
+    let operator = artifact.operator.clone().map(Arc::new);
+    let run = RunArgs { reads, machine_path, program: recorded, operator, ..args.run.clone() };
     in_session(&artifact.program, &mut engine, run, machine.as_ref(), args, report)
 }

@@ -109,7 +109,8 @@ fn load(
     let record = record.cloned();
     let put_into_record =
         Box::new(move || record.map_or(0, |record| record.add(RecordedProgram::Artifact(bytes))));
-    Ok(Loaded { program: artifact.program, engine, put_into_record })
+    let operator = artifact.operator.map(Arc::new);
+    Ok(Loaded { program: artifact.program, operator, engine, put_into_record })
 }
 
 /// What the socket shows of a run besides the control and its variables.
@@ -183,6 +184,7 @@ impl Interfaces {
             let gdb = args.gdb;
             let services = RunServices {
                 program: Arc::new(program.clone()),
+                operator: args.operator.clone(),
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 input_rules: args.input_rules.clone(),

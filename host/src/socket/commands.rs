@@ -49,11 +49,13 @@ pub(crate) struct Batch {
     pub(crate) refused: Option<(usize, &'static str)>,
     /// The tick before which the first item was done.
     pub(crate) first_tick: u64,
+    /// The process image when the last item is read, for a batch that has room for it: as many bytes as the image has.
+    pub(crate) image: Vec<u8>,
 }
 
 impl Batch {
     pub(crate) fn new(items: Vec<Item>) -> Self {
-        Self { items, done: 0, forces: vec![], refused: None, first_tick: 0 }
+        Self { items, done: 0, forces: vec![], refused: None, first_tick: 0, image: vec![] }
     }
 }
 

@@ -56,6 +56,7 @@ impl Dialogue {
         let progress = Arc::new(RunProgress::default());
         let services = RunServices {
             program: Arc::new(program),
+            operator: None,
             allow: Permission::ALL.map(|(permission, _)| permission).to_vec(),
             image: None,
             input_rules: vec![],

@@ -82,7 +82,13 @@ impl InterfaceHook {
         let (tick, executive) = (now.tick, &mut *now.executive);
         match command {
             Command::Read(batch) => {
-                do_items(batch, tick, left, |item| item.value = executive.read(item.key))
+                let is_done =
+                    do_items(batch, tick, left, |item| item.value = executive.read(item.key));
+                let image = executive.image();
+                if is_done && batch.image.len() == image.len() {
+                    batch.image.copy_from_slice(image);
+                }
+                is_done
             }
             Command::Write(batch) => {
                 let publisher = self.publisher.as_ref();

@@ -13,7 +13,7 @@
 //! | `server.rs`, `connection.rs`, `peer.rs` | the socket, its clients, who they are |
 //! | `token_bucket.rs` | how often a client may ask, and connections are accepted |
 //! | `requests/` | what each request does; `online_change.rs`: what `swap` and `rollback` do; `waiting_change.rs`: a change that can't be carried out yet |
-//! | `program.rs` | the program as the socket's thread knows it |
+//! | `program.rs`, `panel.rs` | the program as the socket's thread knows it, and its operator's screen |
 //! | `commands.rs` | what goes between the two threads |
 //! | `dialogue.rs` | requests and replies without a socket, for fuzzing |
 //! | `hook.rs` | the side of the thread that runs the ticks; it also writes the image file |
@@ -22,6 +22,7 @@ mod commands;
 mod connection;
 mod dialogue;
 mod hook;
+mod panel;
 mod peer;
 mod program;
 mod requests;

@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
-use plcc_abi::Program;
+use plcc_abi::{OperatorPanel, Program};
 
 use super::commands::Item;
+use super::panel::ServedPanel;
 use plcc_protocol::{Assignment, ErrorCode, Failure, MAX_NAMES, Variable, Variables};
 use plcc_runtime::online_change::{Change, Comparison};
 use plcc_runtime::variable::MAX_FORCES;
@@ -60,6 +61,8 @@ pub(super) struct ServedProgram {
     /// The artifact or source, for people.
     pub(super) title: String,
     pub(super) names: Arc<dyn Names>,
+    /// Its operator's screen; `None` where nobody knows it.
+    pub(super) panel: Option<ServedPanel>,
     /// What tells it from others.
     pub(super) fingerprint: u64,
     /// As the executive that runs listed them when they changed last.
@@ -78,11 +81,16 @@ fn too_many() -> Failure {
 }
 
 impl ServedProgram {
-    /// `executive` is one of the program.
-    pub(super) fn new(program: Arc<Program>, executive: &dyn Executive) -> Self {
+    /// `panel` is what the program's control shows to operators, `executive` is one of the program.
+    pub(super) fn new(
+        program: Arc<Program>,
+        panel: Option<&OperatorPanel>,
+        executive: &dyn Executive,
+    ) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();
         let (names, fingerprint) = (executive.names(), executive.fingerprint());
-        Self { program, title, names, fingerprint, forces: vec![], recorded: 0 }
+        let panel = panel.map(|panel| ServedPanel::new(panel, &*names));
+        Self { program, title, names, panel, fingerprint, forces: vec![], recorded: 0 }
     }
 
     /// The variables that names and patterns stand for, in this order.

@@ -51,6 +51,7 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
     let (scan_end, socket_end) = queues();
     let services = RunServices {
         program: std::sync::Arc::new(program),
+        operator: None,
         allow: vec![Permission::Force, Permission::Stop],
         image: None,
         input_rules: vec![],

@@ -1,9 +1,10 @@
 //! Panels of the controls. Each language says which cells its panels have and which variables belong to them; here
 //! the values of all these variables are read at once.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use plcc_frontend::presentation::{Announced, Cell, PanelDraft, Shown};
+use plcc_frontend::presentation::{Announced, Cell, PanelDraft, Shown, operator_panel};
 use plcc_runtime::value::number;
 
 use super::Session;
@@ -70,29 +71,18 @@ impl Session<'_> {
 
     pub(super) fn operator_view(&mut self) -> Result<OperatorView, Refusal> {
         let active = self.events_view()?.active;
-        let Drafts { drafts, values, keys: texts, past, .. } = self.drafts()?;
-        let declared = self.debugger()?.history_mut().executive().names().declared();
-        let declared: BTreeSet<String> = declared.into_iter().map(|(name, _)| name).collect();
-        let is_used = |name: &Option<String>| name.as_ref().is_some_and(|it| declared.contains(it));
-        let (mut keys, mut overrides): (Vec<PanelCell>, Vec<PanelCell>) = (vec![], vec![]);
-        for cell in drafts.iter().flat_map(|draft| &draft.cells) {
-            let shown = filled(cell, &values, &texts, past);
-            if is_used(&cell.button) || is_used(&cell.light) {
-                // A key that several panels have stands here once.
-                let is_new = keys
-                    .iter()
-                    .all(|known| known.variable != shown.variable || known.label != shown.label);
-                if is_new && !shown.label.is_empty() {
-                    keys.push(PanelCell { value: None, ..shown });
-                }
-            } else if shown.label.contains('%')
-                && cell.variables().into_iter().any(|name| declared.contains(name))
-                && overrides.iter().all(|known| known.label != shown.label)
-            {
-                overrides.push(PanelCell { variable: None, ..shown });
-            }
-        }
-        Ok(OperatorView { active, overrides, keys })
+        let program = self.debugger()?.program().shared();
+        let names = self.debugger()?.history_mut().executive().names();
+        let declared: BTreeSet<String> =
+            names.declared().into_iter().map(|(name, _)| name).collect();
+        let said = |name: &str| names.given().said_of(name).map(Cow::into_owned);
+        let panel = operator_panel(program.as_ref());
+        let panel = panel.of_program(|name| declared.contains(name), said);
+        let is_known = |name: &&str| names.find(name, plcc_runtime::Purpose::Watch).is_ok();
+        let known: BTreeSet<String> =
+            panel.variables().filter(is_known).map(str::to_owned).collect();
+        let values = self.read(&known.into_iter().collect::<Vec<_>>())?.values;
+        Ok(OperatorView::new(&panel, active, &|name| values.get(name).copied()))
     }
 
     /// Whether an operator may have this done: only keys are pressed.
@@ -102,12 +92,7 @@ impl Session<'_> {
     pub(super) fn check_operator(&mut self, command: &Command) -> Result<(), Refusal> {
         let is_key = match command {
             Command::Follow | Command::ConfirmWarning => true,
-            Command::Change { name, .. } => {
-                let view = self.operator_view()?;
-                view.keys
-                    .iter()
-                    .any(|key| key.pressed.is_some() && key.variable.as_ref() == Some(name))
-            }
+            Command::Change { name, .. } => self.operator_view()?.presses(name),
             _ => false,
         };
         let what =

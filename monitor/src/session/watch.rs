@@ -263,8 +263,11 @@ impl Session<'_> {
         value: Option<&str>,
         force: bool,
     ) -> Result<u64, Refusal> {
+        // An operator need not be allowed to set variables.
+        let presses_alone = self.operator && !self.allows("write");
         if let Some(link) = &mut self.link {
             return match (value, force) {
+                (Some(value), false) if presses_alone => link.press(name, value != "0"),
                 (Some(value), false) => link.set(name, value),
                 (Some(value), true) => link.force(name, value),
                 (None, _) => link.release(Some(name)),

@@ -1,5 +1,6 @@
 //! What is shown, what is typed, and what keys do.
 
+use plcc_screen::Operator;
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
@@ -68,6 +69,8 @@ pub(super) struct App {
     /// Which panel is shown, and how many of its cells stand side by side.
     pub(super) panel: usize,
     pub(super) columns: usize,
+    /// Which key of the operator's screen is chosen.
+    pub(super) operator: Operator,
     /// Which cursor of the scope the arrow keys move.
     pub(super) cursor: Option<u8>,
     /// How many cells a row of the screen has.
@@ -99,6 +102,7 @@ impl App {
             window: 0,
             panel: 0,
             columns: 1,
+            operator: Operator::default(),
             cursor: None,
             width: 80,
             line: String::new(),

@@ -462,7 +462,9 @@ fn the_past_says_so() {
 #[test]
 fn an_operator_sees_messages_and_presses_the_keys_that_the_program_uses() {
     let program = "$FAULT\nFLT=\"COOLANT LOW\"\n$END\n@CL103=@CP103\nFLT=@CP103\n@FRO=80\n";
-    let mut session = open(Dialect::Pmi, program, "");
+    let name =
+        GivenName { name: "@CP103".into(), text: "coolant 103".into(), ..GivenName::default() };
+    let mut session = open_with_names(Dialect::Pmi, program, "", vec![name]);
     session.run_to(5);
     session.operator = true;
     let app = App::new(&session);
@@ -471,7 +473,8 @@ fn an_operator_sees_messages_and_presses_the_keys_that_the_program_uses() {
     let text = screen.drawn();
     assert!(text.contains("no fault and no message"), "{text}");
     // Of the control's many keys the program uses one.
-    assert!(text.contains("103") && !text.contains("104") && text.contains("@FRO % 80"), "{text}");
+    assert!(!text.contains("104") && text.contains("@FRO % 80"), "{text}");
+    assert!(text.contains(". coolant 103"), "{text}");
     screen.key(KeyCode::Enter);
     let next = screen.session.status().last_tick + 2;
     screen.session.operator = false;

@@ -1,5 +1,6 @@
 //! Faults, messages, texts.
 
+use plcc_protocol::{Active, EventKind};
 use serde::{Deserialize, Serialize};
 
 /// What is announced now, and what has happened.
@@ -11,35 +12,6 @@ pub struct EventsView {
     pub log: Vec<EventLine>,
     /// What PMAC's DISPLAY has left on the display, a line of text each.
     pub display: Vec<String>,
-}
-
-/// A fault or message that is on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Active {
-    /// Fault or message.
-    pub kind: EventKind,
-    /// The variable or flag.
-    pub name: String,
-    /// Its text with the present values.
-    pub text: String,
-    /// The tick in which it came; `None` if that is not known.
-    pub since: Option<u64>,
-}
-
-/// What an event is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EventKind {
-    /// A fault.
-    Fault,
-    /// A message.
-    Message,
-    /// A text that the program sent or displayed.
-    Text,
-    /// A command or another action of the program.
-    Command,
-    /// The program was stopped.
-    Stop,
 }
 
 /// An event.

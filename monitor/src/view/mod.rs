@@ -14,12 +14,13 @@ mod why;
 
 use serde::{Deserialize, Serialize};
 
-pub use events::{Active, EventKind, EventLine, EventsView};
+pub use events::{EventLine, EventsView};
 pub use io::{IoRow, IoView, IoWindow};
 pub use machine::{
     AxisView, DeviceLine, DeviceView, MachineView, PathView, ProgramLine, ProgramView,
 };
-pub use panels::{OperatorView, Panel, PanelCell, PanelsView};
+pub use panels::{Panel, PanelsView};
+pub use plcc_protocol::{Active, EventKind, OperatorView, PanelCell};
 pub use scope::{AxisMark, Channel, Sample, ScopeState, ScopeView};
 pub use statements::{
     DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,

@@ -6,7 +6,7 @@ use plcc_abi::image::read_u16;
 use plcc_abi::nct::NctTables;
 
 use super::flag_row::FlagRow;
-use crate::{AnnouncedText, Event, EventBody};
+use crate::{Announced, AnnouncedText, Event, EventBody};
 
 /// The bytes of the output image whose bits are messages: Y700 to Y707, indexed by RH090 to
 /// RH097, then Y710 to Y897.
@@ -45,6 +45,20 @@ impl Messages {
         COUNT
     }
 
+    /// The messages that are on in an image, in which RH000 has the offset `rh`. Of those whose text a register chooses, the
+    /// value of that stands after the text.
+    pub(super) fn on(&self, image: &[u8], rh: u32) -> Vec<Announced> {
+        let bits = self.flags.read(image).into_iter().enumerate();
+        let bits = bits.flat_map(|(row, byte)| (0..8).map(move |bit| (row, bit, byte >> bit & 1)));
+        let on = bits.zip(&self.texts).filter(|((_, _, bit), _)| *bit != 0);
+        let shown = on.map(|((row, bit, _), (name, text))| {
+            let index = (row == 0).then(|| format!(" {:X}", index(image, rh, bit)));
+            let text = format!("{text}{}", index.unwrap_or_default());
+            Announced { is_fault: false, name: name.to_string(), text }
+        });
+        shown.collect()
+    }
+
     /// Appends an event for each flag that is not as it was at the last call, in the order of the flags.
     /// `shown` holds the flags' bytes as they were then; `rh` is the offset of RH000 in the image.
     pub(super) fn update(
@@ -67,8 +81,7 @@ impl Messages {
             *shown = now;
             let texts = self.texts.iter().skip(row * 8).take(8).enumerate();
             for (bit, (name, text)) in texts.filter(|(bit, _)| changed >> bit & 1 != 0) {
-                let index =
-                    (row == 0).then(|| read_u16(image, rh + (FIRST_INDEX + bit as u32) * 2).into());
+                let index = (row == 0).then(|| index(image, rh, bit).into());
                 events.push(Event {
                     tick,
                     body: EventBody::Message {
@@ -82,4 +95,9 @@ impl Messages {
             }
         }
     }
+}
+
+/// The register that chooses the text of the bit of Y700 to Y707; `rh` is the offset of RH000 in the image.
+fn index(image: &[u8], rh: u32, bit: usize) -> u16 {
+    read_u16(image, rh + (FIRST_INDEX + bit as u32) * 2)
 }

@@ -27,8 +27,10 @@ mod tests;
 
 use std::sync::Arc;
 
+use plcc_abi::nct::layout::region;
 use plcc_abi::{Program, Tables};
 
+use crate::announced::Announced;
 use crate::control::Control;
 use crate::names::Names;
 use crate::online_change::Comparison;
@@ -48,5 +50,14 @@ impl Control for plcc_abi::nct::NctTables {
     fn compare(&self, old: &Program, new: &Program) -> Option<Result<Comparison, String>> {
         let Tables::Nct(is) = &new.tables else { return None };
         Some(Ok(transfer::compare(old, self, new, is)))
+    }
+
+    fn announces(&self) -> bool {
+        true
+    }
+
+    fn announced(&self, program: &Program, image: &[u8]) -> Vec<Announced> {
+        let rh = program.region(region::RH).map_or(0, |region| region.offset);
+        events::Messages::new(self, image.len()).on(image, rh)
     }
 }

@@ -75,6 +75,18 @@ impl Announcements {
         }
     }
 
+    /// What is on in an image.
+    pub(super) fn on(&self, image: &[u8]) -> Vec<crate::Announced> {
+        let each = self.all.iter().zip(&self.offsets);
+        let on = each.filter(|(_, offset)| read_u8(image, **offset) != 0);
+        let shown = on.map(|(announced, _)| crate::Announced {
+            is_fault: announced.is_fault,
+            name: announced.name.to_string(),
+            text: announced.text(image).to_string(),
+        });
+        shown.collect()
+    }
+
     /// The event that the announcement of a number is on or off from now on.
     fn event(&self, number: usize, on: bool, image: &[u8], tick: u64) -> Option<Event> {
         let announced = self.all.get(number)?;

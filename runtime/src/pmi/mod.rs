@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use plcc_abi::{Program, Tables};
 
+use crate::announced::Announced;
 use crate::control::Control;
 use crate::names::Names;
 use crate::online_change::Comparison;
@@ -39,5 +40,13 @@ impl Control for plcc_abi::pmi::PmiTables {
     fn compare(&self, _old: &Program, new: &Program) -> Option<Result<Comparison, String>> {
         let Tables::Pmi(is) = &new.tables else { return None };
         Some(Ok(transfer::compare(self, is)))
+    }
+
+    fn announces(&self) -> bool {
+        !(self.faults.is_empty() && self.messages.is_empty())
+    }
+
+    fn announced(&self, _program: &Program, image: &[u8]) -> Vec<Announced> {
+        events::Announcements::new(&self.faults, &self.messages).on(image)
     }
 }

@@ -2,6 +2,7 @@
 //! and makes the reply of the answer.
 
 mod online_change;
+mod operator;
 mod waiting_change;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use plcc_abi::{Engine, Program};
+use plcc_abi::{Engine, OperatorPanel, Program};
 use plcc_image::latch::Rule;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -33,6 +34,8 @@ use plcc_runtime::{Executive, Value};
 pub struct Loaded {
     /// Its program.
     pub program: Program,
+    /// What an operator sees of the control's panels.
+    pub operator: Option<Arc<OperatorPanel>>,
     /// Its engine.
     pub engine: Box<dyn Engine + Send>,
     /// Puts it into the record of the run, when it is really to run, and gives its number there.
@@ -58,6 +61,8 @@ pub(crate) type MakeRecorderProgram = Box<dyn Fn(u16, &dyn Executive) -> Recorde
 pub struct RunServices {
     /// The program that runs at the beginning.
     pub program: Arc<Program>,
+    /// What an operator sees of its control's panels.
+    pub operator: Option<Arc<OperatorPanel>>,
     /// What clients may do besides reading.
     pub allow: Vec<Permission>,
     /// The image file, which an online change makes anew.
@@ -106,6 +111,8 @@ pub(super) enum Answered {
 enum Continuation {
     /// The values are put into the reply, under these names.
     Show(Vec<Named>),
+    /// The values are shown on the operator's screen.
+    Operator,
     /// These entries, which say who did what, are written into the journal.
     Tell(Vec<EntryKind>),
     /// The same for variables that were set: an entry for each item of the batch.
@@ -161,7 +168,8 @@ impl Requests {
         progress: Arc<RunProgress>,
         services: RunServices,
     ) -> Self {
-        let current = ServedProgram::new(Arc::clone(&services.program), executive);
+        let panel = services.operator.as_deref();
+        let current = ServedProgram::new(Arc::clone(&services.program), panel, executive);
         let journal = services.journal.clone();
         Self {
             current,
@@ -187,7 +195,7 @@ impl Requests {
     /// Carries out a request, or has it carried out.
     pub(super) fn handle(&mut self, request: Request, by: &Peer) -> RequestState {
         if let Some(needed) = request.needs()
-            && !self.services.allow.contains(&needed)
+            && !needed.is_in(&self.services.allow)
         {
             let what = needed.name();
             let kind =
@@ -235,6 +243,8 @@ impl Requests {
                     entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
                 self.ask_to_force(change, entries.collect(), by)
             }
+            Request::Operator {} => self.operator(),
+            Request::Press { name, on } => self.press(name, on, by),
             Request::Stop {} => {
                 let entry = EntryKind::Control { request: "stop", by: by.clone() };
                 self.ask(Command::Stop, Continuation::Tell(vec![entry]))
@@ -343,6 +353,9 @@ impl Requests {
         match (command, continuation) {
             (Command::Read(batch), Continuation::Show(named)) => {
                 json(&values(&named, &batch, tick))
+            }
+            (Command::Read(batch), Continuation::Operator) => {
+                json(&self.operator_screen(&batch, tick)?)
             }
             (Command::Force(batch), Continuation::Force { mut new, entries, by }) => {
                 self.is_exclusive = false;

@@ -61,7 +61,7 @@ impl Requests {
         if !dry_run {
             self.check_none_waits()?;
         }
-        let Loaded { program, engine, put_into_record } =
+        let Loaded { program, operator, engine, put_into_record } =
             (self.services.load)(path).map_err(refused)?;
         let comparison = compare(&self.current.program, &program).map_err(refused)?;
         if dry_run {
@@ -81,7 +81,8 @@ impl Requests {
         }
         let make = &self.services.make_executive;
         let executive = make(&program).map_err(refused)?;
-        let mut next = ServedProgram::new(Arc::new(program), executive.as_ref());
+        let mut next =
+            ServedProgram::new(Arc::new(program), operator.as_deref(), executive.as_ref());
         next.title = path.display().to_string();
         next.recorded = put_into_record();
         let change = PendingChange { next, comparison, rollback: false, by: by.clone() };

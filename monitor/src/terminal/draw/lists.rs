@@ -1,6 +1,7 @@
 //! Pages that are lists.
 
 use plcc_protocol::{TaskSummary, TimesSummary};
+use plcc_screen::{first_shown, fitted, word_rows};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -9,7 +10,6 @@ use ratatui::widgets::Paragraph;
 
 use super::super::app::App;
 use super::said::SaidColumns;
-use super::{first_shown, fitted, word_rows};
 use crate::view::{
     Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimingView, VariableRow,
     VariablesView, WhyView,

@@ -1,6 +1,7 @@
 //! Draws the simulated machine: axes and small machines as bars, the block that runs, ways in a plane, and below them lamps and
 //! keys, of which the selected one is reversed.
 
+use plcc_screen::{cell_text, first_shown, fitted, style_of, word_rows};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -9,7 +10,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Points};
 
-use super::{first_shown, fitted, panels, word_rows};
 use crate::terminal::app::App;
 use crate::view::{AxisView, DeviceView, MachineView, PathView, ProgramView};
 
@@ -127,7 +127,7 @@ fn lamps(view: &MachineView, width: usize) -> Vec<Line<'static>> {
         return vec![];
     }
     let lamps: Vec<String> =
-        view.lamps.iter().map(|lamp| panels::cell_text(lamp).replace(' ', "\u{a0}")).collect();
+        view.lamps.iter().map(|lamp| cell_text(lamp).replace(' ', "\u{a0}")).collect();
     word_rows(&format!("lamps: {}", lamps.join(" ")), width).into_iter().map(Line::raw).collect()
 }
 
@@ -143,8 +143,8 @@ fn keys(app: &mut App, view: &MachineView, width: usize, most: usize) -> Vec<Lin
     let rows = rows.into_iter().enumerate().skip(first).take(most).map(|(row, cells)| {
         let spans = cells.iter().enumerate().flat_map(|(column, cell)| {
             let is_selected = row * app.columns + column == app.selected;
-            let text = fitted(&panels::cell_text(cell), cell_width - 1);
-            [Span::styled(text, panels::style_of(cell, is_selected)), Span::raw(" ")]
+            let text = fitted(&cell_text(cell), cell_width - 1);
+            [Span::styled(text, style_of(cell, is_selected)), Span::raw(" ")]
         });
         Line::from(spans.collect::<Vec<_>>())
     });

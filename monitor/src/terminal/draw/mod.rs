@@ -2,12 +2,12 @@
 
 mod lists;
 mod machine;
-mod operator;
 mod panels;
 mod said;
 mod scope;
 mod statements;
 
+use plcc_screen::{fitted, word_rows};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -52,7 +52,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         (Body::Scope(view), _) => scope::draw(view, frame, body),
         (Body::Machine(view), _) => machine::draw(app, view, frame, body),
         (Body::Panels(view), _) => panels::draw(app, view, frame, body),
-        (Body::Operator(view), _) => operator::draw(app, view, frame, body),
+        (Body::Operator(view), _) => app.operator.draw(view, frame, body),
         (Body::Status { reason }, _) => {
             let text = reason.clone().unwrap_or_default();
             frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), body);
@@ -157,28 +157,6 @@ fn message_lines(app: &App, note: Option<&str>, width: u16) -> Vec<Line<'static>
     rows.into_iter().map(|row| Line::styled(row, style)).collect()
 }
 
-/// A text in rows of at most `width` cells, divided between words where that is possible; at least one row.
-fn word_rows(text: &str, width: usize) -> Vec<String> {
-    if text.chars().count() <= width {
-        return vec![text.to_owned()];
-    }
-    let mut rows = vec![String::new()];
-    for word in text.split(' ') {
-        let word: Vec<char> = word.chars().collect();
-        for (number, part) in word.chunks(width.max(1)).enumerate() {
-            let used = rows.last().map_or(0, |row| row.chars().count());
-            let gap = usize::from(number == 0 && used > 0);
-            if used > 0 && used + gap + part.len() > width {
-                rows.push(part.iter().collect());
-            } else if let Some(row) = rows.last_mut() {
-                row.extend(std::iter::repeat_n(' ', gap));
-                row.extend(part);
-            }
-        }
-    }
-    rows
-}
-
 /// How many rows a screen of this width has besides those of the page itself.
 pub(super) fn rows_around(app: &App, width: u16) -> usize {
     2 + message_lines(app, None, width).len() + bar_lines(app, width).len()
@@ -187,7 +165,7 @@ pub(super) fn rows_around(app: &App, width: u16) -> usize {
 /// The keys of the page, in as many rows as they need, and the pages.
 fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
     if app.page == Page::Operator {
-        return vec![Line::raw(super::operator::KEYS)];
+        return vec![Line::raw(plcc_screen::KEYS)];
     }
     let width = usize::from(width);
     let mut rows = vec![String::new()];
@@ -242,21 +220,4 @@ fn draw_warning(warning: &str, frame: &mut Frame<'_>) {
     let block = Block::bordered().title(" WARNING ");
     frame.render_widget(Clear, place);
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(block), place);
-}
-
-/// The first row that is shown of a list, so that the selected one is in sight.
-pub(super) fn first_shown(selected: usize, count: usize, height: usize) -> usize {
-    let last_first = count.saturating_sub(height);
-    selected.saturating_sub(height / 2).min(last_first)
-}
-
-/// A text of exactly this many cells.
-pub(super) fn fitted(text: &str, width: usize) -> String {
-    let count = text.chars().count();
-    if count <= width {
-        return format!("{text}{}", " ".repeat(width - count));
-    }
-    let mut cut: String = text.chars().take(width.saturating_sub(1)).collect();
-    cut.push('…');
-    cut
 }

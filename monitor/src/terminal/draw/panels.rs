@@ -1,13 +1,13 @@
 //! Draws panels: a panel's title, and its cells in a grid. A lamp is `*` or `.`, a push-button that is pressed has
 //! brackets, and the selected cell is reversed.
 
+use plcc_screen::{cell_text, first_shown, fitted, style_of, word_rows};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
-use super::{first_shown, fitted, word_rows};
 use crate::terminal::app::App;
 use crate::view::{Panel, PanelCell, PanelsView};
 
@@ -54,35 +54,4 @@ pub(super) fn draw(app: &mut App, view: &PanelsView, frame: &mut Frame<'_>, area
 /// How many cells of a panel stand side by side: as many as the panel has columns, or as have room.
 fn columns(panel: &Panel, width: usize) -> usize {
     panel.columns.clamp(1, (width / MIN_WIDTH).max(1))
-}
-
-pub(super) fn style_of(cell: &PanelCell, is_selected: bool) -> Style {
-    let mut style = Style::new();
-    if cell.light == Some(true) || cell.pressed == Some(true) {
-        style = style.add_modifier(Modifier::BOLD);
-    }
-    if cell.dim {
-        style = style.add_modifier(Modifier::DIM);
-    }
-    if is_selected {
-        style = style.add_modifier(Modifier::REVERSED);
-    }
-    style
-}
-
-pub(super) fn cell_text(cell: &PanelCell) -> String {
-    let lamp = match cell.light {
-        Some(true) => "* ",
-        Some(false) => ". ",
-        None => "",
-    };
-    let label = match cell.pressed {
-        Some(true) => format!("[{}]", cell.label),
-        _ => cell.label.clone(),
-    };
-    match &cell.value {
-        Some(value) if label.is_empty() => format!("{lamp}{value}"),
-        Some(value) => format!("{lamp}{label} {value}"),
-        None => format!("{lamp}{label}"),
-    }
 }

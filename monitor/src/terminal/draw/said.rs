@@ -1,7 +1,8 @@
 //! What the machine file says of variables, in columns: another name, what it is, the device, the terminal. In a narrow terminal
 //! they give way to everything else.
 
-use super::fitted;
+use plcc_screen::fitted;
+
 use crate::view::Said;
 
 /// The blanks in front of a column.

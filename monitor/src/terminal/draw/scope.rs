@@ -1,12 +1,12 @@
 //! The scope: two rows for each variable, its name with values, and its course.
 
+use plcc_screen::fitted;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
-use super::fitted;
 use crate::view::{Channel, ScopeState, ScopeView};
 
 /// Rising heights of a cell.

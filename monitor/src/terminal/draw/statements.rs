@@ -1,12 +1,12 @@
 //! Statements with power flow: values above their variables (PMI 5.1), or at the right (NCT 5, PMAC).
 
+use plcc_screen::{fitted, word_rows};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::{fitted, word_rows};
 use crate::view::{Execution, Role, StatementLayout, StatementLine, StatementsView, Token};
 
 /// Cells in front of a statement: the cursor, the mark of what was not executed, the line number.
