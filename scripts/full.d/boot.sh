@@ -1,4 +1,4 @@
-# A controller that boots: a clean Debian with the package, in qemu. Units start by themselves and in their order, a control that is killed is started again, a watchdog resets the computer, and retained data survive a restart and a power cut.
+# A controller that boots: a clean Debian with the package, in qemu. Units start by themselves and in their order, the operator's screen is on the console, a control that is killed is started again, a watchdog resets the computer, and retained data survive a restart and a power cut.
 #
 # Needs root, a mirror of Debian, and Debian's packages mmdebstrap, e2fsprogs and qemu-system-x86; without one of these the check is
 # skipped. FULL_BOOT_PACKAGE names a package that is there already; without it scripts/deb builds one. It takes a few minutes where the
@@ -113,12 +113,16 @@ $OUTPUT
 LAMP = 1/0
 $INTEGER
 STARTS
+$MESSAGE
+ON = "LAMP ON"
 $END
 IF (@IPL)
  @NVINT[0] = @NVINT[0] + 1
 ENDIF
 STARTS = @NVINT[0]
 LAMP = T
+ON = LAMP
+@CL103 = @CP103
 PMI
   # The period is long, since qemu may be slow.
   cat >"$root/etc/plcrt/lathe.toml" <<'TOML'
@@ -128,6 +132,7 @@ retain = "/var/lib/plcrt/lathe/retained"
 log = "/var/log/plcrt/lathe/log.jsonl"
 image = "/run/plcrt/lathe/image"
 socket = "/run/plcrt/lathe/socket"
+allow = ["operate"]
 restart = 2
 [plcio]
 modbus-server = "127.0.0.1:502"
@@ -140,7 +145,7 @@ TOML
     cd /etc/plcrt
     plcc build lathe.pmi -o lathe.plcx
     plcrt check-config lathe.toml
-    systemctl enable plcrt@lathe plcio@lathe' >&2 || return 1
+    systemctl enable plcrt@lathe plcio@lathe plcrt-operator@lathe' >&2 || return 1
   truncate -s 3G "$work/disk"
   mke2fs -q -t ext4 -d "$root" "$work/disk" >&2 && rm -rf "$root"
 }
@@ -161,15 +166,23 @@ in_order() {
   [ "$ready" -gt 0 ] && [ "$ready" -le "$drivers" ] || { echo "not in order: $answer" >&2; return 1; }
 }
 
-# After each start of the computer: both units run, and what they do is seen from outside.
+# The operator's screen, as the first console shows it.
+on_console() { soon "tr -cs '[:print:]' ' ' </dev/vcs1 | grep -F -- '$1'"; }
+# As when somebody presses Enter at the console's keyboard.
+enter="perl -e 'open T, q(+<), q(/dev/tty1) or die; \$c = chr 13; ioctl T, 0x5412, \$c or die'"
+
+# After each start of the computer: the units run, and what they do is seen from outside.
 runs() {
   booted &&
-    soon 'systemctl is-active plcrt@lathe plcio@lathe' && in_order &&
-    prints "$starts" "STARTS=$1" && soon "$lamp" && prints "$lamp" "$lit"
+    soon 'systemctl is-active plcrt@lathe plcio@lathe plcrt-operator@lathe' && in_order &&
+    prints "$starts" "STARTS=$1" && soon "$lamp" && prints "$lamp" "$lit" && on_console 'L A M P   O N'
 }
 
 check() {
   power_on && runs 1 || return 1
+  echo "the operator presses a key" >&2
+  on_console '. @CP103' && guest "$enter" && on_console '* [@CP103]' || return 1
+  prints 'timeout 30 plcctl /run/plcrt/lathe/socket get @CL103' '@CL103=1' || return 1
   echo "a control that is killed is started again by its supervisor" >&2
   guest "sleep 2; kill -KILL $control" && soon "$starts | grep -x STARTS=2" && prints "$lamp" "$lit" || return 1
   prints 'systemctl show -P NRestarts plcrt@lathe' 0 || return 1
@@ -224,5 +237,5 @@ unit() {
     return 1
   }
   rm -f "$work/disk"
-  printf '%s\tunits started in order at four boots; killed control, killed drivers, restart, power cut, watchdog\t%s\n' "$1" $((SECONDS - start))
+  printf '%s\tunits started in order at four boots; screen for the operator, killed control, killed drivers, restart, power cut, watchdog\t%s\n' "$1" $((SECONDS - start))
 }
