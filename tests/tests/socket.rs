@@ -1271,12 +1271,18 @@ fn an_operator_presses_the_keys_that_the_program_uses_and_changes_nothing_else()
     assert_eq!((&keys[0]["label"], &keys[0]["light"]), (&"coolant".into(), &false.into()));
     let variable = keys[0]["variable"].as_str().unwrap();
     let press = |on: bool| json!({"request": "press", "name": variable, "on": on});
+    // A key is pressed as long as its client is connected.
+    let client = control.connect();
     control.ask(&press(true));
     let screen = operator_screen(&control, |screen| screen["keys"][0]["light"] == true);
     assert_eq!(screen["keys"][0]["pressed"], true);
     let fault = json!([{"kind": "fault", "name": "FLT", "text": "COOLANT LOW", "since": null}]);
     operator_screen(&control, |screen| screen["active"] == fault);
     control.ask(&press(false));
+    operator_screen(&control, |screen| screen["active"] == json!([]));
+    control.ask(&press(true));
+    operator_screen(&control, |screen| screen["active"] == fault);
+    drop(client);
     operator_screen(&control, |screen| screen["active"] == json!([]));
 
     for name in ["FLT", "@CL103", "@CP104", "@FRO", "NOTHING"] {
@@ -1309,6 +1315,7 @@ fn an_operator_of_an_nct_sees_messages_and_softkeys() {
     let labels: Vec<&Json> =
         screen["keys"].as_array().unwrap().iter().map(|key| &key["label"]).collect();
     assert_eq!(labels, ["HNDL"], "{screen}");
+    let _client = control.connect();
     control.ask(&json!({"request": "press", "name": "I401", "on": true}));
     let screen = operator_screen(&control, |screen| screen["active"] != json!([]));
     let message = json!({"kind": "message", "name": "Y710", "text": "DOOR OPEN", "since": null});

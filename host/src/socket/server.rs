@@ -159,6 +159,9 @@ impl Drop for Server {
     }
 }
 
+/// The number of no client: nobody waits for the answer.
+const NOBODY: u64 = u64::MAX;
+
 /// A request that waits for its answer.
 struct Waiting {
     client: u64,
@@ -212,6 +215,7 @@ impl SocketThread {
         }
         self.answer(now);
         self.serve(ready.get(1..).unwrap_or_default(), now);
+        self.release_keys();
         self.continue_change(now);
     }
 
@@ -318,6 +322,15 @@ impl SocketThread {
 
     fn position(&self, client: u64) -> Option<usize> {
         self.connections.iter().position(|connection| connection.number == client)
+    }
+
+    /// Has the keys of the operator's screen released whose client has left.
+    fn release_keys(&mut self) {
+        let Self { connections, requests, waiting, .. } = self;
+        let is_there = |pid| connections.iter().any(|connection| connection.peer.pid == pid);
+        while requests.release_key(is_there) {
+            waiting.push_back(Waiting { client: NOBODY, id: Json::Null });
+        }
     }
 
     /// Has an online change go on that waits. When its client has left it is given up.

@@ -131,6 +131,8 @@ pub(crate) struct Requests {
     progress: Arc<RunProgress>,
     /// What is done with the next answers, in the order in which they come.
     continuations: VecDeque<Continuation>,
+    /// The keys of the operator's screen that are pressed, and by whom.
+    pressed: Vec<(String, Peer)>,
     /// Whether the other thread has an online change or a force.
     is_exclusive: bool,
     /// The online change that was asked and is not answered.
@@ -177,6 +179,7 @@ impl Requests {
             queues,
             progress,
             continuations: VecDeque::new(),
+            pressed: vec![],
             is_exclusive: false,
             under_way: None,
             generation: 0,

@@ -56,7 +56,27 @@ impl Requests {
         }
         let value = if on { "1" } else { "0" };
         let items = self.current.items_to_write(&[Assignment::new(name.as_str(), value)])?;
-        let entry = EntryKind::Write { name, value: value.into(), by: by.clone() };
-        self.ask(Command::Write(Box::new(Batch::new(items))), Continuation::Set(vec![entry]))
+        let entry = EntryKind::Write { name: name.clone(), value: value.into(), by: by.clone() };
+        let batch = Box::new(Batch::new(items));
+        let asked = self.ask(Command::Write(batch), Continuation::Set(vec![entry]))?;
+        self.pressed.retain(|(pressed, _)| *pressed != name);
+        if on {
+            self.pressed.push((name, by.clone()));
+        }
+        Ok(asked)
+    }
+
+    /// Has a key released whose client has left, as if its finger had: nobody else would do it. `is_there` says whether a
+    /// process is connected. Gives whether an answer will come, for which nobody waits.
+    pub(in crate::socket) fn release_key(&mut self, is_there: impl Fn(u32) -> bool) -> bool {
+        let Some(at) = self.pressed.iter().position(|(_, by)| !is_there(by.pid)) else {
+            return false;
+        };
+        if !self.takes_requests() || self.check_room().is_err() {
+            return false;
+        }
+        let (name, by) = self.pressed.remove(at);
+        // A program that has taken the place of the other one need not have the key.
+        self.press(name, false, &by).is_ok()
     }
 }
