@@ -53,8 +53,10 @@ pub struct Act {
 pub enum ActKind {
     /// A row of the stimulus sets it.
     Stimulus,
-    /// Somebody sets it, or another process gives the value of an input.
+    /// Somebody sets it.
     Write,
+    /// An input gets a value from outside: another process gives it, or somebody sets it. A record does not tell which.
+    Input,
     /// Somebody forces it, or ends that.
     Force,
 }

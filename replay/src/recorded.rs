@@ -6,6 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Engine;
+use plcc_abi::place::Direction;
 use plcc_record::{Action, Recording, ReplayError, ReplayState, Replayed, RunTicks};
 use plcc_runtime::{Event, Executive, Setting};
 
@@ -224,11 +225,18 @@ impl History for Recorded {
     fn acts(&mut self, tick: u64) -> Result<Vec<Act>, DebugError> {
         self.go_before(tick)?;
         let clocked = ticks_of(&self.recording, self.run, self.generation)?.run.header.clocked;
-        let set = if clocked { ActKind::Write } else { ActKind::Stimulus };
+        let names = self.state.executive().names();
+        let set = |variable| match names.properties(variable).direction {
+            _ if !clocked => ActKind::Stimulus,
+            Direction::Input => ActKind::Input,
+            _ => ActKind::Write,
+        };
         let next = self.state.next().filter(|next| next.tick == tick);
         let actions = next.map_or(&[][..], |next| next.actions.as_slice());
         let act = |action: &Action| match *action {
-            Action::Write(variable, value) => Some(Act { variable, value: Some(value), kind: set }),
+            Action::Write(variable, value) => {
+                Some(Act { variable, value: Some(value), kind: set(variable) })
+            }
             Action::Force(variable, value) => Some(Act { variable, value, kind: ActKind::Force }),
             Action::Skip(_) | Action::SafeOutputs => None,
         };

@@ -210,6 +210,7 @@ impl Inquiry<'_> {
             let by = match act.kind {
                 ActKind::Stimulus => ChangedBy::Stimulus,
                 ActKind::Write => ChangedBy::Write,
+                ActKind::Input => ChangedBy::Input,
                 ActKind::Force => ChangedBy::Force { by: None },
             };
             return Ok((by, None));

@@ -5,11 +5,13 @@ mod present;
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use clap::Parser;
 use plcc_abi::printable;
 use plcc_host::session;
-use plcc_replay::{ControlSocket, DebugError, Debugger, forced_by};
+use plcc_replay::{ControlSocket, DebugError, Debugger, Session, forced_by};
 use plcc_why::{Explanation, Line, PieceKind, Question, explain};
 
 use super::monitor::is_recording;
@@ -20,13 +22,17 @@ use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::report::{Destination, Report};
 
+/// How long the record of a control that runs is waited for, and how often it is read meanwhile.
+const PATIENCE: Duration = Duration::from_secs(3);
+const PAUSE: Duration = Duration::from_millis(200);
+
 pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     let path = args.target.first().ok_or_else(|| Failure::usage("TARGET is missing"))?;
     let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
     let explanation = if is_socket {
         let control = ControlSocket::new(path);
         let mut explanation = match &args.record {
-            Some(record) => of_record(args, record, true)?,
+            Some(record) => of_live_record(args, record, &control, report)?,
             None => {
                 let Some(found) = present::explanation(args, &control, report)? else {
                     return Ok(ERRORS);
@@ -141,7 +147,40 @@ fn run_to(debugger: &mut Debugger<'_>, last: u64, is_asked: bool) -> Result<u64,
 
 /// The answer for a record; `is_live` says that its control runs.
 fn of_record(args: &WhyArgs, path: &Path, is_live: bool) -> Result<Explanation, Failure> {
-    let session = attach(&run_command(args)?, path, is_live)?;
+    of_session(args, attach(&run_command(args)?, path, is_live)?)
+}
+
+/// The answer for a control that runs, by its record. That ends about a second before the present, so the tick of the present
+/// is waited for.
+fn of_live_record(
+    args: &WhyArgs,
+    path: &Path,
+    control: &ControlSocket,
+    report: &Report,
+) -> Result<Explanation, Failure> {
+    let done = control.status().ok().map(|status| status.ticks);
+    let asked = args.tick.map(|tick| tick.saturating_add(1));
+    let wanted = done.map_or(0, |done| asked.map_or(done, |asked| asked.min(done)));
+    let start = Instant::now();
+    loop {
+        let session = attach(&run_command(args)?, path, true)?;
+        let known = session.history.known();
+        if known < wanted && start.elapsed() < PATIENCE {
+            thread::sleep(PAUSE);
+            continue;
+        }
+        if known < wanted && asked.is_none() {
+            let (last, now) = (known.saturating_sub(1), wanted - 1);
+            report.note(&format!(
+                "the record ends with tick {last}, and the control is at tick {now}: the answer is about tick {last}"
+            ));
+        }
+        return of_session(args, session);
+    }
+}
+
+/// The answer for what was recorded.
+fn of_session(args: &WhyArgs, session: Session<'static>) -> Result<Explanation, Failure> {
     let last = session.history.known().saturating_sub(1);
     let mut debugger = Debugger::new(session);
     let tick = args.tick.unwrap_or(last);
