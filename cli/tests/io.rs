@@ -84,10 +84,10 @@ fn a_list_leads_from_the_old_terminal_to_the_new_point() {
         rows[..5],
         [
             "side,name,alias,line,old place,description,device,terminal,drawing,new point,checked",
-            "input,TPOS,,PORT0.0,port 0 bits 0-3,,,,,gpio gpiochip0/4..7 (point 1 of 4),",
-            "input,TPOS,,PORT0.1,port 0 bits 0-3,,,,,gpio gpiochip0/4..7 (point 2 of 4),",
-            "input,TPOS,,PORT0.2,port 0 bits 0-3,,,,,gpio gpiochip0/4..7 (point 3 of 4),",
-            "input,TPOS,,PORT0.3,port 0 bits 0-3,,,,,gpio gpiochip0/4..7 (point 4 of 4),",
+            "input,TPOS,,PORT0.0,port 0 bits 0-3,,,,,gpio gpiochip0/4,",
+            "input,TPOS,,PORT0.1,port 0 bits 0-3,,,,,gpio gpiochip0/5,",
+            "input,TPOS,,PORT0.2,port 0 bits 0-3,,,,,gpio gpiochip0/6,",
+            "input,TPOS,,PORT0.3,port 0 bits 0-3,,,,,gpio gpiochip0/7,",
         ]
     );
     let door =

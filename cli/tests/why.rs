@@ -467,3 +467,27 @@ fn to_set_the_variable_itself_is_not_an_answer() {
     assert_eq!((&why["value"], &why["since"]), (&json!(1), &json!(3)));
     assert_eq!(why["would"], json!([[{"name": "DONE", "value": 1}]]));
 }
+
+#[test]
+fn a_control_with_a_record_is_explained_at_the_present_tick() {
+    let folder = chain();
+    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "write"];
+    let mut run = folder.command(&options);
+    run.args(["--record", "r.plcrec"]);
+    let _control = Killed::spawn(run.stderr(Stdio::null()).stdout(Stdio::null()));
+    wait("the control's socket", || UnixStream::connect(folder.path().join("socket")).ok());
+    wait("the record", || folder.run(&["replay", "r.plcrec"]).status.eq(&0).then_some(()));
+    // What has just happened is not in the record yet.
+    let values = json!([{"name": "START", "value": "1"}]);
+    let set = ask(&folder, json!({"version": 1, "request": "set", "values": values}));
+    let tick = set["result"]["ticks"].as_u64().unwrap();
+    wait("the tick", || {
+        let status = ask(&folder, json!({"version": 1, "request": "status"}));
+        (status["result"]["ticks"].as_u64() > Some(tick)).then_some(())
+    });
+    let why = json_of(&folder, "socket START --record r.plcrec");
+    assert!(why["tick"].as_u64() >= Some(tick), "{why}");
+    // Who gives an input its value, a record does not say.
+    assert_eq!((&why["value"], &why["since"]), (&json!(1), &json!(tick)));
+    assert_eq!(why["changed_by"], json!({"kind": "input"}));
+}

@@ -106,6 +106,22 @@ mod tests {
     }
 
     #[test]
+    fn a_point_is_written_as_in_an_entry_of_its_own() {
+        for (driver, list, second) in [
+            ("gpio", "gpiochip0/17,27", "gpiochip0/27"),
+            ("modbus-tcp", "h/1/coil/8..9", "h:502/1/coil/9"),
+            ("modbus-tcp", "h/1/holding/7.0..7.1", "h:502/1/holding/7.1"),
+            ("modbus-rtu", "/dev/ttyS0/7/discrete/1..2", "/dev/ttyS0/7/discrete/2"),
+            ("modbus-server", "coil/0..3", "coil/1"),
+            ("ethercat", "eth1/1/in/0.6..1.0", "eth1/1/in/0.7"),
+        ] {
+            let driver = drivers::all().find(|known| known.name() == driver).unwrap();
+            let addresses = Addresses::read(driver, list).unwrap();
+            assert_eq!(addresses.get(1).unwrap().written().as_deref(), Some(second));
+        }
+    }
+
+    #[test]
     fn a_list_has_points_and_ranges() {
         for (driver, list, singles) in [
             ("gpio", "gpiochip0/17,27, 22", &["gpiochip0/17", "gpiochip0/27", "gpiochip0/22"][..]),

@@ -30,6 +30,12 @@ pub trait Address: Any + fmt::Debug + Send + Sync {
         format!("{self:?}")
     }
 
+    /// The address of this one point for people, as it would be written in an entry of its own, without a format; `None` where it
+    /// has none of its own.
+    fn written(&self) -> Option<String> {
+        None
+    }
+
     /// Why a variable can't be there, if it can't; the reason follows the variable's name. `is_input` says that values go from here to
     /// the variable, `is_bit` that it is a bit.
     fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String>;

@@ -32,9 +32,9 @@ pub fn check_wiring(entries: &[Entry], program: &Program, names: &dyn Names) -> 
 pub struct Point {
     /// The driver.
     pub driver: &'static str,
-    /// The address of its entry.
+    /// Its address; where it has none of its own, that of its entry.
     pub address: String,
-    /// Which of the points of its entry it is, from 1, and how many there are.
+    /// Which of the points of that address it is, from 1, and how many there are.
     pub number: (usize, usize),
 }
 
@@ -76,11 +76,12 @@ pub fn wired_points(
         let number = numbers.entry(point.entry.line).or_default();
         *number += 1;
         let count = counts.get(&point.entry.line).copied().unwrap_or(1);
-        let wired = Point {
-            driver: point.entry.driver.name(),
-            address: point.entry.address.clone(),
-            number: (*number, count),
+        let own = point.address.as_ref().and_then(|address| address.written());
+        let (address, number) = match own.filter(|_| count > 1) {
+            Some(own) => (own, (1, 1)),
+            None => (point.entry.address.clone(), (*number, count)),
         };
+        let wired = Point { driver: point.entry.driver.name(), address, number };
         points.insert(point.symbol.name.clone(), wired);
     }
     Ok(points)

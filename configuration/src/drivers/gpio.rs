@@ -137,6 +137,10 @@ impl Address for GpioLine {
         format!("gpio {}/{}", self.chip, self.line)
     }
 
+    fn written(&self) -> Option<String> {
+        Some(format!("{}/{}", self.chip, self.line))
+    }
+
     fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
         if !is_bit {
             return Some("is a number, which a line of a GPIO chip can't be".into());

@@ -179,6 +179,16 @@ impl Address for EthercatPoint {
         Some(Arc::new(self.after(index)?))
     }
 
+    fn written(&self) -> Option<String> {
+        let Self { interface, terminal, is_output, byte, value } = self;
+        let side = if *is_output { "out" } else { "in" };
+        let bit = match value {
+            ProcessValue::Bit(bit) => format!(".{bit}"),
+            _ => String::new(),
+        };
+        Some(format!("{interface}/{terminal}/{side}/{byte}{bit}"))
+    }
+
     fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
         let why = match (is_input, self.is_output, is_bit, self.value.is_bit()) {
             (true, true, ..) => "is given from outside, but its address is an output of a terminal",

@@ -167,6 +167,25 @@ impl Address for ModbusAddress {
         Some(Arc::new(self.after(index)?))
     }
 
+    fn written(&self) -> Option<String> {
+        let Self { medium, unit, table, number, format } = self;
+        let device = match medium {
+            Medium::Server => String::new(),
+            medium => format!("{medium}/{unit}/"),
+        };
+        let table = match table {
+            Table::Coil => "coil",
+            Table::Discrete => "discrete",
+            Table::Input => "input",
+            Table::Holding => "holding",
+        };
+        let bit = match format {
+            Format::BitOf(bit) => format!(".{bit}"),
+            Format::Bit | Format::Number(..) => String::new(),
+        };
+        Some(format!("{device}{table}/{number}{bit}"))
+    }
+
     fn unfit(&self, is_input: bool, is_bit: bool) -> Option<String> {
         if self.format.is_bit() != is_bit {
             let (is, needs) = match is_bit {
