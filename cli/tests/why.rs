@@ -485,7 +485,7 @@ fn a_control_with_a_record_is_explained_at_the_present_tick() {
         let status = ask(&folder, json!({"version": 1, "request": "status"}));
         (status["result"]["ticks"].as_u64() > Some(tick)).then_some(())
     });
-    let why = json_of(&folder, "socket START --record r.plcrec");
+    let why = json_of(&folder, "socket START");
     assert!(why["tick"].as_u64() >= Some(tick), "{why}");
     // Who gives an input its value, a record does not say.
     assert_eq!((&why["value"], &why["since"]), (&json!(1), &json!(tick)));

@@ -57,6 +57,8 @@ pub struct Status {
     pub allow: Vec<String>,
     /// The file of retained data; `None` without `--retain`.
     pub retained: Option<Retained>,
+    /// The file in which the control is recorded; `None` where it is not.
+    pub record: Option<String>,
 }
 
 /// An online change that waits for something to end.

@@ -205,6 +205,8 @@ impl Interfaces {
                     RecorderProgram::new(number, executive, queue)
                 }),
                 retained: sources.retained.status(args),
+                // Clients may be in another folder.
+                record: args.record.as_ref().and_then(|path| std::path::absolute(path).ok()),
                 journal: journal.clone(),
             };
             let what = format!("the socket {}", path.display());

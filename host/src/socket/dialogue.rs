@@ -69,6 +69,7 @@ impl Dialogue {
                 RecorderProgram::new(number, executive, None)
             }),
             retained: Box::new(|| None),
+            record: None,
             journal: Journal::discarding(),
         };
         let requests =

@@ -64,6 +64,7 @@ pub(super) fn requests() -> (Requests, ScanEnd) {
             RecorderProgram::new(number, executive, None)
         }),
         retained: Box::new(|| None),
+        record: None,
         journal: Journal::discarding(),
     };
     let progress = std::sync::Arc::default();

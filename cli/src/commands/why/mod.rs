@@ -4,7 +4,7 @@ mod present;
 
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -31,8 +31,17 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
     let explanation = if is_socket {
         let control = ControlSocket::new(path);
-        let mut explanation = match &args.record {
-            Some(record) => of_live_record(args, record, &control, report)?,
+        // The control names its record itself. Who names a source asks without one.
+        let status = control.status().ok().filter(|_| args.target.len() == 1);
+        let own = status.and_then(|status| status.record).map(PathBuf::from);
+        let own = own.filter(|record| fs::File::open(record).is_ok());
+        let recorded = match (&args.record, own) {
+            (Some(record), _) => Some(of_live_record(args, record, &control, report)?),
+            // Of a record that can't explain it, since it holds no sources for example, the present values remain.
+            (None, own) => own.and_then(|own| of_live_record(args, &own, &control, report).ok()),
+        };
+        let mut explanation = match recorded {
+            Some(recorded) => recorded,
             None => {
                 let Some(found) = present::explanation(args, &control, report)? else {
                     return Ok(ERRORS);

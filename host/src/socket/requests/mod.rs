@@ -83,6 +83,8 @@ pub struct RunServices {
     pub(crate) recorder_program: MakeRecorderProgram,
     /// Says how the retained file is.
     pub retained: RetainedStatus,
+    /// The file in which the run is recorded.
+    pub record: Option<PathBuf>,
     /// Where entries are written that say who did what.
     pub journal: Journal,
 }
@@ -316,6 +318,7 @@ impl Requests {
             forced_by: self.current.holders(),
             allow: self.services.allow.iter().map(|one| one.name().to_owned()).collect(),
             retained: (self.services.retained)(),
+            record: self.services.record.as_ref().map(|path| path.display().to_string()),
         }
     }
 
