@@ -513,6 +513,9 @@ fn an_operator_at_the_console_of_a_controller_presses_keys() {
     terminal.wait_for_new("p.pmi (PMI)");
     terminal.press("q\r");
     terminal.wait_for_new("C O O L A N T   L O W");
+    // Only cells that change are drawn: of another text at the same place not all would be.
+    terminal.press("\r");
+    terminal.wait_for_new("no fault and no message");
     control.end();
     terminal.wait_for_new("N O   C O N T R O L");
     let _control = shop.control(&[]);
