@@ -7,6 +7,38 @@
 //! | `text.rs` | texts in rows of cells |
 //! | `cells.rs` | keys, lamps and values of panels |
 //! | `operator.rs` | the operator's screen |
+//!
+//! ```
+//! use plcc_protocol::OperatorView;
+//! use plcc_screen::{Display, Operator, TerminalError};
+//! use ratatui::Frame;
+//! use ratatui::crossterm::event::{KeyCode, KeyEvent};
+//!
+//! /// The operator's screen of a program that uses no key.
+//! #[derive(Default)]
+//! struct Empty {
+//!     operator: Operator,
+//!     is_left: bool,
+//! }
+//!
+//! impl Display for Empty {
+//!     fn draw(&mut self, frame: &mut Frame<'_>) {
+//!         self.operator.draw(&OperatorView::default(), frame, frame.area());
+//!     }
+//!
+//!     fn key(&mut self, key: KeyEvent) {
+//!         self.is_left = key.code == KeyCode::Char('q');
+//!     }
+//!
+//!     fn is_left(&self) -> bool {
+//!         self.is_left
+//!     }
+//! }
+//!
+//! # fn example() -> Result<(), TerminalError> {
+//! plcc_screen::run(&mut Empty::default())
+//! # }
+//! ```
 
 mod cells;
 mod operator;
