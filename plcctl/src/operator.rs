@@ -267,7 +267,7 @@ mod tests {
             assert!(text.contains(part), "{part}:\n{text}");
         }
         assert!(text.contains("C O O L A N T") && !text.contains('\u{1b}'), "{text}");
-        let mut press = |display: &mut OperatorDisplay, code| display.key(KeyEvent::from(code));
+        let press = |display: &mut OperatorDisplay, code| display.key(KeyEvent::from(code));
         press(&mut display, KeyCode::Enter);
         assert!(drawn(&mut display).contains("* [coolant]"));
         press(&mut display, KeyCode::Right);
