@@ -330,7 +330,7 @@ pub unsafe extern "C" fn plcrt_get(
     unsafe {
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
             let variable = plcrt.control.find(text(name)?)?;
-            let number = found::number(&plcrt.control.get(variable));
+            let number = plcrt.control.get(variable).number();
             let number = number.ok_or("it is an array; name one of its elements")?;
             let value = value.as_mut().ok_or("there is no place for the value: it is null")?;
             *value = number;

@@ -1,7 +1,7 @@
 //! The variables that a C program has found, by the numbers that it was given for them.
 
 use plcc_abi::place::Place;
-use plcc_runtime::{Value, VariableKey};
+use plcc_runtime::VariableKey;
 
 use crate::c::{PLCRT_LINES, PLCRT_READ, PLCRT_WRITE};
 use crate::control::{Control, Settable};
@@ -34,15 +34,6 @@ impl Found {
     }
 }
 
-/// The number that a value is; `None` for an array.
-pub(crate) fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Int(value) => Some(*value as f64),
-        Value::Float(value) => Some(*value),
-        Value::Array(_) => None,
-    }
-}
-
 /// The variable with a number.
 fn get(found: &[Found], number: i64) -> Option<&Found> {
     usize::try_from(number).ok().and_then(|number| found.get(number))
@@ -64,7 +55,7 @@ pub(crate) fn element(
         return control.read_lines(*place);
     }
     let key = keys(found, variable)?.get(index as usize);
-    let number = key.and_then(|key| number(&control.get(*key)));
+    let number = key.and_then(|key| control.get(*key).number());
     number.ok_or_else(|| format!("the variable has no element {index}"))
 }
 

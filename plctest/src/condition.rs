@@ -5,7 +5,7 @@ use plcc_abi::image::write_f64;
 use plcc_diag::{Diagnostic, Span};
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{EvaluationError, Expression, Value};
-use plcc_runtime::{Class, Executive, Names, Properties, Purpose, VariableKey, value};
+use plcc_runtime::{Class, Executive, Names, Properties, Purpose, VariableKey};
 
 use crate::script::Piece;
 
@@ -172,11 +172,7 @@ impl Condition {
             }
             let mut image = executive.image().to_vec();
             for outside in &self.outside {
-                let value = match executive.read(outside.key) {
-                    value::Value::Int(number) => number as f64,
-                    value::Value::Float(number) => number,
-                    value::Value::Array(_) => 0.0,
-                };
+                let value = executive.read(outside.key).number().unwrap_or(0.0);
                 write_f64(&mut image, outside.offset, value);
             }
             expression.evaluate(&image)
@@ -233,11 +229,7 @@ impl Comparison {
     }
 
     fn holds(self, executive: &dyn Executive) -> bool {
-        let value = match executive.read(self.key) {
-            value::Value::Int(number) => number as f64,
-            value::Value::Float(number) => number,
-            value::Value::Array(_) => return false,
-        };
+        let Some(value) = executive.read(self.key).number() else { return false };
         match self.relation {
             Relation::Equal => value == self.number,
             Relation::Different => value != self.number,

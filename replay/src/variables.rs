@@ -96,7 +96,7 @@ impl Debugger<'_> {
         self.view()?;
         let (program, view) = self.program_and_view();
         let values = names.iter().filter_map(|name| {
-            Some((name.clone(), number(value_of(program, view, &image, name)?)?))
+            Some((name.clone(), value_of(program, view, &image, name)?.number()?))
         });
         Ok(values.collect())
     }
@@ -107,7 +107,7 @@ impl Debugger<'_> {
         let (program, executive) = self.program_and_executive();
         let image = executive.image().to_vec();
         let values = names.iter().filter_map(|name| {
-            Some((name.clone(), number(value_of(program, executive, &image, name)?)?))
+            Some((name.clone(), value_of(program, executive, &image, name)?.number()?))
         });
         values.collect()
     }
@@ -173,15 +173,6 @@ impl Debugger<'_> {
         let number: f64 = value.parse().ok()?;
         (number.fract() == 0.0)
             .then(|| self.program().language().numbers().hexadecimal(number as i64))
-    }
-}
-
-/// The number of a single value.
-fn number(value: Value) -> Option<f64> {
-    match value {
-        Value::Int(number) => Some(number as f64),
-        Value::Float(number) => Some(number),
-        Value::Array(_) => None,
     }
 }
 

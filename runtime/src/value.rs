@@ -15,6 +15,17 @@ pub enum Value {
     Array(Vec<Value>),
 }
 
+impl Value {
+    /// A single value as a number with a fraction; `None` for an array.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Int(value) => Some(*value as f64),
+            Self::Float(value) => Some(*value),
+            Self::Array(_) => None,
+        }
+    }
+}
+
 impl fmt::Display for Value {
     /// As JSON: doubles as ECMAScript's `Number::toString` writes them.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -5,7 +5,6 @@ use std::rc::Rc;
 use plcc_abi::place::Direction;
 use plcc_frontend::common::Value;
 use plcc_replay::{ActKind, DebugError};
-use plcc_runtime::Value as Read;
 
 use crate::explanation::ChangedBy;
 use crate::inquiry::{Inquiry, Moment};
@@ -141,10 +140,8 @@ impl Inquiry<'_> {
     /// The value of a variable in the state of the history's executive.
     pub(crate) fn number_now(&mut self, variable: &Variable) -> Option<f64> {
         let executive = self.history.executive();
-        match variable.key.map(|key| executive.read(key)) {
-            Some(Read::Int(number)) => Some(number as f64),
-            Some(Read::Float(number)) => Some(number),
-            Some(Read::Array(_)) => None,
+        match variable.key {
+            Some(key) => executive.read(key).number(),
             None => variable.value_in(executive.image()).map(Value::number),
         }
     }

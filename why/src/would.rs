@@ -8,7 +8,7 @@ use plcc_abi::place::{Direction, Type};
 use plcc_frontend::common::Accessed;
 use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_replay::DebugError;
-use plcc_runtime::{Event, Executive, Setting, Value, VariableKey};
+use plcc_runtime::{Event, Executive, Setting, VariableKey};
 
 use crate::explanation::{Number, Wish};
 use crate::inquiry::{Inquiry, Moment};
@@ -48,12 +48,9 @@ impl Inquiry<'_> {
         at: Moment,
     ) -> Result<Vec<Vec<Wish>>, DebugError> {
         let Some(key) = variable.key else { return Ok(vec![]) };
-        let is_switched =
-            move |executive: &mut dyn Executive, _: &[Event]| match executive.read(key) {
-                Value::Int(number) => number as f64 != value,
-                Value::Float(number) => number != value,
-                Value::Array(_) => false,
-            };
+        let is_switched = move |executive: &mut dyn Executive, _: &[Event]| {
+            executive.read(key).number().is_some_and(|number| number != value)
+        };
         self.sets(at, &|inquiry| inquiry.choices(vec![Rc::clone(variable)], vec![]), &is_switched)
     }
 

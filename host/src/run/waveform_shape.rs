@@ -92,11 +92,7 @@ impl WaveformShape {
 
     /// A value as a number with a fraction, as [`Real`](Self::Real) shows it.
     pub fn real(value: &Value) -> f64 {
-        match value {
-            Value::Int(value) => *value as f64,
-            Value::Float(value) => *value,
-            Value::Array(_) => 0.0,
-        }
+        value.number().unwrap_or(0.0)
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use plcc_abi::{OperatorPanel, Program};
 use plcc_protocol::{Active, EventKind, OperatorView};
-use plcc_runtime::{Names, Purpose, Value, VariableKey, announced, announces};
+use plcc_runtime::{Names, Purpose, VariableKey, announced, announces};
 
 use super::commands::{Batch, Item};
 
@@ -38,7 +38,7 @@ impl ServedPanel {
     pub(super) fn view(&self, program: &Program, batch: &Batch) -> OperatorView {
         let values = self.variables.keys().zip(&batch.items);
         let values: BTreeMap<&str, f64> =
-            values.filter_map(|(name, item)| Some((name.as_str(), number(&item.value)?))).collect();
+            values.filter_map(|(name, item)| Some((name.as_str(), item.value.number()?))).collect();
         let active = match batch.image.is_empty() {
             true => vec![],
             false => announced(program, &batch.image),
@@ -56,14 +56,5 @@ impl ServedPanel {
     pub(super) fn presses(&self, variable: &str) -> bool {
         let mut buttons = self.panel.cells.iter().filter_map(|cell| cell.button.as_deref());
         buttons.any(|button| button == variable) && self.variables.contains_key(variable)
-    }
-}
-
-/// A single value as a number.
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Int(value) => Some(*value as f64),
-        Value::Float(value) => Some(*value),
-        Value::Array(_) => None,
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use plcc_runtime::{Executive, Purpose, Value};
+use plcc_runtime::{Executive, Purpose};
 
 /// Samples of consecutive ticks.
 #[derive(Debug, Default)]
@@ -46,11 +46,7 @@ impl Samples {
 pub(super) fn values(names: &[String], executive: &mut dyn Executive) -> Vec<f64> {
     let value = |name: &String| {
         let Ok(variable) = executive.names().find(name, Purpose::Watch) else { return f64::NAN };
-        match executive.read(variable) {
-            Value::Int(value) => value as f64,
-            Value::Float(value) => value,
-            Value::Array(_) => f64::NAN,
-        }
+        executive.read(variable).number().unwrap_or(f64::NAN)
     };
     names.iter().map(value).collect()
 }

@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use plcc_frontend::common::Accessed;
-use plcc_runtime::{Event, EventBody, Executive, Purpose, Value};
+use plcc_runtime::{Event, EventBody, Executive, Purpose};
 
 use super::event_text::shown;
 use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
@@ -329,9 +329,5 @@ impl Debugger<'_> {
 /// The value of a single variable.
 fn number_of(executive: &mut dyn Executive, name: &str) -> Option<f64> {
     let variable = executive.names().find(name, Purpose::Watch).ok()?;
-    match executive.read(variable) {
-        Value::Int(value) => Some(value as f64),
-        Value::Float(value) => Some(value),
-        Value::Array(_) => None,
-    }
+    executive.read(variable).number()
 }
