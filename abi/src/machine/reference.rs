@@ -37,10 +37,34 @@ pub struct MachineTable {
     pub is_list: bool,
     /// What it is for.
     pub meaning: &'static str,
-    /// Its keys; none where they are names or numbers of something else.
-    pub keys: &'static [Key],
-    /// Whether its keys are names of variables of the program, each with a table in braces of the keys above.
-    pub is_by_variable: bool,
+    /// What its keys are.
+    pub keys: Keys,
+}
+
+/// What the keys of a table are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keys {
+    /// These.
+    These(&'static [Key]),
+    /// Names of variables of the program. The value of each is a table in braces with these keys.
+    Variables(&'static [Key]),
+    /// Names or numbers of something else, with values of this kind.
+    Any(Value),
+}
+
+impl Keys {
+    /// Those that have names in this reference.
+    pub fn named(self) -> &'static [Key] {
+        match self {
+            Self::These(keys) | Self::Variables(keys) => keys,
+            Self::Any(_) => &[],
+        }
+    }
+
+    /// The key with a name.
+    pub fn get(self, name: &str) -> Option<&'static Key> {
+        self.named().iter().find(|key| key.name == name)
+    }
 }
 
 const fn key(name: &'static str, meaning: &'static str) -> Key {
@@ -55,13 +79,24 @@ const fn one_of(name: &'static str, meaning: &'static str, values: &'static [&'s
     Key { name, meaning, value: Value::OneOf(values) }
 }
 
-const fn table(
+const fn table(name: &'static str, meaning: &'static str, keys: &'static [Key]) -> MachineTable {
+    MachineTable { name, is_list: false, meaning, keys: Keys::These(keys) }
+}
+
+const fn list(name: &'static str, meaning: &'static str, keys: &'static [Key]) -> MachineTable {
+    MachineTable { is_list: true, ..table(name, meaning, keys) }
+}
+
+const fn by_variable(
     name: &'static str,
-    is_list: bool,
     meaning: &'static str,
     keys: &'static [Key],
 ) -> MachineTable {
-    MachineTable { name, is_list, meaning, keys, is_by_variable: false }
+    MachineTable { keys: Keys::Variables(keys), ..table(name, meaning, &[]) }
+}
+
+const fn of_any(name: &'static str, meaning: &'static str, value: Value) -> MachineTable {
+    MachineTable { keys: Keys::Any(value), ..table(name, meaning, &[]) }
 }
 
 const SPINDLE: &[Key] = &[
@@ -77,7 +112,6 @@ const SPINDLE: &[Key] = &[
 pub const TABLES: &[MachineTable] = &[
     table(
         "",
-        false,
         "",
         &[
             Key {
@@ -88,44 +122,42 @@ pub const TABLES: &[MachineTable] = &[
             key("boards", "NCT: how many interface boards there are"),
         ],
     ),
-    MachineTable {
-        name: "names",
-        is_list: false,
-        meaning: "what people call the variables and say of them",
-        keys: &[
+    by_variable(
+        "names",
+        "what people call the variables and say of them",
+        &[
             key("alias", "another name for the variable"),
             key("text", "what it is, in a few words"),
             key("device", "the device"),
             key("at", "the terminal"),
             key("drawing", "the place in the drawings"),
         ],
-        is_by_variable: true,
-    },
-    MachineTable {
-        name: "variables",
-        is_list: false,
-        meaning: "PMI: executive variables of this machine, added or changed",
-        keys: &[
+    ),
+    by_variable(
+        "variables",
+        "PMI: executive variables of this machine, added or changed",
+        &[
             one_of("type", "LOGICAL, 16 or 32 bits", &["logical", "integer", "long"]),
             one_of("class", "what a program may do with it", &["ro", "rw", "reset"]),
             key("size", "how many elements it has as an array, 0 for none"),
             key("meaning", "a line for `plcc explain`"),
         ],
-        is_by_variable: true,
-    },
-    table("lints", false, "which lints are shown: \"allow\", \"warn\" or \"deny\"", &[]),
-    table(
-        "parameters",
-        false,
-        "NCT: parameters of the NC by number, MAGAZINE and PLC_TAB by name",
-        &[],
     ),
-    table("constants", false, "NCT: constants of the PLC, RP001 to RP040, by number", &[]),
-    table("macros", false, "NCT: macro variables by number", &[]),
-    table("tool_pots", false, "NCT: the first content of the pot table; pot 0 is the spindle", &[]),
+    of_any("lints", "which lints are shown, and how", Value::OneOf(&["allow", "warn", "deny"])),
+    of_any(
+        "parameters",
+        "NCT: parameters of the NC by number, MAGAZINE and PLC_TAB by name",
+        Value::Other,
+    ),
+    of_any("constants", "NCT: constants of the PLC, RP001 to RP040, by number", Value::Other),
+    of_any("macros", "NCT: macro variables by number", Value::Other),
+    of_any(
+        "tool_pots",
+        "NCT: the first content of the pot table; pot 0 is the spindle",
+        Value::Other,
+    ),
     table(
         "simulator",
-        false,
         "the other side of the control: CNC, axes, small machines",
         &[
             key("part_program", "the part program, a file beside the machine file"),
@@ -149,15 +181,13 @@ pub const TABLES: &[MachineTable] = &[
             key("homed", "whether all axes have their reference points at power-up"),
         ],
     ),
-    table(
+    of_any(
         "simulator.keys",
-        false,
         "names of keys, each for a variable: `\"DOOR\" = \"LS12\"` makes KEY.DOOR a row on LS12",
-        &[],
+        Value::Variable,
     ),
-    table(
+    list(
         "simulator.axis",
-        true,
         "an axis, in the order of the control's numbers; none at all are X, Y, Z",
         &[
             one_of("name", "its letter", &["X", "Y", "Z", "U", "V", "W", "A", "B", "C"]),
@@ -173,17 +203,15 @@ pub const TABLES: &[MachineTable] = &[
             key("ref_direction", "NCT: in which direction an axis of the PLC searches, 1 or -1"),
         ],
     ),
-    table(
+    list(
         "simulator.aux",
-        true,
         "PMI: an auxiliary axis, at most 6",
         &[key("counts", "counts a unit"), key("max", "the largest @AUVEL")],
     ),
-    table("simulator.spindle", false, "the spindle", SPINDLE),
-    table("simulator.spindle2", false, "the second spindle", SPINDLE),
-    table(
+    table("simulator.spindle", "the spindle", SPINDLE),
+    table("simulator.spindle2", "the second spindle", SPINDLE),
+    list(
         "simulator.device",
-        true,
         "a small machine. A `!` before a name inverts it",
         &[
             key("name", "its name: SIM.NAME shows where it is, JAM NAME holds it there"),
@@ -216,9 +244,8 @@ pub const TABLES: &[MachineTable] = &[
             key("to", "switch: where it ends"),
         ],
     ),
-    table(
+    list(
         "simulator.motor",
-        true,
         "PMAC: what a motor drives; lengths are counts from the position at power-up",
         &[
             key("number", "the number of the motor"),
@@ -260,9 +287,9 @@ mod tests {
     /// What is wrong with a file that has a key with a value that no key has.
     fn refusal(table: &MachineTable, key: &str) -> Option<String> {
         let odd = "1979-05-27";
-        let text = match (table.name, table.is_by_variable, table.is_list) {
+        let text = match (table.name, table.keys, table.is_list) {
             ("", ..) => format!("{key} = {odd}\n"),
-            (name, true, _) => format!("[{name}]\n\"@ABC\" = {{ {key} = {odd} }}\n"),
+            (name, Keys::Variables(_), _) => format!("[{name}]\n\"@ABC\" = {{ {key} = {odd} }}\n"),
             (name, _, true) => format!("[[{name}]]\n{key} = {odd}\n"),
             (name, ..) => format!("[{name}]\n{key} = {odd}\n"),
         };
@@ -271,21 +298,45 @@ mod tests {
 
     #[test]
     fn each_key_is_known_to_what_reads_it() {
-        // Keys of these are asked for by kind, so that an entry without a kind is refused before.
+        // Which keys a small machine has depends on its kind.
         let tables = TABLES.iter().filter(|table| table.name != "simulator.device");
+        let is_refused =
+            |text: &str| text.contains("is not a key") || text.contains("unknown field");
         for table in tables {
-            for key in table.keys {
+            let unknown = refusal(table, "nonsense").unwrap_or_default();
+            let takes_any = table.name.is_empty() || table.keys.named().is_empty();
+            assert!(takes_any || is_refused(&unknown), "[{}]: {unknown}", table.name);
+            for key in table.keys.named() {
                 let known = refusal(table, key.name).unwrap_or_default();
-                let unknown = refusal(table, "nonsense").unwrap_or_default();
-                let is_refused =
-                    |text: &str| text.contains("is not a key") || text.contains("unknown field");
-                assert!(
-                    is_refused(&unknown) || table.name.is_empty(),
-                    "[{}]: {unknown}",
-                    table.name
-                );
                 assert!(!is_refused(&known), "[{}] {}: {known}", table.name, key.name);
             }
+        }
+    }
+
+    #[test]
+    fn each_key_of_a_small_machine_is_known_for_some_kind() {
+        let device = machine_table("simulator.device").unwrap();
+        let kinds = device.keys.get("kind").unwrap().value.texts();
+        // What an entry of a kind needs.
+        let needed = |kind: &str| match kind {
+            "relay" | "pump" => "output = \"Y1\"\ninput = \"I1\"\n",
+            "turret" => "output = \"Y1\"\n",
+            "cylinder" => "extend = \"Y1\"\n",
+            _ => "axis = \"X\"\nfrom = 1\nto = 2\ninput = \"I1\"\n",
+        };
+        for key in device.keys.named().iter().filter(|key| !["name", "kind"].contains(&key.name)) {
+            let is_known = |kind: &&str| {
+                let needed = needed(kind);
+                let has_key =
+                    needed.lines().any(|line| line.starts_with(&format!("{} ", key.name)));
+                let odd =
+                    if has_key { String::new() } else { format!("{} = 1979-05-27\n", key.name) };
+                let text =
+                    format!("[[simulator.device]]\nname = \"A\"\nkind = \"{kind}\"\n{needed}{odd}");
+                let error = Machine::parse(&text).err().map(|error| error.to_string());
+                error.is_none_or(|error| !error.contains("is not a key"))
+            };
+            assert!(kinds.iter().any(is_known), "{}", key.name);
         }
     }
 }

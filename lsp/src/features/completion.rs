@@ -102,7 +102,7 @@ pub(crate) fn names(
 }
 
 /// Whether a name begins with what is written already, in letters of any case.
-fn begins(name: &str, prefix: &str) -> bool {
+pub(super) fn begins(name: &str, prefix: &str) -> bool {
     name.get(..prefix.len()).is_some_and(|head| head.eq_ignore_ascii_case(prefix))
 }
 

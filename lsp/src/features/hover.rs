@@ -1,6 +1,6 @@
 //! What a name is: its declaration, the comment beside it, what the language says of it, and how often it is used.
 
-use gen_lsp_types::{Contents, Hover, MarkupContent, MarkupKind};
+use gen_lsp_types::{Contents, Hover, MarkupContent, MarkupKind, Range};
 use plcc_abi::GivenName;
 use plcc_frontend::common::Controller;
 use plcc_frontend::common::words::{Word, WordKind};
@@ -15,8 +15,13 @@ pub(crate) fn hover(at: At<'_>) -> Option<Hover> {
         return None;
     }
     let value = of_word(at.program, word)?;
+    Some(shown(value, at.program.range(word.span)))
+}
+
+/// What is shown of a range, in Markdown.
+pub(super) fn shown(value: String, range: Range) -> Hover {
     let contents = Contents::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value });
-    Some(Hover { contents, range: Some(at.program.range(word.span)) })
+    Hover { contents, range: Some(range) }
 }
 
 /// What a name of a program is that is written elsewhere.

@@ -4,14 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{
-    CompletionItem, CompletionItemKind, CompletionResponse, Contents, Diagnostic,
-    DiagnosticSeverity, Hover, MarkupContent, MarkupKind, Message, Position, Range,
+    CompletionItem, CompletionItemKind, CompletionResponse, Diagnostic, DiagnosticSeverity, Hover,
+    Message, Position, Range,
 };
-use plcc_abi::machine::reference::{Key, MachineTable, TABLES, Value, machine_table};
-use plcc_diag::{FileId, SourceMap, Span};
+use plcc_abi::machine::reference::{Keys, TABLES, Value, machine_table};
 use plcc_frontend::common::{FileLoader, LintLevels, Machine};
 use plcc_frontend::detect;
 
+use super::open_text::OpenText;
 use super::{completion, hover};
 use crate::documents::Documents;
 use crate::position::Encoding;
@@ -41,22 +41,21 @@ pub(crate) fn source_of(path: &Path, documents: &Documents) -> Option<PathBuf> {
 }
 
 /// A machine file, and what can be asked of a place in it.
-pub(crate) struct MachineText {
-    sources: SourceMap,
-    file: FileId,
-    encoding: Encoding,
+pub(crate) struct MachineText(OpenText);
+
+/// Whether a character is part of the names of tables, keys and variables.
+fn is_part_of_name(c: char) -> bool {
+    completion::is_part_of_word(c) || matches!(c, '.' | '-')
 }
 
 /// Where in a line of a table a place is.
-enum Spot<'t> {
+enum Spot {
     /// Between the brackets of a table's name.
     Header,
-    /// At the name of a key of this table.
-    Key(&'static MachineTable),
-    /// At the name of a variable that is a key of this table.
-    Variable,
-    /// At the value of this key.
-    Value(&'t Key),
+    /// At the name of one of these keys.
+    Key(Keys),
+    /// At a value of this kind.
+    Value(Value),
     /// Anywhere else.
     Other,
 }
@@ -64,38 +63,20 @@ enum Spot<'t> {
 impl MachineText {
     /// A machine file with this text.
     pub(crate) fn new(path: &Path, text: &str, encoding: Encoding) -> Self {
-        let mut sources = SourceMap::new();
-        let file = sources.add(path.to_string_lossy(), text.as_bytes());
-        Self { sources, file, encoding }
-    }
-
-    fn text(&self) -> &str {
-        self.sources.text(self.file)
-    }
-
-    /// The word at a place, of the letters that names of tables, keys and variables have.
-    fn word(&self, at: Position) -> Span {
-        let is_part = |c: char| completion::is_part_of_word(c) || matches!(c, '.' | '-');
-        let offset = self.encoding.offset(&self.sources, self.file, at) as usize;
-        let (before, after) = self.text().split_at_checked(offset).unwrap_or((self.text(), ""));
-        let start = before.trim_end_matches(is_part).len();
-        let end = self.text().len() - after.trim_start_matches(is_part).len();
-        Span::new(self.file, start, end)
+        Self(OpenText::new(path, text, encoding))
     }
 
     /// The name of the table in which a line is that begins here.
     fn table_before(&self, line_start: usize) -> &str {
-        let before = self.text().get(..line_start).unwrap_or_default();
+        let before = self.0.text().get(..line_start).unwrap_or_default();
         let header = before.lines().rev().map(str::trim_start).find(|line| line.starts_with('['));
         let header = header.and_then(|line| line.trim_start_matches('[').split(']').next());
         header.unwrap_or_default().trim()
     }
 
     /// Where a word that begins here is.
-    fn spot(&self, start: usize) -> Spot<'static> {
-        let before = self.text().get(..start).unwrap_or_default();
-        let line_start = before.rfind(['\n', '\r']).map_or(0, |at| at + 1);
-        let before = before.get(line_start..).unwrap_or_default();
+    fn spot(&self, start: u32) -> Spot {
+        let before = self.0.line_before(start);
         let in_quotes = before.matches('"').count() % 2 == 1;
         if before.contains('#') && !in_quotes {
             return Spot::Other;
@@ -103,86 +84,72 @@ impl MachineText {
         if before.trim_start().starts_with('[') {
             return Spot::Header;
         }
-        let name = self.table_before(line_start);
-        let Some(table) = machine_table(name) else { return Spot::Other };
-        let key_of = |word: &str| table.keys.iter().find(|key| key.name == word);
-        let bare = |text: &str| text.trim().trim_matches('"').to_owned();
-        if table.is_by_variable {
-            // Of `NAME = { key = value, key = value }` the part that is written last.
-            let Some((_, inner)) = before.split_once('{') else {
-                return if before.contains('=') { Spot::Other } else { Spot::Variable };
-            };
-            let part = inner.rsplit(',').next().unwrap_or_default();
-            return match part.split_once('=') {
-                Some((word, _)) => key_of(&bare(word)).map_or(Spot::Other, Spot::Value),
-                None if in_quotes => Spot::Other,
-                None => Spot::Key(table),
-            };
-        }
-        match before.split_once('=') {
-            None => Spot::Key(table),
-            Some(_) if name == "simulator.keys" => Spot::Value(&KEY_OF_A_KEY),
-            Some((word, _)) => key_of(&bare(word)).map_or(Spot::Other, Spot::Value),
+        let line_start = (start as usize).saturating_sub(before.len());
+        let Some(table) = machine_table(self.table_before(line_start)) else { return Spot::Other };
+        // Of `NAME = { key = value, key = value }` what is written last.
+        let (keys, part) = match (table.keys, before.split_once('{')) {
+            (Keys::Variables(keys), Some((_, inner))) => {
+                (Keys::These(keys), inner.rsplit(',').next().unwrap_or_default())
+            }
+            (keys, _) => (keys, before),
+        };
+        match (keys, part.split_once('=')) {
+            (_, None) => Spot::Key(keys),
+            (Keys::These(_), Some((word, _))) => {
+                let key = keys.get(word.trim().trim_matches('"'));
+                key.map_or(Spot::Other, |key| Spot::Value(key.value))
+            }
+            (Keys::Any(value), Some(_)) => Spot::Value(value),
+            (Keys::Variables(_), Some(_)) => Spot::Other,
         }
     }
 
     /// What can be written at a place: tables, keys of the table, their values, and names of the program.
     pub(crate) fn completion(&self, at: Position, program: Option<&Program>) -> CompletionResponse {
-        let end = self.encoding.offset(&self.sources, self.file, at);
-        let span = Span { end, ..self.word(at) };
-        let range = self.encoding.range(&self.sources, span);
-        let prefix = self.sources.slice(span);
+        let span = self.0.beginning(at, is_part_of_name);
+        let (range, prefix) = (self.0.range(span), self.0.slice(span));
         let proposed = |name: &str, meaning: &str, kind| {
-            let fits = name.get(..prefix.len()).is_some_and(|it| it.eq_ignore_ascii_case(prefix));
+            let fits = completion::begins(name, prefix);
             fits.then(|| completion::item(name, kind, meaning, None, range))
         };
         let names = || {
             program.map_or(vec![], |program| completion::names(program, prefix, range, |_| false))
         };
-        let items: Vec<CompletionItem> = match self.spot(span.start as usize) {
+        let items: Vec<CompletionItem> = match self.spot(span.start) {
             Spot::Header => TABLES
                 .iter()
                 .filter(|table| !table.name.is_empty())
                 .filter_map(|it| proposed(it.name, it.meaning, CompletionItemKind::Module))
                 .collect(),
-            Spot::Key(table) => table
-                .keys
+            Spot::Key(Keys::These(keys)) => keys
                 .iter()
                 .filter_map(|it| proposed(it.name, it.meaning, CompletionItemKind::Property))
                 .collect(),
-            Spot::Variable => names(),
-            Spot::Value(key) if key.value == Value::Variable => names(),
-            Spot::Value(key) => {
-                let texts = key.value.texts().into_iter();
+            Spot::Key(Keys::Variables(_)) | Spot::Value(Value::Variable) => names(),
+            Spot::Value(value) => {
+                let texts = value.texts().into_iter();
                 texts.filter_map(|it| proposed(it, "", CompletionItemKind::Value)).collect()
             }
-            Spot::Other => vec![],
+            Spot::Key(Keys::Any(_)) | Spot::Other => vec![],
         };
         CompletionResponse::CompletionItemList(items)
     }
 
     /// What the word at a place is: a table, a key, or a name of the program.
     pub(crate) fn hover(&self, at: Position, program: Option<&Program>) -> Option<Hover> {
-        let span = self.word(at);
-        let word = self.sources.slice(span);
-        let of_name = || hover::of_name(program?, word);
-        let value = match self.spot(span.start as usize) {
+        let span = self.0.word(at, is_part_of_name);
+        let word = self.0.slice(span);
+        let value = match self.spot(span.start) {
             Spot::Header => machine_table(word).map(|it| format!("`[{word}]`: {}", it.meaning)),
-            Spot::Key(table) => {
-                let key = table.keys.iter().find(|key| key.name == word);
-                key.map(|it| format!("`{word}`: {}", it.meaning))
+            Spot::Key(Keys::Variables(_)) | Spot::Value(Value::Variable) => {
+                hover::of_name(program?, word)
             }
-            Spot::Variable | Spot::Value(Key { value: Value::Variable, .. }) => of_name(),
+            Spot::Key(keys) => keys.get(word).map(|it| format!("`{word}`: {}", it.meaning)),
             Spot::Value(_) | Spot::Other => None,
         }?;
-        let contents = Contents::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value });
-        Some(Hover { contents, range: Some(self.encoding.range(&self.sources, span)) })
+        Some(hover::shown(value, self.0.range(span)))
     }
 }
-
-/// Of `[simulator.keys]` each value is a variable.
-const KEY_OF_A_KEY: Key =
-    Key { name: "", meaning: "the variable that the key sets", value: Value::Variable };
 
 /// What is wrong with the text of a machine file.
 pub(crate) fn problems(text: &str) -> Vec<Diagnostic> {
@@ -209,6 +176,7 @@ pub(crate) fn problems(text: &str) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
+    use gen_lsp_types::Contents;
     use plcc_abi::Dialect;
 
     use super::*;
@@ -219,7 +187,7 @@ mod tests {
         let at = text.find('|').unwrap();
         let path = Path::new("/tmp/a.machine.toml");
         let machine = MachineText::new(path, &text.replace('|', ""), Encoding::Utf16);
-        let at = machine.encoding.position(&machine.sources, machine.file, at as u32);
+        let at = machine.0.encoding.position(&machine.0.sources, machine.0.file, at as u32);
         (machine, at)
     }
 
@@ -254,6 +222,8 @@ mod tests {
         assert_eq!(proposed("[names]\nDO|"), ["DOOR"]);
         assert_eq!(proposed("[names]\nDOOR = { alias = \"DO\", dr|"), ["drawing"]);
         assert_eq!(proposed("[names]\nDOOR = { alias = \"DO|"), [""; 0]);
+        assert_eq!(proposed("[names]\nDOOR = { al|"), ["alias"]);
+        assert_eq!(proposed("[lints]\nnear-name = \"d|"), ["deny"]);
         assert_eq!(proposed("con|"), ["control"]);
         assert_eq!(proposed("control = \"nct1|").first().map(String::as_str), Some("nct100"));
         assert_eq!(proposed("[simulator] # un|"), [""; 0]);

@@ -13,6 +13,7 @@ pub(crate) mod inline_values;
 pub(crate) mod links;
 pub(crate) mod machine_file;
 pub(crate) mod navigation;
+mod open_text;
 pub(crate) mod rename;
 pub(crate) mod script;
 pub(crate) mod selection;

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{
-    CodeLens, Command, CompletionItem, CompletionItemKind, CompletionResponse, Contents,
-    Diagnostic, Hover, MarkupContent, MarkupKind, Position, Uri,
+    CodeLens, Command, CompletionItem, CompletionItemKind, CompletionResponse, Diagnostic, Hover,
+    Position, Uri,
 };
-use plcc_diag::{FileId, SourceMap, Span};
 use plcc_plctest::{KEYWORDS, form, parse};
 
+use super::open_text::OpenText;
 use super::{completion, diagnostics, hover};
 use crate::Compiler;
 use crate::position::Encoding;
@@ -19,42 +19,34 @@ pub(crate) fn is_script(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("plctest"))
 }
 
-/// A script, and the place in it that a request is about.
-pub(crate) struct Script {
-    sources: SourceMap,
-    file: FileId,
-    encoding: Encoding,
-}
+/// A script, and what can be asked of a place in it.
+pub(crate) struct Script(OpenText);
 
 impl Script {
     /// A script with this text.
     pub(crate) fn new(path: &Path, text: &str, encoding: Encoding) -> Self {
-        let mut sources = SourceMap::new();
-        let file = sources.add(path.to_string_lossy(), text.as_bytes());
-        Self { sources, file, encoding }
+        Self(OpenText::new(path, text, encoding))
     }
 
     /// The first file of the program that it tests.
     pub(crate) fn program(&self) -> Option<PathBuf> {
-        let (script, _) = parse(&self.sources, self.file);
+        let (script, _) = parse(&self.0.sources, self.0.file);
         let named = script.programs.into_iter().next()?;
-        Some(Path::new(self.sources.path(self.file)).parent()?.join(named.text))
+        Some(self.0.path().parent()?.join(named.text))
     }
 
     /// Its mistakes, as `plcc test` tells them.
     pub(crate) fn problems(&self, compiler: &dyn Compiler, explains: bool) -> Vec<Diagnostic> {
-        let (path, text) = (self.sources.path(self.file), self.sources.text(self.file));
-        let found = compiler.mistakes_of_script(Path::new(path), text);
-        let range = |span| self.encoding.range(&self.sources, span);
-        found.iter().map(|it| diagnostics::plain(it, range(it.span), explains)).collect()
+        let found = compiler.mistakes_of_script(self.0.path(), self.0.text());
+        found.iter().map(|it| diagnostics::plain(it, self.0.range(it.span), explains)).collect()
     }
 
     /// Above each test what runs it.
     pub(crate) fn code_lens(&self, uri: &Uri) -> Vec<CodeLens> {
         let Ok(uri) = serde_json::to_value(uri) else { return vec![] };
-        let (script, _) = parse(&self.sources, self.file);
+        let (script, _) = parse(&self.0.sources, self.0.file);
         let lens = |test: &plcc_plctest::script::Test| {
-            let range = self.encoding.range(&self.sources, test.name.span);
+            let range = self.0.range(test.name.span);
             // The extension runs it in the test explorer.
             let arguments = vec![uri.clone(), test.name.text.as_str().into()];
             let (title, command) = ("run this test".to_owned(), "plcc.runTest".to_owned());
@@ -64,40 +56,26 @@ impl Script {
         script.tests.iter().map(lens).collect()
     }
 
-    /// The name or keyword at a place.
-    fn word(&self, at: Position) -> Span {
-        let text = self.sources.text(self.file);
-        let offset = self.encoding.offset(&self.sources, self.file, at) as usize;
-        let (before, after) = text.split_at_checked(offset).unwrap_or((text, ""));
-        let start = before.trim_end_matches(completion::is_part_of_word).len();
-        let end = text.len() - after.trim_start_matches(completion::is_part_of_word).len();
-        Span::new(self.file, start, end)
-    }
-
     /// Whether nothing but blanks is before a place in its line.
     fn begins_line(&self, offset: u32) -> bool {
-        let before = self.sources.text(self.file).get(..offset as usize).unwrap_or_default();
-        before.rsplit(['\n', '\r']).next().is_some_and(|line| line.trim().is_empty())
+        self.0.line_before(offset).trim().is_empty()
     }
 
     /// What the word at a place is: the form of a statement, or a name of the program.
     pub(crate) fn hover(&self, at: Position, program: Option<&Program>) -> Option<Hover> {
-        let span = self.word(at);
-        let word = self.sources.slice(span);
+        let span = self.0.word(at, completion::is_part_of_word);
+        let word = self.0.slice(span);
         let value = match form(word).filter(|_| self.begins_line(span.start)) {
             Some(form) => format!("```text\n{form}\n```"),
             None => hover::of_name(program?, word)?,
         };
-        let contents = Contents::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value });
-        Some(Hover { contents, range: Some(self.encoding.range(&self.sources, span)) })
+        Some(hover::shown(value, self.0.range(span)))
     }
 
-    /// What can be written at a place: statements at the beginning of a line, names of the program behind that.
+    /// What can be written at a place: statements at the beginning of a line, then names of the program.
     pub(crate) fn completion(&self, at: Position, program: Option<&Program>) -> CompletionResponse {
-        let end = self.encoding.offset(&self.sources, self.file, at);
-        let span = Span { end, ..self.word(at) };
-        let range = self.encoding.range(&self.sources, span);
-        let prefix = self.sources.slice(span);
+        let span = self.0.beginning(at, completion::is_part_of_word);
+        let (range, prefix) = (self.0.range(span), self.0.slice(span));
         let keywords = KEYWORDS.iter().filter(|word| word.starts_with(prefix));
         let keywords = keywords.filter(|_| self.begins_line(span.start)).map(|word| {
             let detail = form(word).unwrap_or_default();
@@ -113,6 +91,7 @@ impl Script {
 
 #[cfg(test)]
 mod tests {
+    use gen_lsp_types::Contents;
     use plcc_abi::Dialect;
 
     use super::*;
@@ -123,7 +102,7 @@ mod tests {
         let at = text.find('|').unwrap();
         let script =
             Script::new(Path::new("/tmp/a.plctest"), &text.replace('|', ""), Encoding::Utf16);
-        let at = script.encoding.position(&script.sources, script.file, at as u32);
+        let at = script.0.encoding.position(&script.0.sources, script.0.file, at as u32);
         (script, at)
     }
 

@@ -56,7 +56,7 @@ impl<'a, 't> Fields<'a, 't> {
     /// Whether editors are told of a key.
     fn is_in_reference(&self, key: &str) -> bool {
         let title = self.title.trim_matches(['[', ']']);
-        let is_key = machine_table(title).is_some_and(|it| it.keys.iter().any(|it| it.name == key));
+        let is_key = machine_table(title).is_some_and(|table| table.keys.get(key).is_some());
         is_key || machine_table(&format!("{title}.{key}")).is_some()
     }
 
