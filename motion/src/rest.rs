@@ -29,7 +29,7 @@ pub(crate) const OF_REGISTERS: [u32; 2] = [8, 9];
 /// Those of safety.
 pub(crate) const OF_SAFETY: [u32; 6] = [11, 12, 13, 14, 28, 88];
 
-/// What was found of a motor when it was last computed. It is no part of the state, from which it can be found anew.
+/// What was found of a motor when it was last computed. It does not belong to the state, from which it can be found anew.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
     /// The bits of the I-variables.
@@ -59,7 +59,7 @@ impl PartialEq for Seen {
     }
 }
 
-/// Whether the simulation is at rest. It is no part of the state either.
+/// Whether the simulation is at rest. It does not belong to the state either.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rest {
     /// A servo cycle changes nothing.

@@ -49,7 +49,7 @@ impl Motor {
         reason
     }
 
-    /// Whether it is in position, and has been for so many times.
+    /// Whether it is in position, and has been in as many housekeepings as `times` says.
     fn look_at_position(&mut self, window: f64, times: f64, in_move: bool) {
         let error = (self.commanded - self.actual).abs() * 16.0;
         let now = self.active && self.closed() && self.velocity_zero && !in_move && error < window;

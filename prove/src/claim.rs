@@ -85,7 +85,7 @@ fn possible(system: &mut System, open: Lit, answered: Lit, within: u64) -> Lit {
     possible
 }
 
-/// Counts the ticks since a response was due; `open` says that it is due from this tick on. Gives whether it comes too late.
+/// Counts the ticks since a response was due; `open` says that it is due from this tick on. The literal says that it comes too late.
 fn counted(system: &mut System, open: Lit, answered: Lit, within: u64) -> Lit {
     let width = (u64::BITS - within.leading_zeros()) as usize;
     let count: Vec<Lit> = (0..width).map(|_| system.latch()).collect();

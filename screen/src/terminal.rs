@@ -22,7 +22,7 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Why nothing can be shown.
 #[derive(Debug, Error)]
 pub enum TerminalError {
-    /// Input or output is no terminal, or one that can't place its cursor.
+    /// Input or output is not a terminal, or one that can't place its cursor.
     #[error("{0}; a terminal that can place its cursor is needed")]
     Unfit(String),
     /// The terminal has failed.

@@ -41,7 +41,7 @@ pub trait Access {
     /// Reads a variable as it is seen in this tick.
     fn read(&self, variable: Handle) -> i64;
 
-    /// Writes a variable, unless a row has set it in this tick. Gives whether it had this value already.
+    /// Writes a variable, unless a row has set it in this tick. It is true if the variable had this value already.
     fn write(&mut self, variable: Handle, value: i64) -> bool;
 
     /// Sets a variable as a row of the stimulus does, so that nothing else is written in this tick.
@@ -78,7 +78,7 @@ impl Variable {
         self.read(access) != 0
     }
 
-    /// Writes it, where it is there. Gives whether it had this value already, or is not there.
+    /// Writes it, where it is there. It is true if there was nothing to write.
     pub(crate) fn write(self, access: &mut dyn Access, value: i64) -> bool {
         self.0.is_none_or(|handle| access.write(handle, value))
     }

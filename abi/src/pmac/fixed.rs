@@ -262,6 +262,41 @@ mod tests {
         assert_eq!(from_float48(0xFF_FFFF, 0xFFF_000).to_bits(), 0_f64.to_bits());
     }
 
+    /// The 48-bit words of a value, step by step.
+    fn plain_float48(value: f64) -> (i64, i32) {
+        let (fraction, exponent) = libm::frexp(value);
+        let mantissa = round(fraction * 34_359_738_368.0) as i64;
+        if mantissa.abs() == 1 << 35 { (mantissa / 2, exponent + 1) } else { (mantissa, exponent) }
+    }
+
+    #[test]
+    fn short_ways_give_what_the_long_ones_give() {
+        let mut rng = plcc_random::Rng::new(1);
+        for _ in 0..200_000 {
+            let any = f64::from_bits(rng.bits());
+            // A number with few bits after the point, at which rounding matters, and its neighbours.
+            let near = (rng.bits() as i64 >> rng.below(64)) as f64 / f64::from(1 << rng.below(12));
+            let next = f64::from_bits(near.to_bits() + 1);
+            for value in [any, near, next, -next] {
+                assert_eq!(bits(value), bits_of_large(value), "{value:e}");
+                assert_eq!(floor_bits(value), bits_of_large(libm::floor(value)), "{value:e}");
+                if !value.is_finite() || value == 0.0 {
+                    continue;
+                }
+                let (x, y) = to_float48(value);
+                let (mantissa, exponent) = plain_float48(value);
+                let word = u64::from(x) << 24 | u64::from(y);
+                let read = (sign_extend(word >> 12, 36), (word & 0xFFF) as i32 - 0x800);
+                assert_eq!(read, (mantissa, exponent), "{value:e}");
+            }
+            let (x, y) = (rng.bits() as u32 & 0xFF_FFFF, rng.bits() as u32 & 0xFF_FFFF);
+            let word = u64::from(x) << 24 | u64::from(y);
+            let exponent = (word & 0xFFF) as i32 - 0x800 - 35;
+            let plain = finite(libm::scalbn(sign_extend(word >> 12, 36) as f64, exponent));
+            assert_eq!(from_float48(x, y).to_bits(), plain.to_bits(), "{x:x} {y:x}");
+        }
+    }
+
     #[test]
     fn single_precision_is_the_nearest_finite_number() {
         assert_eq!(to_single(1.0), 0x3F80_0000);

@@ -30,7 +30,7 @@ fn bit(bits: &[Lit], number: usize) -> Lit {
     bits.get(number).copied().unwrap_or(FALSE)
 }
 
-/// The bits of a number from one on, so many.
+/// A number of bits, from the bit `first` on.
 fn field(bits: &[Lit], first: usize, count: usize) -> Vec<Lit> {
     (first..first + count).map(|number| bit(bits, number)).collect()
 }

@@ -131,7 +131,7 @@ impl Bench {
                 }
                 let mut state = vec![];
                 executive.state_into(&mut state);
-                // The number of the tick is no part of the state after the first one.
+                // The number of the tick does not belong to the state after the first one.
                 let own = without_tick(&state, tick + 1);
                 let mut key: Vec<u8> = executive.image().to_vec();
                 key.extend(own);

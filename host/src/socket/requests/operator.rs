@@ -52,7 +52,7 @@ impl Requests {
         by: &Peer,
     ) -> Result<RequestState, Failure> {
         if !self.panel()?.presses(&name) {
-            return Err(refused(format!("`{name}` is no key of the operator's screen")));
+            return Err(refused(format!("`{name}` is not a key of the operator's screen")));
         }
         let value = if on { "1" } else { "0" };
         let items = self.current.items_to_write(&[Assignment::new(name.as_str(), value)])?;
@@ -67,7 +67,7 @@ impl Requests {
     }
 
     /// Has a key released whose client has left, as if its finger had: nobody else would do it. `is_there` says whether a
-    /// process is connected. Gives whether an answer will come, for which nobody waits.
+    /// process is connected. It is true if an answer will come, for which nobody waits.
     pub(in crate::socket) fn release_key(&mut self, is_there: impl Fn(u32) -> bool) -> bool {
         let Some(at) = self.pressed.iter().position(|(_, by)| !is_there(by.pid)) else {
             return false;
