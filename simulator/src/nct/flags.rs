@@ -264,8 +264,8 @@ impl Variables {
     }
 
     /// Writes what the NC holds. Of the flags only those are looked at that have changed since they were written. Registers lie
-    /// in the image, where the program can change them: they are left alone while both are as they were when a pass over all of
-    /// them found nothing to write.
+    /// in the image, which is set as a whole where a run goes back: they are left alone while both are as they were when a pass over
+    /// all of them found nothing to write.
     pub(super) fn write(&mut self, access: &mut dyn Access, flags: &Flags, registers: &Registers) {
         let revision = access.revision();
         let written = self.written.filter(|(_, at)| *at == revision);

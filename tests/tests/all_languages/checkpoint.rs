@@ -7,7 +7,7 @@ use std::path::Path;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
 use plcc_random::Rng;
-use plcc_runtime::CheckpointError;
+use plcc_runtime::{CheckpointError, Purpose, Value};
 use plcc_tests::compile::EngineKind;
 use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
@@ -172,6 +172,32 @@ fn machines_on_the_desk_are_the_same_in_every_engine_and_continue_from_a_checkpo
         }
         compare(&bench.on_the_desk(&machine, None), &ways(cuts), file);
     }
+}
+
+/// A simulated NC looks at its registers only where the image has changed. It notices an image that was set as a whole.
+#[test]
+fn registers_of_a_simulated_nc_are_written_again_in_an_image_that_was_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = folder.path().join("m.toml");
+    std::fs::write(&machine, "[simulator]\n").unwrap();
+    let source = ":000\nJ0\n:001\nLRH020 SF000\nJ1\n".to_owned();
+    let case = Case { source, stimulus: String::new(), watch: vec![], ticks: 10 };
+    let bench = Bench::new(&case, Dialect::Nct, &Options::default()).unwrap();
+    let bench = bench.on_the_desk(&machine, None);
+    let (program, mut engine) = bench.compiled.engine(EngineKind::Ir).unwrap();
+    let mut executive = bench.executive(&program).unwrap();
+    let names = executive.names();
+    let key = names.find("RH020", Purpose::Watch).unwrap();
+    let at = names.properties(key).value.unwrap().offset as usize;
+    for _ in 0..6 {
+        executive.tick(engine.as_mut(), &mut vec![]).unwrap();
+    }
+    let mut image = executive.image().to_vec();
+    image[at] = 77;
+    executive.set_image(&image);
+    assert_eq!(executive.read(key), Value::Int(77));
+    executive.tick(engine.as_mut(), &mut vec![]).unwrap();
+    assert_eq!(executive.read(key), Value::Int(0));
 }
 
 /// Random programs, which know nothing of the control beside them, while rows play what a program would ask of it.
