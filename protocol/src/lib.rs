@@ -48,7 +48,7 @@ pub use answer::{
 pub use client::{Client, ClientError};
 pub use failure::{ErrorCode, Failure};
 pub use line::{RequestLine, reply};
-pub use operator::{Active, EventKind, OperatorView, PanelCell};
+pub use operator::{Active, EventKind, OperatorView, PanelCell, touch_key_label};
 pub use request::{Assignment, DEFAULT_WAIT, MAX_WAIT, Permission, Request};
 pub use timing::{TaskSummary, TimesSummary, TimingSummary};
 

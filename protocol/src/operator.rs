@@ -103,6 +103,14 @@ fn is_on(name: &Option<String>, value: &dyn Fn(&str) -> Option<f64>) -> Option<b
     Some(value(name.as_deref()?)? != 0.0)
 }
 
+/// The label of a touch key, of which a variable has the number of the text, from 1. `None` for 0: a key without a text is not
+/// displayed (PMI 3.4).
+pub fn touch_key_label(label: &str, texts: &[String], number: f64) -> Option<String> {
+    let number = number as usize;
+    let text = texts.get(number.checked_sub(1)?).cloned();
+    Some(text.unwrap_or_else(|| format!("{label} key {number}")))
+}
+
 /// A key or lamp; `None` for a touch key that is not displayed.
 fn key(
     cell: &OperatorCell,
@@ -111,14 +119,7 @@ fn key(
 ) -> Option<PanelCell> {
     let label = match &cell.text {
         None => cell.label.clone(),
-        Some(name) => {
-            // 0, or what is no number of a text, is not displayed (PMI 3.4).
-            let number = value(name).unwrap_or(0.0) as usize;
-            match texts.get(number.checked_sub(1)?) {
-                Some(text) => text.clone(),
-                None => format!("{} key {number}", cell.label),
-            }
-        }
+        Some(name) => touch_key_label(&cell.label, texts, value(name).unwrap_or(0.0))?,
     };
     let pressed = is_on(&cell.button, value);
     let variable = cell.button.clone().filter(|_| pressed.is_some());

@@ -1296,7 +1296,7 @@ fn an_operator_presses_the_keys_that_the_program_uses_and_changes_nothing_else()
     let shown = control.plcctl(&["operator", "--json"]);
     assert!(String::from_utf8(shown.stdout).unwrap().contains("\"label\":\"coolant\""));
     let unfit = control.plcctl(&["operator"]);
-    assert_eq!(unfit.status.code(), Some(2), "its output is no terminal");
+    assert_eq!(unfit.status.code(), Some(2), "its output is not a terminal");
     // As a user ends it, so that its socket is gone.
     control.end();
 

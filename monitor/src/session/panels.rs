@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use plcc_frontend::presentation::{Announced, Cell, PanelDraft, Shown, operator_panel};
+use plcc_protocol::touch_key_label;
 use plcc_runtime::value::number;
 
 use super::Session;
@@ -130,13 +131,9 @@ fn filled(cell: &Cell, values: &BTreeMap<String, f64>, keys: &[String], past: bo
             _ => Some("-".into()),
         },
         Shown::Key(name) => {
-            let key = of(name).unwrap_or(0.0) as usize;
-            let text = key.checked_sub(1).and_then(|key| keys.get(key));
-            match (key, text) {
-                // A button without a text is not displayed (PMI 3.4).
-                (0, _) => return PanelCell::default(),
-                (_, Some(text)) => label.clone_from(text),
-                (key, None) => label = format!("{label} key {key}"),
+            match touch_key_label(&label, keys, of(name).unwrap_or(0.0)) {
+                Some(text) => label = text,
+                None => return PanelCell::default(),
             }
             None
         }
