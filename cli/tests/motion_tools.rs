@@ -97,6 +97,9 @@ fn why_xref_and_coverage_know_the_statements_of_a_motion_program() {
     let folder = Folder::with(&[("mill.pmc", MILL), ("t.plctest", script)]);
     let why = folder.plcc("why mill.pmc P2 --simulate --ticks 2000").exits(0).stdout;
     assert!(why.contains("when mill.pmc:21 set it.\n  mill.pmc:21  P2=P2+1\n"), "{why}");
+    // A synchronous assignment is carried out by the control, ticks after its statement.
+    let why = folder.plcc("why mill.pmc M1 --simulate --ticks 2000").exits(0).stdout;
+    assert!(why.contains("when mill.pmc:13 set it."), "{why}");
     let table = folder.plcc("xref mill.pmc").exits(0).stdout;
     for (name, lines) in [("P2", "21"), ("M1", "13"), ("axis Y", "10 14"), ("PROG 1 N100", "21")] {
         let row = table.lines().find(|row| row.starts_with(&format!("{name} "))).unwrap();

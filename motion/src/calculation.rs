@@ -349,13 +349,14 @@ impl Machine<'_> {
             }
             MotionKind::EndWhile => self.backward(system),
             MotionKind::Sync(op, number) => {
-                let with = self.state.systems[system].next_move;
-                if self.state.systems[system].sync.len() < MAX_SYNC {
-                    let assignment = SyncAssignment { op: *op, number: *number, value, with };
+                let this = &self.state.systems[system];
+                let (with, place) = (this.next_move, this.last);
+                let assignment = SyncAssignment { op: *op, number: *number, value, with, place };
+                if this.sync.len() < MAX_SYNC {
                     self.state.systems[system].sync.push_back(assignment);
                 } else {
                     self.events.push(MotionEvent::SyncOverflow { system: system as u32 + 1 });
-                    self.assign(*op, *number, value);
+                    self.assign(assignment);
                 }
                 false
             }

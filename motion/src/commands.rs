@@ -179,7 +179,7 @@ impl Machine<'_> {
             MotionAction::Match => self.match_axes(system),
             MotionAction::Flush => {
                 while let Some(next) = self.state.systems[system].sync.pop_front() {
-                    self.assign(next.op, next.number, next.value);
+                    self.assign(next);
                 }
             }
             MotionAction::Incremental(incremental, axes) => {

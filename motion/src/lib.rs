@@ -77,6 +77,7 @@
 mod arguments;
 mod axes;
 mod calculation;
+mod carried_out;
 mod circle;
 mod commands;
 mod control;
@@ -113,6 +114,7 @@ mod variables;
 mod words;
 
 pub use calculation::Next;
+pub use carried_out::Assigned;
 pub use events::{Error, MotionEvent, Reason, State as ProgramState};
 pub use machine::{Machine, Setup, State};
 pub use names::read;

@@ -11,6 +11,7 @@ use plcc_abi::pmac::{Controller, Layout, Memory, Place, Range, Space};
 use serde::{Deserialize, Serialize};
 
 use crate::calculation::Calculation;
+use crate::carried_out::CarriedOut;
 use crate::events::MotionEvent;
 use crate::motor::{Loop, Motor};
 use crate::rest::Rest;
@@ -130,6 +131,8 @@ pub struct State {
     #[serde(skip)]
     pub(crate) rest: Rest,
     #[serde(skip)]
+    pub(crate) carried_out: CarriedOut,
+    #[serde(skip)]
     pub(crate) overlays: Vec<Overlay>,
     #[serde(skip)]
     pub(crate) calculation: Calculation,
@@ -150,6 +153,7 @@ impl State {
             panel: 0,
             operands: Vec::new(),
             rest: Rest::default(),
+            carried_out: CarriedOut::new(),
             overlays: Vec::with_capacity(MAX_OVERLAYS),
             calculation: Calculation::default(),
         };
@@ -207,6 +211,7 @@ impl State {
     /// Gives queues the room that they have at power-up, so that nothing is allocated in a tick.
     pub fn make_room(&mut self) {
         self.overlays.reserve(MAX_OVERLAYS);
+        self.carried_out.make_room();
         self.operands.reserve(64);
         for motor in &mut self.motors {
             motor.waiting.reserve(crate::motor::MAX_WAITING + 1 - motor.waiting.len().min(32));

@@ -10,13 +10,14 @@ use crate::motor::{Loop, Purpose, Search, Start, Waiting};
 use crate::sequence::{Advance, Progress, SequenceKind};
 use crate::shape::Shape;
 use crate::status::Latch;
-use crate::system::{System, Wait};
+use crate::system::{SyncAssignment, System, Wait};
 use crate::units::{Row, rnd};
 use crate::words::read_float;
 
 impl Machine<'_> {
     /// The first part of a servo cycle, up to the inputs, which forces may then change.
     pub fn servo(&mut self) {
+        self.state.carried_out.clear();
         if self.servo_at_rest() {
             return;
         }
@@ -394,12 +395,14 @@ impl Machine<'_> {
             && next.with <= self.state.systems[system].due
         {
             self.state.systems[system].sync.pop_front();
-            self.assign(next.op, next.number, next.value);
+            self.assign(next);
         }
     }
 
-    /// Reads a variable, combines it and writes it.
-    pub(crate) fn assign(&mut self, op: SyncOp, number: u32, value: f64) {
+    /// Carries out a synchronous assignment: reads the variable, combines it and writes it.
+    pub(crate) fn assign(&mut self, assignment: SyncAssignment) {
+        let SyncAssignment { op, number, value, place, .. } = assignment;
+        self.state.carried_out.note(number, place);
         let value = match op {
             SyncOp::Set => value,
             SyncOp::And | SyncOp::Or | SyncOp::Xor => {

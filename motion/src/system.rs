@@ -98,6 +98,8 @@ pub(crate) struct SyncAssignment {
     pub(crate) value: f64,
     /// The number of the move with which it is done.
     pub(crate) with: u64,
+    /// Its statement: file and line.
+    pub(crate) place: (u32, u32),
 }
 
 /// A coordinate system.

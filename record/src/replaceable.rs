@@ -14,8 +14,8 @@ use plcc_runtime::online_change::{Plan, TakeOver};
 use plcc_runtime::safe_outputs::SafeLines;
 use plcc_runtime::watchdog::Watchdog;
 use plcc_runtime::{
-    CheckpointError, ClockDecision, Event, Executive, Names, Restored, Setting, Stop, TaskStatus,
-    Value, VariableKey,
+    CheckpointError, ClockDecision, DeferredAssignment, Event, Executive, Names, Restored, Setting,
+    Stop, TaskStatus, Value, VariableKey,
 };
 
 /// The executive of whichever program runs now.
@@ -226,6 +226,10 @@ impl Executive for ReplaceableExecutive {
 
     fn is_held(&self, key: VariableKey) -> bool {
         self.executive.is_held(key)
+    }
+
+    fn each_deferred_assignment(&self, see: &mut dyn FnMut(DeferredAssignment<'_>)) {
+        self.executive.each_deferred_assignment(see);
     }
 
     fn fingerprint(&self) -> u64 {

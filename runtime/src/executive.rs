@@ -30,6 +30,18 @@ pub enum TaskStatus {
     Paused,
 }
 
+/// An assignment that the program has asked for earlier and the control has carried out, such as a PMAC's synchronous assignment,
+/// which waits for its move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeferredAssignment<'a> {
+    /// The variable that was assigned.
+    pub variable: VariableKey,
+    /// The file of the statement.
+    pub file: &'a str,
+    /// The line of the statement, from 1.
+    pub line: u32,
+}
+
 /// What a control does around its program: it latches inputs, counts timers, calls tasks, drives
 /// outputs and reports events. An executive holds the process image and all other state of the control.
 /// The engine that executes the program is given to each tick, and can be any engine of the program.
@@ -170,6 +182,10 @@ pub trait Executive {
     /// Whether a force holds all of the variable, so that nothing would come of setting it. An output whose lines alone are
     /// held is not among them: its variable can be set.
     fn is_held(&self, key: VariableKey) -> bool;
+
+    /// Shows `see` the deferred assignments that the last tick has carried out, in their order. Languages without them
+    /// have none.
+    fn each_deferred_assignment(&self, see: &mut dyn FnMut(DeferredAssignment<'_>));
 
     /// Whether each task of the program runs when its turn comes, by the tasks' numbers. Empty in languages
     /// whose tasks always run.

@@ -74,7 +74,7 @@ pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
 pub use control::{announced, announces, compare, names_of, validate};
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody, SimulatorEvent};
-pub use executive::{Executive, TaskStatus};
+pub use executive::{DeferredAssignment, Executive, TaskStatus};
 pub use given_names::GivenNames;
 pub use names::{Class, Names, Press, Properties};
 pub use native::NativeEngine;

@@ -198,6 +198,9 @@ impl Inquiry<'_> {
                 return Ok((by.unwrap_or(ChangedBy::Control), Some(step.statement)));
             }
         }
+        if let Some(by) = self.deferred_assignment(variable, tick)? {
+            return Ok((by, None));
+        }
         let acts = self.history.acts(tick)?;
         let of_this = |key| {
             let same = variable.key == Some(key);
@@ -223,5 +226,23 @@ impl Inquiry<'_> {
             ChangedBy::Control
         };
         Ok((by, None))
+    }
+
+    /// The statement of an earlier tick whose assignment the control has carried out in this one.
+    fn deferred_assignment(
+        &mut self,
+        variable: &Rc<Variable>,
+        tick: u64,
+    ) -> Result<Option<ChangedBy>, DebugError> {
+        self.go_behind(tick)?;
+        let mut carried_out = vec![];
+        self.history.executive().each_deferred_assignment(&mut |one| {
+            carried_out.push((one.variable, one.file.to_owned(), one.line));
+        });
+        let of_this = carried_out.into_iter().rev().find(|(assigned, ..)| {
+            variable.key == Some(*assigned)
+                || self.new_variable(self.names.canonical(*assigned), None).meets(variable)
+        });
+        Ok(of_this.map(|(_, file, line)| ChangedBy::Statement { file, line }))
     }
 }

@@ -161,9 +161,8 @@ impl Inquiry<'_> {
             let mut next = vec![];
             for (variable, numbers) in open {
                 let writers = self.writers(&variable);
-                // That a variable which statements write too would change if it were set says nothing.
-                let says_something = !asked.contains(&variable.name) || writers.is_empty();
-                if says_something
+                // That a variable would change if it were set says nothing.
+                if !asked.contains(&variable.name)
                     && self.is_input(&variable, &writers)
                     && let Some(key) = variable.key
                     && let Some(now) = self.number_now(&variable)

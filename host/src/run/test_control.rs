@@ -16,9 +16,9 @@ use plcc_runtime::online_change::{Plan, TakeOver};
 use plcc_runtime::safe_outputs::{SafeLines, SafeOutputs};
 use plcc_runtime::watchdog::Watchdog;
 use plcc_runtime::{
-    CheckpointError, ClockDecision, Event, EventBody, Executive, NameError, Names, Place,
-    Properties, Purpose, Restored, Setting, Stop, TaskStatus, Value, ValueError, VariableKey,
-    names_of,
+    CheckpointError, ClockDecision, DeferredAssignment, Event, EventBody, Executive, NameError,
+    Names, Place, Properties, Purpose, Restored, Setting, Stop, TaskStatus, Value, ValueError,
+    VariableKey, names_of,
 };
 
 /// `A`, `P10` and `ARR`, an array of both; stops in a tick.
@@ -262,6 +262,8 @@ impl Executive for Control {
     fn is_held(&self, _: VariableKey) -> bool {
         false
     }
+
+    fn each_deferred_assignment(&self, _: &mut dyn FnMut(DeferredAssignment<'_>)) {}
 
     fn task_statuses(&self) -> Vec<TaskStatus> {
         vec![]

@@ -19,7 +19,8 @@ use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, Place, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
+    ClockDecision, DeferredAssignment, Event, Executive, Place, Restored, Setting, Stop,
+    TaskStatus, Value, VariableKey,
 };
 
 use super::events::Messages;
@@ -363,6 +364,8 @@ impl Executive for NctExecutive {
     fn is_held(&self, key: VariableKey) -> bool {
         names::name(key).is_some_and(|name| self.state.forces.hold(name))
     }
+
+    fn each_deferred_assignment(&self, _: &mut dyn FnMut(DeferredAssignment<'_>)) {}
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()

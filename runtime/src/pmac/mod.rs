@@ -44,7 +44,8 @@ use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
+    ClockDecision, DeferredAssignment, Event, Executive, Restored, Setting, Stop, TaskStatus,
+    Value, VariableKey,
 };
 pub use plant::not_simulated;
 
@@ -275,6 +276,10 @@ impl Executive for PmacExecutive {
     fn is_held(&self, key: VariableKey) -> bool {
         let field = names::name(key).and_then(|name| self.field(name));
         field.is_some_and(|field| self.host.state.forces.hold(field))
+    }
+
+    fn each_deferred_assignment(&self, see: &mut dyn FnMut(DeferredAssignment<'_>)) {
+        self.host.each_synchronous_assignment(see);
     }
 
     fn fingerprint(&self) -> u64 {

@@ -8,14 +8,15 @@ use plcc_abi::pmac::motion::{MotionName, Plant};
 use plcc_abi::pmac::{
     COMMAND_CONTEXT, Definition, MOTION_CONTEXT, Memory, PmacName, Run, View, fixed,
 };
-use plcc_abi::{Engine, ResumePoint};
+use plcc_abi::pmac::{Kind, Variable};
+use plcc_abi::{DialectVariable, Engine, ResumePoint};
 use plcc_motion::{Machine, MotionEvent, Next, ProgramState, Setup};
 
 use super::PmacExecutive;
 use super::host::{PmacHost, PreparedStep};
 use crate::motion_report::MotionReport;
 use crate::stop::Stop;
-use crate::{Event, EventBody};
+use crate::{DeferredAssignment, Event, EventBody, VariableKey};
 
 /// What the executive keeps for the simulation apart from its state.
 pub(super) struct Motion {
@@ -104,6 +105,18 @@ impl PmacHost {
                 }
             };
             self.events.push(Event { tick: self.state.tick, body: EventBody::Motion(report) });
+        }
+    }
+
+    /// Shows `see` the synchronous assignments that the last tick has carried out.
+    pub(super) fn each_synchronous_assignment(&self, see: &mut dyn FnMut(DeferredAssignment<'_>)) {
+        let (Some(motion), Some(state)) = (&self.motion, &self.state.motion) else { return };
+        for assigned in state.carried_out() {
+            let variable = Variable { kind: Kind::M, number: assigned.number, system: 1 };
+            let variable = VariableKey(DialectVariable::Pmac(PmacName::Variable(variable)));
+            if let Some(file) = motion.files.get(assigned.file as usize) {
+                see(DeferredAssignment { variable, file, line: assigned.line });
+            }
         }
     }
 

@@ -20,7 +20,8 @@ use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
+    ClockDecision, DeferredAssignment, Event, Executive, Restored, Setting, Stop, TaskStatus,
+    Value, VariableKey,
 };
 
 use super::events::{Announcements, value};
@@ -366,6 +367,8 @@ impl Executive for PmiExecutive {
     fn is_held(&self, key: VariableKey) -> bool {
         names::variable(key).is_some_and(|variable| self.state.forces.holds(variable))
     }
+
+    fn each_deferred_assignment(&self, _: &mut dyn FnMut(DeferredAssignment<'_>)) {}
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()

@@ -14,7 +14,8 @@ use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
+    ClockDecision, DeferredAssignment, Event, Executive, Restored, Setting, Stop, TaskStatus,
+    Value, VariableKey,
 };
 
 impl Executive for SimulatedExecutive {
@@ -159,6 +160,10 @@ impl Executive for SimulatedExecutive {
 
     fn is_held(&self, key: VariableKey) -> bool {
         self.inner.is_held(key)
+    }
+
+    fn each_deferred_assignment(&self, see: &mut dyn FnMut(DeferredAssignment<'_>)) {
+        self.inner.each_deferred_assignment(see);
     }
 
     fn task_statuses(&self) -> Vec<TaskStatus> {

@@ -22,7 +22,7 @@ use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, Place, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
+    ClockDecision, DeferredAssignment, Event, Executive, Place, Restored, Setting, Stop, TaskStatus, Value, VariableKey,
 };
 
 /// The time between two scans in nanoseconds.
@@ -180,6 +180,8 @@ impl Executive for MiniExecutive {
         let is_input = self.names.symbol(key).is_some_and(|symbol| symbol.kind == Kind::Input);
         is_input && names::index(key).is_some_and(|index| self.state.forces.get(&index).is_some())
     }
+
+    fn each_deferred_assignment(&self, _: &mut dyn FnMut(DeferredAssignment<'_>)) {}
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
