@@ -20,6 +20,7 @@ mod observer;
 mod options;
 mod other_languages;
 mod surroundings;
+pub mod tokens;
 pub mod tsv;
 mod ways;
 pub mod words;

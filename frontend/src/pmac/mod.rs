@@ -39,7 +39,7 @@ mod tests;
 mod words;
 
 use plcc_abi::Engine;
-use plcc_abi::pmac::Assumption;
+use plcc_abi::pmac::{Assumption, Layout};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options, Words};
@@ -95,7 +95,8 @@ pub(crate) fn check_with_words(
 ) -> (Option<Program>, Vec<Diagnostic>, Words) {
     let (preprocessed, diagnostics) = preprocess::preprocess(sources, files, loader, options);
     let read = download::read(&preprocessed, options);
-    let words = words::words(sources, &preprocessed, &read.download, options);
+    let words =
+        words::words(sources, &preprocessed.names, &read.download, Layout::new(options.controller));
     let (program, diagnostics) = finish(&preprocessed, read, diagnostics, sources, options);
     (program, diagnostics, words)
 }

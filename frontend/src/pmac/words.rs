@@ -12,23 +12,22 @@ use super::ast::{Action, Download, FUNCTIONS, StmtKind};
 use super::presentation::opened_plc;
 use super::read::comments::comments;
 use super::read::cursor::Cursor;
-use super::read::preprocess::{DefinedName, Preprocessed};
+use super::read::preprocess::DefinedName;
 use super::read::words::{MOTION, ONLINE, PLC, find};
-use crate::common::Options;
+use crate::common::tokens::{Raw, raw};
 use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
-use crate::presentation::tokens::{Raw, raw};
 
 /// The words of a download and of all files that it includes.
 pub(super) fn words(
     sources: &SourceMap,
-    preprocessed: &Preprocessed,
+    names: &[DefinedName],
     download: &Download,
-    options: &Options,
+    layout: Layout,
 ) -> Words {
     let statements = Statements::of(download);
     let mut cutter = Cutter {
-        layout: Layout::new(options.controller),
-        names: preprocessed.names.iter().map(|name| (name.name.as_str(), name)).collect(),
+        layout,
+        names: names.iter().map(|name| (name.name.as_str(), name)).collect(),
         known: HashMap::new(),
         words: Words::default(),
         open: vec![],

@@ -32,6 +32,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options, Words};
 use ast::Checked;
+use read::syntax::Text;
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -41,6 +42,8 @@ pub use reference::executive::{executive_names, explain};
 #[derive(Clone, Debug)]
 pub struct Program {
     checked: ast::Checked,
+    /// What was read of the sources, for the words of displays.
+    text: std::sync::Arc<Text>,
     layout: layout::Layout,
     /// The files, shared by all that is made of the program.
     sources: SourceMap,
@@ -61,8 +64,8 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (checked, _, diagnostics) = analyse::check(sources, file, loader, options);
-    finish(checked, diagnostics, sources, options)
+    let (checked, text, diagnostics) = analyse::check(sources, file, loader, options);
+    finish((checked, text), diagnostics, sources, options)
 }
 
 /// Does the same, and finds the words of the sources.
@@ -74,13 +77,13 @@ pub(crate) fn check_with_words(
 ) -> (Option<Program>, Vec<Diagnostic>, Words) {
     let (checked, text, diagnostics) = analyse::check(sources, file, loader, options);
     let words = words::words(&checked, &text, sources);
-    let (program, diagnostics) = finish(checked, diagnostics, sources, options);
+    let (program, diagnostics) = finish((checked, text), diagnostics, sources, options);
     (program, diagnostics, words)
 }
 
 /// The program that was read, if no diagnostic is an error, and the diagnostics with the lints.
 fn finish(
-    checked: Checked,
+    (checked, text): (Checked, Text),
     mut diagnostics: Vec<Diagnostic>,
     sources: &SourceMap,
     options: &Options,
@@ -96,7 +99,8 @@ fn finish(
     let layout = layout::Layout::new(&checked);
     let (sources, names) = (sources.clone(), expression::NameTable::default());
     let (limits, known) = (options.limits, std::sync::OnceLock::new());
-    (Some(Program { checked, layout, sources, limits, names, known }), diagnostics)
+    let text = text.into();
+    (Some(Program { checked, text, layout, sources, limits, names, known }), diagnostics)
 }
 
 impl Program {

@@ -7,15 +7,16 @@ mod announced;
 mod exchange;
 mod fact;
 mod io_point;
-pub mod lines;
+mod lines;
 mod operator;
 mod panel;
 mod part;
 mod places;
 mod terminal;
+#[cfg(test)]
+pub(crate) mod testing;
 mod text;
 mod text_statement;
-pub mod tokens;
 mod watch;
 
 use std::collections::BTreeMap;
@@ -28,12 +29,13 @@ pub use announced::Announced;
 pub use exchange::{Exchange, Uses};
 pub use fact::Fact;
 pub use io_point::IoPoint;
+pub use lines::Line;
 pub use operator::operator_panel;
 pub use panel::{Cell, PanelDraft, Shown};
 pub use part::Part;
 pub use places::{StatementPlace, StatementPlaces};
 pub use terminal::{Answer, Desk, Terminal};
-pub use text::{Block, Piece, Role, Row, rows};
+pub use text::{Block, Piece, Role, Row, Wording, rows};
 pub use text_statement::TextStatement;
 pub use watch::{MAX_ROWS, WatchRow};
 

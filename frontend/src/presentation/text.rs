@@ -1,12 +1,12 @@
 //! The text of a program as the manuals have it shown: without comments, a continued statement on one line, included
 //! files in their place, each line cut into tokens.
 
-use plcc_diag::FileId;
+use plcc_diag::{FileId, SourceMap};
 use serde::{Deserialize, Serialize};
 
-use super::lines::SourceLine;
+use super::lines::{Line, lines};
 use super::places::StatementPlaces;
-use super::tokens::name_of;
+use crate::common::Words;
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,17 +106,34 @@ impl Row {
     }
 }
 
-/// The lines that are not blank as rows: `cut` makes the tokens of one, of which it gets the statements that begin in it,
-/// `block` says what a token does to the nesting, and `begins_part` whether a row begins a part of the program.
+/// How a language has the lines of a program shown.
+pub struct Wording<'w> {
+    /// The sign at the end of a line whose statement goes on in the next one.
+    pub continued_by: Option<&'w str>,
+    /// Whether each statement is one token.
+    pub statements_are_tokens: bool,
+    /// What is done with the lines before they are shown.
+    pub lines: &'w dyn Fn(&mut Vec<Line>),
+    /// What a token does to the nesting.
+    pub block: &'w dyn Fn(&Piece) -> Option<Block>,
+    /// Whether a row begins a part of the program.
+    pub begins_part: &'w dyn Fn(&Row) -> bool,
+}
+
+/// The lines that are not blank as rows, made of the words of the program's sources.
 pub fn rows(
-    lines: Vec<SourceLine>,
+    sources: &SourceMap,
+    words: &Words,
     places: &StatementPlaces,
-    mut cut: impl FnMut(&SourceLine, &[u32]) -> Vec<Piece>,
-    block: impl Fn(&Piece) -> Option<Block>,
-    begins_part: impl Fn(&Row) -> bool,
+    wording: &Wording<'_>,
 ) -> Vec<Row> {
-    let lines = lines.into_iter().filter(|line| !line.text.trim().is_empty());
-    let row = |line: SourceLine| {
+    let mut lines = lines(sources, words);
+    (wording.lines)(&mut lines);
+    if let Some(sign) = wording.continued_by {
+        join_continued(&mut lines, sign);
+    }
+    let is_blank = |line: &Line| line.pieces.iter().all(|piece| piece.role == Role::Blank);
+    let row = |line: Line| {
         let mut statements: Vec<u32> = places
             .statements_between(line.file, line.line, line.end_line)
             .iter()
@@ -124,15 +141,86 @@ pub fn rows(
             .collect();
         statements.sort_unstable();
         statements.dedup();
-        let mut pieces = cut(&line, &statements);
-        for piece in &mut pieces {
-            piece.block = block(piece);
+        let Line { file, line, number, mut pieces, columns, comment, .. } = line;
+        if wording.statements_are_tokens {
+            pieces = joined_by_statement(pieces, &columns, &statements, places);
         }
-        let (name, SourceLine { file, line, number, comment, .. }) = (name_of(&pieces), line);
+        for piece in &mut pieces {
+            piece.block = (wording.block)(piece);
+        }
+        let name = name_of(&pieces);
         let mut row =
             Row { file, line, number, pieces, statements, name, comment, begins_part: false };
-        row.begins_part = begins_part(&row);
+        row.begins_part = (wording.begins_part)(&row);
         row
     };
-    lines.map(row).collect()
+    lines.into_iter().filter(|line| !is_blank(line)).map(row).collect()
+}
+
+/// Joins lines whose statement goes on in the next one with it.
+fn join_continued(lines: &mut Vec<Line>, sign: &str) {
+    let mut joined: Vec<Line> = vec![];
+    for mut line in lines.drain(..) {
+        let goes_on = line.pieces.pop_if(|last| last.text == sign).is_some();
+        while goes_on && line.pieces.pop_if(|last| last.role == Role::Blank).is_some() {}
+        line.goes_on = goes_on;
+        match joined.last_mut() {
+            Some(last) if last.goes_on && last.file == line.file => {
+                last.pieces.extend(line.pieces.into_iter().skip_while(|p| p.role == Role::Blank));
+                (last.end_line, last.goes_on) = (line.end_line, goes_on);
+                if !line.comment.is_empty() {
+                    last.comment = format!("{} {}", last.comment, line.comment).trim().to_owned();
+                }
+            }
+            _ => joined.push(line),
+        }
+    }
+    *lines = joined;
+}
+
+/// Makes one token of all the tokens of a statement.
+fn joined_by_statement(
+    pieces: Vec<Piece>,
+    columns: &[u32],
+    statements: &[u32],
+    places: &StatementPlaces,
+) -> Vec<Piece> {
+    let statement_at = |column: u32| {
+        let is_within = |statement: &&u32| {
+            places.place(**statement).is_some_and(|place| {
+                place.column <= column && (column < place.end_column || place.end_line > place.line)
+            })
+        };
+        statements.iter().find(is_within).copied()
+    };
+    let mut joined: Vec<Piece> = vec![];
+    for (piece, &column) in pieces.into_iter().zip(columns) {
+        let statement = statement_at(column);
+        match joined.last_mut() {
+            Some(last) if statement.is_some() && last.statement == statement => {
+                last.text.push_str(&piece.text);
+            }
+            _ if statement.is_some() => {
+                joined.push(Piece { statement, ..Piece::new(piece.text, Role::Variable) });
+            }
+            _ => joined.push(piece),
+        }
+    }
+    joined
+}
+
+/// The name by which the directory lists a line: its target, its label or its keyword (PMI 5.1).
+fn name_of(pieces: &[Piece]) -> String {
+    let visible = || pieces.iter().filter(|piece| piece.role != Role::Blank);
+    if let Some(label) = visible().next().filter(|piece| piece.role == Role::Label) {
+        let colon = if label.text.starts_with(':') { "" } else { ":" };
+        return format!("{}{colon}", label.text);
+    }
+    let target = visible().find(|piece| piece.target);
+    let first = visible().next();
+    let named = match first {
+        Some(first) if first.role == Role::Keyword => Some(first),
+        _ => target.or(first),
+    };
+    named.map_or_else(String::new, |piece| piece.text.clone())
 }

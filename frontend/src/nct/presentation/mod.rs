@@ -7,7 +7,7 @@ mod panels;
 mod text;
 
 use plcc_abi::nct::NctName;
-use plcc_diag::SourceMap;
+use plcc_diag::{FileId, SourceMap};
 
 use super::{Program, access, tables};
 use crate::common::Accessed;
@@ -48,7 +48,9 @@ impl Presentation for Program {
     }
 
     fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-        text::text(sources, places)
+        let file = self.checked.stmts.first().map_or(FileId(0), |first| first.span.file);
+        let words = super::words::words(sources, file, &self.checked.stmts);
+        text::text(sources, &words, places)
     }
 
     fn io_points(&self, _: &[String], _: &[u8]) -> Vec<IoPoint> {

@@ -49,7 +49,8 @@ impl Presentation for Program {
     }
 
     fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-        text::text(self, sources, places)
+        let words = super::words::words(sources, &self.names, &self.download, self.loaded.layout);
+        text::text(sources, &words, places)
     }
 
     /// A Q-variable has its coordinate system in front of it.

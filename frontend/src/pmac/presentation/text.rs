@@ -1,96 +1,21 @@
 //! The statements of a download.
 
-use std::collections::HashMap;
-
-use plcc_abi::pmac::PmacName;
 use plcc_diag::SourceMap;
 
-use crate::CheckedProgram;
-use crate::pmac::{COMMENT_MARKS, Program};
-use crate::presentation::lines::{self, SourceLine, without_line_comments};
-use crate::presentation::tokens::{Raw, mark_target, raw};
-use crate::presentation::{Block, Piece, Role, Row, StatementPlaces, rows};
+use crate::common::Words;
+use crate::presentation::{Block, Piece, Row, StatementPlaces, Wording, rows};
 
-/// The lines of a program.
-pub(super) fn text(program: &Program, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-    let mut cutter = Cutter { program, words: HashMap::new() };
+/// The lines of a program with these words.
+pub(super) fn text(sources: &SourceMap, words: &Words, places: &StatementPlaces) -> Vec<Row> {
     let opens_plc = |row: &Row| row.text().trim_start().to_uppercase().starts_with("OPEN");
-    rows(lines(sources), places, |line, _| cutter.pieces(&line.text), block, opens_plc)
-}
-
-fn lines(sources: &SourceMap) -> Vec<SourceLine> {
-    let without_comments = |text: &str| without_line_comments(text, &COMMENT_MARKS);
-    lines::lines(sources, &without_comments, Some("#include"))
-}
-
-/// Cuts the lines of one program.
-struct Cutter<'a> {
-    program: &'a Program,
-    /// What each word was found to be.
-    words: HashMap<String, (Role, Option<String>)>,
-}
-
-impl Cutter<'_> {
-    /// The tokens of a line.
-    fn pieces(&mut self, line: &str) -> Vec<Piece> {
-        let mut pieces = vec![];
-        for token in raw(line) {
-            match token {
-                Raw::Blank(text) => pieces.push(Piece::new(text, Role::Blank)),
-                Raw::Text(text) => pieces.push(Piece::new(text, Role::Text)),
-                Raw::Sign(text) => pieces.push(Piece::new(text, Role::Operator)),
-                Raw::Number(text) => {
-                    let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.' || c == '$'));
-                    let (number, word) = match end {
-                        // A name may begin with a digit, and glued statements with what looks so.
-                        Some(end) if !text.starts_with('$') && self.word(text).1.is_none() => {
-                            text.split_at_checked(end).unwrap_or((text, ""))
-                        }
-                        Some(_) if !text.starts_with('$') => ("", text),
-                        _ => (text, ""),
-                    };
-                    if !number.is_empty() {
-                        pieces.push(Piece::new(number, Role::Constant));
-                    }
-                    if !word.is_empty() {
-                        pieces.push(self.word_piece(word));
-                    }
-                }
-                Raw::Word(text) => pieces.push(self.word_piece(text)),
-            }
-        }
-        mark_target(&mut pieces);
-        pieces
-    }
-
-    fn word_piece(&mut self, text: &str) -> Piece {
-        let (role, name) = self.word(text);
-        Piece { name, ..Piece::new(text, role) }
-    }
-
-    /// What a word is: a variable by its own name or by a name that the program defined.
-    fn word(&mut self, text: &str) -> (Role, Option<String>) {
-        if let Some(known) = self.words.get(text) {
-            return known.clone();
-        }
-        let found = self.look_up(text);
-        self.words.insert(text.into(), found.clone());
-        found
-    }
-
-    fn look_up(&self, text: &str) -> (Role, Option<String>) {
-        if let Ok(name) = PmacName::parse(text, &self.program.loaded.layout) {
-            return (Role::Variable, Some(name.to_string()));
-        }
-        match self.program.expression(text) {
-            Ok(expression) => match expression.variables() {
-                [] => (Role::Constant, None),
-                [name] => (Role::Variable, Some(name.clone())),
-                _ => (Role::Variable, None),
-            },
-            Err(_) => (Role::Keyword, None),
-        }
-    }
+    let wording = Wording {
+        continued_by: None,
+        statements_are_tokens: false,
+        lines: &|_| {},
+        block: &block,
+        begins_part: &opens_plc,
+    };
+    rows(sources, words, places, &wording)
 }
 
 /// Whether a token begins or ends a condition or loop.
@@ -137,14 +62,21 @@ pub(in crate::pmac) fn opened_plc(line: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::presentation::lines::{shown, sources};
+    use plcc_abi::Dialect;
+
+    use crate::presentation::testing::shown;
 
     #[test]
     fn files_are_included_in_their_place() {
-        let main = "#include <IO.H>\nP1=2 ; no\nSEND\"a;b\"//c";
-        let found = shown(lines(&sources(&[("m.pmc", main), ("io.h", "M1->X:0,0")])));
-        let pair = |number: &str, text: &str| (number.to_owned(), text.to_owned());
-        assert_eq!(found, [pair("1.1", "M1->X:0,0"), pair("2", "P1=2"), pair("3", "SEND\"a;b\"")]);
+        let main = "#include \"IO.H\"\nOPEN PLC 1 CLEAR\nP1=2 ; no\nSEND\"a;b\"//c\nCLOSE\n";
+        let found = shown(Dialect::Pmac, main, &[("IO.H", "M1->X:0,0")]);
+        let rows = [
+            ["1.1", "M1->X:0,0", ""],
+            ["2", "OPEN PLC 1 CLEAR", ""],
+            ["3", "P1=2", "no"],
+            ["4", "SEND\"a;b\"", "c"],
+            ["5", "CLOSE", ""],
+        ];
+        assert_eq!(found, rows.map(|row| row.map(str::to_owned)));
     }
 }

@@ -70,7 +70,8 @@ impl Presentation for Program {
     }
 
     fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-        text::text(&self.known().tables, sources, places)
+        let words = super::words::words(&self.checked, &self.text, sources);
+        text::text(&self.known().tables, sources, &words, places)
     }
 
     /// An element of an array is written as the array.

@@ -1,107 +1,51 @@
 //! The statements of a program, as PMI 5.1 displays them: "Specification statements are not displayed".
 
-use std::collections::HashMap;
-
-use plcc_abi::pmi::{PmiTables, Role as PmiRole, Type};
+use plcc_abi::pmi::{PmiTables, Type};
 use plcc_diag::SourceMap;
 
-use crate::presentation::lines::{self, SourceLine, without_line_comments};
-use crate::presentation::tokens::{Raw, mark_target, raw};
-use crate::presentation::{Block, Piece, Role, Row, StatementPlaces, rows};
+use crate::common::Words;
+use crate::presentation::{Block, Line, Piece, Role, Row, StatementPlaces, Wording, rows};
 
-/// What each name is.
-type Names<'t> = HashMap<&'t str, (PmiRole, Type)>;
-
-/// The lines of a program with these tables.
-pub(super) fn text(tables: &PmiTables, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-    let symbols = tables.symbols.iter();
-    let names: Names<'_> =
-        symbols.map(|symbol| (symbol.name.as_str(), (symbol.role, symbol.ty))).collect();
-    let cut = |line: &SourceLine, _: &[u32]| pieces(&line.text, &names);
-    rows(statements(sources), places, cut, block, Row::begins_with_label)
+/// The lines of a program with these tables and words.
+pub(super) fn text(
+    tables: &PmiTables,
+    sources: &SourceMap,
+    words: &Words,
+    places: &StatementPlaces,
+) -> Vec<Row> {
+    let wording = Wording {
+        continued_by: Some("#"),
+        statements_are_tokens: false,
+        lines: &|lines| {
+            // The specification section ends with $END.
+            let first = lines.iter().rposition(|line| line.is_directive).map_or(0, |at| at + 1);
+            lines.drain(..first);
+            lines.iter_mut().for_each(|line| join_negations(line, tables));
+        },
+        block: &block,
+        begins_part: &Row::begins_with_label,
+    };
+    rows(sources, words, places, &wording)
 }
 
-/// The lines behind the specification section, which ends with $END.
-fn statements(sources: &SourceMap) -> Vec<SourceLine> {
-    let without_comments = |text: &str| without_line_comments(text, &["?"]);
-    let mut found = lines::lines(sources, &without_comments, Some("$include"));
-    let is_directive = |line: &SourceLine| line.text.trim_start().starts_with('$');
-    let first = found.iter().rposition(is_directive).map_or(0, |at| at + 1);
-    found.drain(..first);
-    join_continued(&mut found);
-    found
-}
-
-/// Joins continued lines: `#` at the end of a line continues the statement on the next one.
-fn join_continued(lines: &mut Vec<SourceLine>) {
-    let mut joined: Vec<SourceLine> = vec![];
-    for line in lines.drain(..) {
-        match joined.last_mut() {
-            Some(last) if last.text.ends_with('#') && last.file == line.file => {
-                last.text.pop();
-                let kept = last.text.trim_end().len();
-                last.text.truncate(kept);
-                last.text.push_str(line.text.trim_start());
-                last.end_line = line.end_line;
-                if !line.comment.is_empty() {
-                    last.comment = format!("{} {}", last.comment, line.comment).trim().to_owned();
-                }
-            }
-            _ => joined.push(line),
-        }
-    }
-    for line in &mut joined {
-        if line.text.ends_with('#') {
-            line.text.pop();
-        }
-    }
-    *lines = joined;
-}
-
-/// The tokens of a line.
-fn pieces(line: &str, names: &Names<'_>) -> Vec<Piece> {
-    const KEYWORDS: [&str; 6] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "END"];
-    let raw = raw(line);
-    let mut pieces: Vec<Piece> = vec![];
-    let mut is_label_next = false;
-    for (at, &token) in raw.iter().enumerate() {
-        let next = raw.get(at + 1).copied();
-        match token {
-            Raw::Blank(text) => pieces.push(Piece::new(text, Role::Blank)),
-            Raw::Text(text) => pieces.push(Piece::new(text, Role::Text)),
-            Raw::Number(text) => pieces.push(Piece::new(text, Role::Constant)),
-            Raw::Sign(text) => pieces.push(Piece::new(text, Role::Operator)),
-            Raw::Word(text) if is_label_next || next == Some(Raw::Sign(":")) => {
-                is_label_next = false;
-                pieces.push(Piece::new(text, Role::Label));
-            }
-            Raw::Word(text) => {
-                is_label_next = text == "GOTO";
-                let Some(&(role, ty)) = names.get(text) else {
-                    let is_keyword = KEYWORDS.contains(&text);
-                    let role = if is_keyword { Role::Keyword } else { Role::Constant };
-                    pieces.push(Piece::new(text, role));
-                    continue;
-                };
-                if role == PmiRole::Constant && next != Some(Raw::Sign("[")) {
-                    pieces.push(Piece::new(text, Role::Constant));
-                    continue;
-                }
-                let mut variable = Piece::new(text, Role::Variable);
-                variable.name = Some(text.into());
-                // `/SOL1` is a unit (PMI 5.1).
-                let is_single = ty == Type::Logical && next != Some(Raw::Sign("["));
-                if is_single && pieces.last().is_some_and(|last| last.text == "/") {
-                    pieces.pop();
-                    variable.text = format!("/{text}");
-                    variable.negated = true;
-                }
-                pieces.push(variable);
+/// Makes one token of `/SOL1`, which is a unit (PMI 5.1).
+fn join_negations(line: &mut Line, tables: &PmiTables) {
+    let is_single = |name: &str| {
+        tables.symbols.iter().any(|symbol| symbol.name == name && symbol.ty == Type::Logical)
+    };
+    let mut at = 1;
+    while let (Some(sign), Some(variable)) = (line.pieces.get(at - 1), line.pieces.get(at)) {
+        let is_element = line.pieces.get(at + 1).is_some_and(|next| next.text == "[");
+        let negates = sign.text == "/" && variable.role == Role::Variable && !is_element;
+        if negates && variable.name.as_deref().is_some_and(is_single) {
+            let Piece { text, .. } = line.pieces.remove(at - 1);
+            if let Some(variable) = line.pieces.get_mut(at - 1) {
+                variable.text.insert_str(0, &text);
+                variable.negated = true;
             }
         }
+        at += 1;
     }
-    mark_target(&mut pieces);
-    pieces
 }
 
 /// Whether a token begins or ends a condition.
@@ -115,20 +59,19 @@ fn block(piece: &Piece) -> Option<Block> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::presentation::lines::{shown, sources};
+    use plcc_abi::Dialect;
 
-    fn pair(number: &str, text: &str) -> (String, String) {
-        (number.into(), text.into())
-    }
+    use crate::presentation::testing::shown;
 
     #[test]
     fn statements_are_shown_without_specifications_and_comments() {
-        let main =
-            "$INPUT\nA 0.0 ? input\n$END\n? nothing\nB = A &  #\n  /C ? both\n$INCLUDE \"X.PMI\"\n";
-        let found =
-            shown(statements(&sources(&[("main.pmi", main), ("lib/x.pmi", "D=B\n? no\nE=B\n")])));
+        let main = "$INPUT\nA = 0/0 ? input\nC = 0/1\n$OUTPUT\nB = 1/0\nD = 1/1\nE = 1/2\n$END\n? nothing\nB = A &  #\n  /C ? both\n$INCLUDE X.PMI\n";
+        let found = shown(Dialect::Pmi, main, &[("X.PMI", "D=B\n? no\nE=B\n")]);
         // $INCLUDE is not a statement either, but what it includes is.
-        assert_eq!(found, [pair("5", "B = A &/C"), pair("7.1", "D=B"), pair("7.3", "E=B")]);
+        assert_eq!(
+            found,
+            [("10", "B = A &/C", "both"), ("12.1", "D=B", ""), ("12.3", "E=B", "")]
+                .map(|(number, text, comment)| [number, text, comment].map(str::to_owned))
+        );
     }
 }

@@ -12,6 +12,7 @@ use plcc_diag::{Diagnostic, SourceMap, Span};
 use crate::pmi::read::{cursor::Cursor, section::Section, split::Extent, token::Token};
 
 /// The statements of a program and of all files that it includes.
+#[derive(Debug)]
 pub(crate) struct Text {
     pub(crate) statements: Vec<Statement>,
     /// The tokens of all statements.
@@ -26,6 +27,7 @@ pub(crate) struct Text {
 }
 
 /// A statement.
+#[derive(Debug)]
 pub(crate) struct Statement {
     pub(crate) extent: Extent,
     /// Its tokens: a range of indices in [`Text::tokens`].
@@ -45,12 +47,14 @@ impl Statement {
 }
 
 /// A statement of the specification section, or else of the execution section.
+#[derive(Debug)]
 pub(crate) enum Form {
     Declaration(Declaration),
     Logic(Logic),
 }
 
 /// A statement of the specification section.
+#[derive(Debug)]
 pub(crate) struct Declaration {
     /// The part of the section in which it is; `None` before the first directive, or after an
     /// unknown one.
@@ -59,6 +63,7 @@ pub(crate) struct Declaration {
 }
 
 /// How a declaration is written. Lists and parts end where the statement has an error.
+#[derive(Debug)]
 pub(crate) enum DeclarationForm {
     /// A directive; `None` for one that does not exist.
     Directive(Option<Section>),
@@ -87,6 +92,7 @@ pub(crate) enum DeclarationForm {
 }
 
 /// A variable, constant or array, with what was read of it.
+#[derive(Debug)]
 pub(crate) struct VariableDeclaration {
     pub(crate) ty: Type,
     pub(crate) name: Token,
@@ -99,7 +105,7 @@ pub(crate) struct VariableDeclaration {
 }
 
 /// A digital input or output, with what was read of it.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct PortLines {
     pub(crate) name: Option<Token>,
     /// The port's number and its place.
@@ -108,13 +114,14 @@ pub(crate) struct PortLines {
 }
 
 /// A part of a fault's or message's text: characters, or the name of a variable.
+#[derive(Debug)]
 pub(crate) enum TextItem {
     Text(String),
     Name(Token),
 }
 
 /// A timer, with what was read of it.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Timer {
     pub(crate) kind: Option<TimerKind>,
     pub(crate) control: Option<Token>,
@@ -124,6 +131,7 @@ pub(crate) struct Timer {
 }
 
 /// A statement of the execution section.
+#[derive(Debug)]
 pub(crate) struct Logic {
     /// The labels in front of it. It may have one; a second one is an error, but a label
     /// nevertheless.
@@ -134,6 +142,7 @@ pub(crate) struct Logic {
 }
 
 /// How a statement of the execution section is written.
+#[derive(Debug)]
 pub(crate) enum LogicForm {
     Assignment {
         name: Token,
@@ -169,6 +178,7 @@ pub(crate) enum LogicForm {
 }
 
 /// An expression as it is written.
+#[derive(Debug)]
 pub(crate) struct Expression {
     /// Its range of indices in [`Text::parts`].
     pub(crate) parts: Range<u32>,

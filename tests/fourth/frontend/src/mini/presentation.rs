@@ -1,41 +1,17 @@
 //! What is shown of a program.
 
 use plcc_abi::mini::Kind;
-use plcc_diag::SourceMap;
+use plcc_diag::{FileId, SourceMap};
 
 use super::Program;
 use crate::common::Accessed;
-use crate::presentation::lines::{SourceLine, lines, without_line_comments};
-use crate::presentation::tokens::{Raw, mark_target, raw};
 use crate::presentation::{
-    Block, IoPoint, Piece, Presentation, Role, Row, StatementPlaces, rows,
+    Block, IoPoint, Piece, Presentation, Row, StatementPlaces, Wording, rows,
 };
 
 /// What is told of the variable at an offset.
 pub(super) fn accessed(offset: u32) -> Accessed {
     Accessed::one(0, offset)
-}
-
-impl Program {
-    fn pieces(&self, line: &str) -> Vec<Piece> {
-        let piece = |token: &Raw<'_>| {
-            let text = token.text();
-            let upper = text.to_uppercase();
-            let is_variable = self.code.symbols.iter().any(|symbol| symbol.name == upper);
-            let role = match token {
-                Raw::Blank(_) => Role::Blank,
-                Raw::Word(_) if is_variable => Role::Variable,
-                Raw::Word(_) => Role::Keyword,
-                Raw::Number(_) => Role::Constant,
-                Raw::Text(_) => Role::Text,
-                Raw::Sign(_) => Role::Operator,
-            };
-            Piece { name: is_variable.then_some(upper), ..Piece::new(text, role) }
-        };
-        let mut pieces: Vec<Piece> = raw(line).iter().map(piece).collect();
-        mark_target(&mut pieces);
-        pieces
-    }
 }
 
 impl Presentation for Program {
@@ -55,14 +31,20 @@ impl Presentation for Program {
     }
 
     fn text(&self, sources: &SourceMap, places: &StatementPlaces) -> Vec<Row> {
-        let lines = lines(sources, &|text| without_line_comments(text, &[";"]), None);
-        let cut = |line: &SourceLine, _: &[u32]| self.pieces(&line.text);
+        let words = super::words::words(sources, FileId(0));
         let block = |piece: &Piece| match piece.text.to_uppercase().as_str() {
             "IF" => Some(Block::Opens),
             "END" => Some(Block::Closes),
             _ => None,
         };
-        rows(lines, places, cut, block, |_| false)
+        let wording = Wording {
+            continued_by: None,
+            statements_are_tokens: false,
+            lines: &|_| {},
+            block: &block,
+            begins_part: &|_| false,
+        };
+        rows(sources, &words, places, &wording)
     }
 
     fn io_points(&self, _: &[String], _: &[u8]) -> Vec<IoPoint> {

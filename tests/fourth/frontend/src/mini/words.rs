@@ -5,8 +5,8 @@ use plcc_diag::{FileId, SourceMap, Span};
 
 use super::language::WORDS;
 use super::read;
+use crate::common::tokens::{Raw, raw};
 use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
-use crate::presentation::tokens::{Raw, raw};
 
 /// The words of a file.
 pub(super) fn words(sources: &SourceMap, file: FileId) -> Words {
