@@ -1,0 +1,243 @@
+//! How long an editor waits for answers while its user types in a program of 20 000 lines: a character is inserted or deleted, and
+//! an answer is asked for at once, as an editor asks it. The time counts from the change to the answer, with what the server
+//! reads anew for it. The server is in the same process, and writes and reads messages as it does for an editor.
+//!
+//! `cargo bench -p plcc-benches --bench editor -- ROUNDS` (100 without a number)
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use std::fmt::Write;
+use std::thread;
+use std::time::Instant;
+
+use lsp_server::{Connection, Message, Notification, Request, RequestId};
+use plcc_diag::Diagnostic;
+use plcc_frontend::CheckedProgram;
+use plcc_lsp::{Compiler, Run};
+use plcc_random::Rng;
+use serde_json::{Value, json};
+
+/// The lines of each program.
+const LINES: usize = 20_000;
+
+/// What is asked for, with the parameters apart from document and position.
+const ASKED: [(&str, &str); 11] = [
+    ("textDocument/completion", "{}"),
+    ("textDocument/hover", "{}"),
+    ("textDocument/signatureHelp", "{}"),
+    ("textDocument/definition", "{}"),
+    ("textDocument/references", r#"{"context": {"includeDeclaration": true}}"#),
+    ("textDocument/documentHighlight", "{}"),
+    ("textDocument/documentSymbol", "{}"),
+    ("textDocument/foldingRange", "{}"),
+    ("textDocument/semanticTokens/full/delta", r#"{"previousResultId": "0"}"#),
+    ("textDocument/semanticTokens/range", "RANGE"),
+    ("textDocument/inlayHint", "RANGE"),
+];
+
+/// No code is compared, and nothing runs.
+struct Alone;
+
+impl Compiler for Alone {
+    fn code(&self, _: &dyn CheckedProgram) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn mistakes_of_script(&self, _: &std::path::Path, _: &str) -> Vec<Diagnostic> {
+        vec![]
+    }
+
+    fn open_run(&self, _: &std::path::Path, _: &std::path::Path) -> Result<Box<dyn Run>, String> {
+        Err("nothing runs".into())
+    }
+}
+
+fn main() {
+    let rounds = std::env::args().filter_map(|word| word.parse::<usize>().ok()).next_back();
+    let rounds = rounds.unwrap_or(100);
+    println!("| {LINES} lines | answers | half within | 99 % within | longest |");
+    println!("| --- | --- | --- | --- | --- |");
+    for (language, name, text, line) in [
+        ("pmi", "a.pmi", pmi(), " V17 = V18 & "),
+        ("nct", "a.plc", nct(), "LI012 SY0"),
+        ("pmac", "a.pmc", pmac(), "P17=P18+"),
+    ] {
+        let mut editor = Editor::open(language, name, &text);
+        let mut rng = Rng::new(1);
+        for (method, more) in ASKED {
+            let mut times: Vec<f64> =
+                (0..rounds).map(|_| editor.type_and_ask(&mut rng, line, method, more)).collect();
+            times.sort_unstable_by(f64::total_cmp);
+            let at = |part: f64| {
+                let index = (times.len() as f64 * part) as usize;
+                times.get(index.min(times.len() - 1)).copied().unwrap_or(0.0)
+            };
+            println!(
+                "| {language} {} | {rounds} | {:.1} ms | {:.1} ms | {:.1} ms |",
+                method.trim_start_matches("textDocument/"),
+                at(0.5),
+                at(0.99),
+                at(1.0)
+            );
+        }
+    }
+}
+
+/// An editor with one document.
+struct Editor {
+    connection: Connection,
+    uri: String,
+    version: i32,
+    next: i32,
+    lines: usize,
+}
+
+impl Editor {
+    fn open(language: &str, name: &str, text: &str) -> Self {
+        let (connection, server) = Connection::memory();
+        thread::spawn(move || plcc_lsp::serve(&server, &Alone).unwrap());
+        let uri = format!("file:///nowhere/{name}");
+        let lines = text.lines().count();
+        let mut editor = Self { connection, uri, version: 1, next: 0, lines };
+        editor.ask("initialize", json!({"capabilities": {}}));
+        editor.tell("initialized", json!({}));
+        editor.tell(
+            "textDocument/didOpen",
+            json!({"textDocument": {"uri": editor.uri, "languageId": language, "version": 1, "text": text}}),
+        );
+        let tokens = json!({"textDocument": {"uri": editor.uri}});
+        editor.ask("textDocument/semanticTokens/full", tokens);
+        editor
+    }
+
+    fn tell(&self, method: &str, params: Value) {
+        self.connection.sender.send(Notification::new(method.into(), params).into()).unwrap();
+    }
+
+    /// Sends a request and waits for its answer.
+    fn ask(&mut self, method: &str, params: Value) {
+        self.next += 1;
+        let id = RequestId::from(self.next);
+        self.connection
+            .sender
+            .send(Request::new(id.clone(), method.into(), params).into())
+            .unwrap();
+        loop {
+            if let Message::Response(response) = self.connection.receiver.recv().unwrap()
+                && response.id == id
+            {
+                return;
+            }
+        }
+    }
+
+    fn change(&mut self, line: usize, from: usize, to: usize, text: &str) {
+        self.version += 1;
+        let range = json!({"start": {"line": line, "character": from}, "end": {"line": line, "character": to}});
+        self.tell(
+            "textDocument/didChange",
+            json!({
+                "textDocument": {"uri": self.uri, "version": self.version},
+                "contentChanges": [{"range": range, "text": text}],
+            }),
+        );
+    }
+
+    /// Begins a new line at a random place with all but the last character of a statement; then types that and asks. Returns how long
+    /// the answer took, in milliseconds. The line is taken out again.
+    fn type_and_ask(&mut self, rng: &mut Rng, line: &str, method: &str, more: &str) -> f64 {
+        let at = self.lines / 4 + rng.below(self.lines / 2);
+        let (head, last) = line.split_at(line.len() - 1);
+        self.change(at, 0, 0, &format!("{head}\n"));
+        // As after a pause: what the first change has led to is done.
+        let params =
+            json!({"textDocument": {"uri": self.uri}, "position": {"line": at, "character": 1}});
+        self.ask("textDocument/hover", params);
+        let shown = json!({"range": {
+            "start": {"line": at.saturating_sub(30), "character": 0}, "end": {"line": at + 30, "character": 0},
+        }});
+        let more = if more == "RANGE" { shown } else { serde_json::from_str(more).unwrap() };
+        let mut params = json!({"textDocument": {"uri": self.uri}, "position": {"line": at, "character": line.len()}});
+        for (key, value) in more.as_object().into_iter().flatten() {
+            params[key] = value.clone();
+        }
+        let began = Instant::now();
+        self.change(at, head.len(), head.len(), last);
+        self.ask(method, params);
+        let took = began.elapsed().as_secs_f64() * 1e3;
+        self.version += 1;
+        let range =
+            json!({"start": {"line": at, "character": 0}, "end": {"line": at + 1, "character": 0}});
+        self.tell(
+            "textDocument/didChange",
+            json!({
+                "textDocument": {"uri": self.uri, "version": self.version},
+                "contentChanges": [{"range": range, "text": ""}],
+            }),
+        );
+        took
+    }
+}
+
+fn pmi() -> String {
+    let mut text = String::from("$INPUT\n");
+    for n in 0..64 {
+        let _ = writeln!(text, "LS{n} = {}/{} ? limit switch {n}", n / 16, n % 16);
+    }
+    text.push_str("$OUTPUT\n");
+    for n in 0..64 {
+        let _ = writeln!(text, "SOL{n} = {}/{}", 8 + n / 16, n % 16);
+    }
+    text.push_str("$LOGICAL\n");
+    for n in 0..1000 {
+        let _ = writeln!(text, "V{n} ? flag {n}");
+    }
+    text.push_str("$END\n");
+    let mut n = text.lines().count();
+    while n < LINES {
+        let (a, b, c) = (n % 1000, n * 7 % 1000, n % 64);
+        let _ = writeln!(text, "IF (V{a} & /LS{c})");
+        let _ = writeln!(text, " V{b} = LS{c} | V{a} & /V{}", (a + 1) % 1000);
+        let _ = writeln!(text, " SOL{c} = V{b} & /V{a} ? valve {c}");
+        text.push_str("ENDIF\n");
+        n += 4;
+    }
+    text
+}
+
+fn nct() -> String {
+    let mut text = String::from(":000\nJ0\n:001\n");
+    let mut n = 4;
+    while n < LINES {
+        let (a, b, c) = (n % 500, n * 7 % 500, n / 5 % 8);
+        let _ = writeln!(text, "LI01{c} AF{:02}{c} SY01{c}; line {n}", a % 100);
+        let _ = writeln!(text, "I02{c}");
+        let _ = writeln!(text, " LV{:02}{c} SV{:02}{c}", a % 100, b % 100);
+        let _ = writeln!(text, " U03{c}");
+        text.push_str("Z\n");
+        n += 5;
+    }
+    text.push_str("J1\n");
+    text
+}
+
+fn pmac() -> String {
+    let mut text = String::from("#define DOOR M1\n#define LIMIT 20\n");
+    for n in 0..64 {
+        let _ = writeln!(text, "M{n}->Y:$FFC2,{}", n % 24);
+    }
+    let mut n = text.lines().count();
+    for plc in 1..=20 {
+        let _ = writeln!(text, "OPEN PLC {plc} CLEAR");
+        for _ in 0..LINES / 100 {
+            let (a, b, c) = (n % 1000, n * 7 % 1000, n % 64);
+            let _ = writeln!(text, "IF (P{a}<LIMIT AND DOOR=1) ; step {n}");
+            let _ = writeln!(text, "P{b}=P{a}*3+Q{}", a % 100);
+            let _ = writeln!(text, "M{c}=1");
+            let _ = writeln!(text, "P{a}=SIN(P{b})%360");
+            text.push_str("ENDIF\n");
+            n += 5;
+        }
+        text.push_str("CLOSE\n");
+    }
+    text
+}
