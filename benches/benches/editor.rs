@@ -10,8 +10,10 @@ use std::thread;
 use std::time::Instant;
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
-use plcc_diag::Diagnostic;
-use plcc_frontend::CheckedProgram;
+use plcc_abi::Dialect;
+use plcc_diag::{Diagnostic, SourceMap};
+use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_frontend::{CheckedProgram, language};
 use plcc_lsp::{Compiler, Run};
 use plcc_random::Rng;
 use serde_json::{Value, json};
@@ -56,11 +58,19 @@ fn main() {
     let rounds = rounds.unwrap_or(100);
     println!("| {LINES} lines | answers | half within | 99 % within | longest |");
     println!("| --- | --- | --- | --- | --- |");
-    for (language, name, text, line) in [
-        ("pmi", "a.pmi", pmi(), " V17 = V18 & "),
-        ("nct", "a.plc", nct(), "LI012 SY0"),
-        ("pmac", "a.pmc", pmac(), "P17=P18+"),
+    for (dialect, name, text, line) in [
+        (Dialect::Pmi, "a.pmi", pmi(), " V17 = V18"),
+        (Dialect::Nct, "a.plc", nct(), "LI012"),
+        (Dialect::Pmac, "a.pmc", pmac(), "P17=P18"),
     ] {
+        let mut sources = SourceMap::new();
+        let file = sources.add(name, text.as_bytes());
+        let options = Options::default();
+        let checked =
+            language(dialect).check(&mut sources, &[file], &MemoryLoader::new(), &options).1;
+        let error = checked.into_iter().find(Diagnostic::is_error);
+        assert!(error.is_none(), "{name}: {error:?}");
+        let language = dialect.name();
         let mut editor = Editor::open(language, name, &text);
         let mut rng = Rng::new(1);
         for (method, more) in ASKED {
@@ -181,11 +191,11 @@ impl Editor {
 fn pmi() -> String {
     let mut text = String::from("$INPUT\n");
     for n in 0..64 {
-        let _ = writeln!(text, "LS{n} = {}/{} ? limit switch {n}", n / 16, n % 16);
+        let _ = writeln!(text, "LS{n} = {}/{} ? limit switch {n}", n / 8, n % 8);
     }
     text.push_str("$OUTPUT\n");
     for n in 0..64 {
-        let _ = writeln!(text, "SOL{n} = {}/{}", 8 + n / 16, n % 16);
+        let _ = writeln!(text, "SOL{n} = {}/{}", 8 + n / 8, n % 8);
     }
     text.push_str("$LOGICAL\n");
     for n in 0..1000 {
@@ -196,7 +206,7 @@ fn pmi() -> String {
     while n < LINES {
         let (a, b, c) = (n % 1000, n * 7 % 1000, n % 64);
         let _ = writeln!(text, "IF (V{a} & /LS{c})");
-        let _ = writeln!(text, " V{b} = LS{c} | V{a} & /V{}", (a + 1) % 1000);
+        let _ = writeln!(text, " V{b} = LS{c} ! V{a} & /V{}", (a + 1) % 1000);
         let _ = writeln!(text, " SOL{c} = V{b} & /V{a} ? valve {c}");
         text.push_str("ENDIF\n");
         n += 4;

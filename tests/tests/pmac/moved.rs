@@ -255,6 +255,18 @@ fn checkpoints_do_not_depend_on_what_code_assumes() {
     assert_eq!(pair.get("P1"), 50.0);
 }
 
+/// M20 moves the definition of M11 to where that of another variable is, which nobody can know before.
+#[test]
+fn a_variable_that_was_moved_may_move_others() {
+    let source = "I5=2\nM5->X:$07F0,0,24\nM12->X:$07F2,0,24\nM11->Y:$07F5,0,16\nM20->Y:$BC0B,0,16\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nM20=$BC05\nENDIF\n\
+         IF (P1=6)\nM11=$07F1\nM5=M5+100\nENDIF\nIF (P1=9)\nM20=$BC0C\nENDIF\n\
+         IF (P1=12)\nM11..12=$07F3\nM12=M12+100\nENDIF\nM5=M5+1\nM12=M12+1\nCLOSE\n";
+    let mut pair = Pair::new(source);
+    pair.run(60);
+    assert!(pair.get("X:$07F1") > 100.0 && pair.get("X:$07F3") > 2000.0);
+}
+
 /// A range may move the definitions of its own variables.
 #[test]
 fn an_assignment_to_a_range_may_move_its_own_definitions() {
