@@ -54,6 +54,7 @@ pub mod scan;
 pub mod solve;
 pub mod stimulus;
 pub mod system;
+pub mod validate;
 
 pub use question::{Answer, Question, Subject};
 pub use scan::Reason;

@@ -6,7 +6,7 @@ use plcc_abi::HostFn;
 use crate::logic::{FALSE, Graph, Lit, TRUE};
 
 /// What a function gives, and the literal that this is known; `None` for functions that are not followed.
-pub(super) fn pure(
+pub(crate) fn pure(
     graph: &mut Graph,
     function: HostFn,
     args: &[Vec<Lit>],

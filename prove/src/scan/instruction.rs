@@ -1,7 +1,7 @@
 //! Single instructions of the IR on literals; what each gives is what [`plcc_ir::eval`] says.
 
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, ExtractOp, FloatCond, FuncData, Inst, InstData, IntCond,
+    Address, BinaryOp, ConvertOp, ExtractOp, FloatCond, Func, FuncData, Inst, InstData, IntCond,
     RegionId, Type, UnaryOp, Value, eval,
 };
 use rustc_hash::FxHashMap;
@@ -15,19 +15,33 @@ use crate::logic::{FALSE, Graph, Lit, TRUE};
 const MOST_ELEMENTS: u32 = 4096;
 
 /// A block that is being executed.
-pub(super) struct State<'c, 'm> {
+pub(crate) struct State<'c, 'm> {
     pub(super) code: &'c Code<'m>,
-    pub(super) func: &'m FuncData,
+    pub(crate) func: &'m FuncData,
     pub(super) crossing: &'c [bool],
-    pub(super) arrival: Arrival,
+    pub(crate) arrival: Arrival,
     /// The values of this block.
     pub(super) local: FxHashMap<u32, Vec<Lit>>,
     pub(super) control: Control,
 }
 
+impl<'c, 'm> State<'c, 'm> {
+    /// A block of a function of [`Code::of_functions`].
+    pub(crate) fn of_function(code: &'c Code<'m>, func: Func, arrival: Arrival) -> Option<Self> {
+        Some(Self {
+            code,
+            func: code.module.funcs.get(func.index())?,
+            crossing: code.crossing(func),
+            arrival,
+            local: FxHashMap::default(),
+            control: Control::default(),
+        })
+    }
+}
+
 impl State<'_, '_> {
     /// The bits of a value.
-    pub(super) fn bits(&self, value: Value) -> Vec<Lit> {
+    pub(crate) fn bits(&self, value: Value) -> Vec<Lit> {
         let own = self.local.get(&value.0).or_else(|| self.arrival.values.get(&value.0));
         own.cloned().unwrap_or_else(|| vec![FALSE; self.func.ty(value).bits() as usize])
     }
@@ -36,8 +50,13 @@ impl State<'_, '_> {
         number(&self.bits(value))
     }
 
-    pub(super) fn instruction(&mut self, builder: &mut Builder, inst: Inst) {
+    pub(crate) fn instruction(&mut self, builder: &mut Builder, inst: Inst) {
         let bits = self.result(builder, inst);
+        self.set_result(inst, bits);
+    }
+
+    /// Puts the result of an instruction, if it has one.
+    pub(crate) fn set_result(&mut self, inst: Inst, bits: Vec<Lit>) {
         let Some(result) = self.func.result(inst) else { return };
         if self.crossing.get(result.0 as usize).copied().unwrap_or(true) {
             self.arrival.values.insert(result.0, bits.clone());
@@ -268,7 +287,7 @@ impl State<'_, '_> {
     }
 
     /// The offset in the image of an address without its index.
-    fn offset(&self, at: &Address) -> usize {
+    pub(crate) fn offset(&self, at: &Address) -> usize {
         let region = self.code.module.region(at.region).map_or(0, |region| region.offset);
         region.wrapping_add(at.offset) as usize
     }

@@ -5,14 +5,14 @@
 //! round is unrolled until its condition is known to be false, up to a limit. What can't be taken is a free input of the graph,
 //! with the line that brought it in, so that everything that the program can do stays possible.
 
-mod functions;
-mod instruction;
+pub(crate) mod functions;
+pub(crate) mod instruction;
 mod paths;
 
 use std::collections::BTreeMap;
 
 use plcc_frontend::common::ReturnStack;
-use plcc_ir::{FuncData, Module, StatementId, Terminator, Value};
+use plcc_ir::{Func, FuncData, Module, StatementId, Terminator, Value};
 use rustc_hash::FxHashMap;
 
 use crate::logic::{FALSE, Graph, Lit, Memory, TRUE};
@@ -99,12 +99,12 @@ pub struct Ends {
 
 /// What comes to a block.
 #[derive(Clone)]
-struct Arrival {
-    cond: Lit,
-    memory: Memory,
-    values: BTreeMap<u32, Vec<Lit>>,
+pub(crate) struct Arrival {
+    pub(crate) cond: Lit,
+    pub(crate) memory: Memory,
+    pub(crate) values: BTreeMap<u32, Vec<Lit>>,
     /// How many safepoints were passed at most.
-    passed: u32,
+    pub(crate) passed: u32,
 }
 
 /// Adds an arrival to those before. Only one of the two can come about.
@@ -151,13 +151,25 @@ impl<'m> Code<'m> {
         Self { module, paths: Paths::new(module, returns), crossing }
     }
 
-    fn place(&self, loc: StatementId) -> Option<(String, u32)> {
+    /// The code of a module whose functions are followed each by itself: what the control keeps about subroutines is memory as
+    /// any other.
+    pub(crate) fn of_functions(module: &'m Module) -> Self {
+        let crossing = module.funcs.iter().map(crossing).collect();
+        Self { module, paths: Paths::default(), crossing }
+    }
+
+    /// Which values of a function are used in other blocks than their own.
+    pub(crate) fn crossing(&self, func: Func) -> &[bool] {
+        self.crossing.get(func.index()).map_or(&[], Vec::as_slice)
+    }
+
+    pub(crate) fn place(&self, loc: StatementId) -> Option<(String, u32)> {
         let line = self.module.line(loc)?;
         let file = self.module.files.get(line.file as usize)?;
         Some((file.name.clone(), line.line))
     }
 
-    fn reason(&self, text: &str, loc: StatementId) -> Reason {
+    pub(crate) fn reason(&self, text: &str, loc: StatementId) -> Reason {
         Reason { text: text.to_owned(), place: self.place(loc) }
     }
 
@@ -209,7 +221,7 @@ impl<'m> Code<'m> {
                 let mut state = instruction::State {
                     code: self,
                     func,
-                    crossing: self.crossing.get(node.func.index()).map_or(&[], Vec::as_slice),
+                    crossing: self.crossing(node.func),
                     arrival,
                     local: FxHashMap::default(),
                     control: node.control.clone(),

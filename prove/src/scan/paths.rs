@@ -21,7 +21,7 @@ const MOST_NODES: usize = 100_000;
 
 /// The subroutines that are open.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Control {
+pub(crate) struct Control {
     /// How many calls are open; `None` where that is not followed.
     pub(super) depth: i64,
     /// Where they return to.
@@ -78,7 +78,7 @@ pub(super) struct TaskPaths {
 }
 
 /// The ways through the tasks of a module.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Paths {
     targets: PrimaryMap<Label, Option<(Func, Block)>>,
     /// The region `context`, if there is one.

@@ -1,0 +1,236 @@
+//! Quotients by constants. A quotient, and the product that a pass makes of it, become the same circuit here, so that no solver has to
+//! find out that they are equal.
+
+use plcc_ir::BinaryOp;
+use rustc_hash::FxHashMap;
+
+use super::terms::Terms;
+use crate::logic::{FALSE, Graph, Lit};
+use crate::scan::instruction::number;
+
+/// A number times a constant, plus a constant.
+#[derive(Clone, Debug)]
+pub(super) struct Product {
+    /// The number, in its shortest form.
+    of: Vec<Lit>,
+    factor: i64,
+    plus: i64,
+}
+
+/// Products by their bits.
+pub(super) type Products = FxHashMap<Vec<Lit>, Product>;
+
+fn last(bits: &[Lit]) -> Lit {
+    bits.last().copied().unwrap_or(FALSE)
+}
+
+/// The shortest form of a number in two's complement.
+pub(super) fn trimmed(bits: &[Lit]) -> Vec<Lit> {
+    let mut bits = bits.to_vec();
+    while let [.., below, last] = bits.as_slice()
+        && below == last
+    {
+        bits.pop();
+    }
+    bits
+}
+
+/// The quotient rounded towards 0 by a constant above 0, as wide as `a` and a bit more.
+fn towards_zero(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
+    let bits = 65 - by.leading_zeros() as usize;
+    let width = (a.len() + 1).max(bits + 1);
+    let wide = graph.resize_signed(a, width);
+    if by & (by - 1) == 0 {
+        let shift = by.trailing_zeros() as usize;
+        let bias = (0..width).map(|bit| if bit < shift { last(a) } else { FALSE });
+        let sum = graph.add(&wide, &bias.collect::<Vec<_>>());
+        let moved: Vec<Lit> = sum.iter().copied().skip(shift).collect();
+        return graph.resize_signed(&moved, width);
+    }
+    let divisor = graph.number(width, by);
+    graph.divide_signed(&wide, &divisor).0
+}
+
+/// The quotient rounded down by a constant above 0.
+fn rounded_down(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
+    if last(a) == FALSE {
+        return towards_zero(graph, a, by);
+    }
+    let quotient = towards_zero(graph, a, by);
+    let wide = graph.resize_signed(a, quotient.len());
+    let divisor = graph.number(quotient.len(), by);
+    let product = graph.multiply(&quotient, &divisor);
+    let is_whole = graph.equal(&product, &wide);
+    let less = graph.and(last(a), !is_whole);
+    let all = vec![less; quotient.len()];
+    graph.add(&quotient, &all)
+}
+
+/// The remainder of the quotient rounded down, by a number above 0.
+pub(super) fn modulo(graph: &mut Graph, a: &[Lit], by: &[Lit]) -> Vec<Lit> {
+    if let Some(by) = number(by).filter(|&by| by > 0) {
+        return remainder(graph, a, by, true);
+    }
+    let (_, rest) = graph.divide_signed(a, by);
+    let is_rest = graph.is_not_zero(&rest);
+    let is_below = graph.and(last(&rest), is_rest);
+    let sum = graph.add(&rest, by);
+    graph.choose_bits(is_below, &sum, &rest)
+}
+
+/// The remainder of the quotient rounded down, or towards 0, by a constant above 0.
+fn remainder(graph: &mut Graph, a: &[Lit], by: i64, down: bool) -> Vec<Lit> {
+    if by & (by - 1) == 0 && down {
+        let below = graph.number(a.len(), by - 1);
+        return a.iter().zip(&below).map(|(&a, &b)| graph.and(a, b)).collect();
+    }
+    let of = trimmed(a);
+    let quotient = match down {
+        true => rounded_down(graph, &of, by),
+        false => towards_zero(graph, &of, by),
+    };
+    let quotient = graph.resize_signed(&quotient, a.len());
+    let divisor = graph.number(a.len(), by);
+    let product = graph.multiply(&quotient, &divisor);
+    graph.subtract(a, &product).0
+}
+
+/// An operation on integers that divides by a constant, or that a pass makes of such a division; `None` for others.
+pub(super) fn binary(
+    graph: &mut Graph,
+    terms: &mut Terms,
+    op: BinaryOp,
+    x: &[Lit],
+    y: &[Lit],
+) -> Option<Vec<Lit>> {
+    let width = x.len();
+    if number(x).is_some() {
+        return None;
+    }
+    let constant = number(y)?;
+    let unsigned = if width == 64 { constant } else { constant & ((1 << width) - 1) };
+    let sized = |graph: &Graph, bits: Vec<Lit>| Some(graph.resize_signed(&bits, width));
+    let mut positive = x.to_vec();
+    positive.push(FALSE);
+    match op {
+        BinaryOp::Mul => {
+            let product = graph.multiply(x, y);
+            let of = trimmed(x);
+            terms
+                .products
+                .entry(product.clone())
+                .or_insert(Product { of, factor: constant, plus: 0 });
+            Some(product)
+        }
+        BinaryOp::Add => {
+            let product = terms.products.get(x).filter(|product| product.plus == 0)?.clone();
+            let sum = graph.add(x, y);
+            terms.products.entry(sum.clone()).or_insert(Product { plus: constant, ..product });
+            Some(sum)
+        }
+        BinaryOp::Umulh if width == 64 && last(x) == FALSE => {
+            let of = trimmed(x);
+            let factor = i128::from(constant as u64);
+            let by = divisor(64, factor)?;
+            let range = range_of(&of);
+            rounds_down(range, factor, 0, 64, by).then_some(())?;
+            let quotient = rounded_down(graph, &of, by);
+            sized(graph, quotient)
+        }
+        BinaryOp::Ashr | BinaryOp::Lshr => {
+            let product = terms.products.get(x)?.clone();
+            let shift = u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
+            let quotient = of_product(graph, op, width as u32, &product, shift)?;
+            sized(graph, quotient)
+        }
+        BinaryOp::Smod if constant > 0 => Some(remainder(graph, x, constant, true)),
+        BinaryOp::Sdiv | BinaryOp::Srem if constant != 0 && constant > -(1 << 40) => {
+            let size = constant.checked_abs()?;
+            if op == BinaryOp::Srem {
+                return Some(remainder(graph, x, size, false));
+            }
+            let quotient = towards_zero(graph, &trimmed(x), size);
+            let quotient = graph.resize_signed(&quotient, width);
+            Some(if constant < 0 { graph.negate(&quotient) } else { quotient })
+        }
+        BinaryOp::Udiv | BinaryOp::Urem if unsigned > 0 => {
+            let quotient = towards_zero(graph, &trimmed(&positive), unsigned);
+            let quotient = graph.resize_signed(&quotient, width);
+            if op == BinaryOp::Udiv {
+                return Some(quotient);
+            }
+            let product = graph.multiply(&quotient, y);
+            Some(graph.subtract(x, &product).0)
+        }
+        _ => None,
+    }
+}
+
+/// The divisor whose quotient a product with a factor may be, after a shift.
+fn divisor(shift: u32, factor: i128) -> Option<i64> {
+    let one = 1_i128 << shift;
+    let by = (one + factor / 2).checked_div(factor)?;
+    i64::try_from(by).ok().filter(|&by| by > 1)
+}
+
+/// The least and the greatest number of some bits.
+fn range_of(bits: &[Lit]) -> (i128, i128) {
+    let half = 1_i128 << (bits.len().clamp(1, 65) - 1);
+    (if last(bits) == FALSE { 0 } else { -half }, half - 1)
+}
+
+/// Whether a product with a factor, plus a number, shifted to the right, is the quotient rounded down.
+fn rounds_down(range: (i128, i128), factor: i128, plus: i128, shift: u32, by: i64) -> bool {
+    let by = i128::from(by);
+    let (one, off) = (1_i128 << shift, factor * by - (1_i128 << shift));
+    // x is q * by + r. The product is q * 2^shift, plus what must be from 0 to 2^shift - 1.
+    let quotients = [range.0.div_euclid(by), range.1.div_euclid(by)];
+    quotients.iter().all(|q| {
+        q.checked_mul(off).is_some_and(|moved| {
+            moved + plus >= 0 && moved + (by - 1) * factor + plus < one
+        })
+    })
+}
+
+/// Whether a product with a factor, shifted to the right, is the quotient rounded towards 0, less 1 for numbers below 0.
+fn rounds_to_zero_and_less(range: (i128, i128), factor: i128, shift: u32, by: i64) -> bool {
+    let (divisor, one) = (i128::from(by), 1_i128 << shift);
+    let off = factor * divisor - one;
+    let most = (-range.0).div_euclid(divisor);
+    let below = most.checked_mul(off).is_some_and(|moved| moved + (divisor - 1) * factor <= one);
+    off > 0 && below && rounds_down((0, range.1), factor, 0, shift, by)
+}
+
+/// What a product is after a shift, if it is a quotient.
+fn of_product(
+    graph: &mut Graph,
+    op: BinaryOp,
+    width: u32,
+    product: &Product,
+    shift: u32,
+) -> Option<Vec<Lit>> {
+    let range = range_of(&product.of);
+    let mask = (1_i128 << width) - 1;
+    let (factor, plus, most) = match op {
+        BinaryOp::Lshr if range.0 >= 0 => {
+            (i128::from(product.factor) & mask, i128::from(product.plus) & mask, mask)
+        }
+        BinaryOp::Ashr => (product.factor.into(), product.plus.into(), mask >> 1),
+        _ => return None,
+    };
+    let size = (-range.0).max(range.1);
+    let fits = size.checked_mul(factor)?.checked_add(plus)? <= most;
+    if factor <= 0 || plus < 0 || !fits {
+        return None;
+    }
+    let by = divisor(shift, factor)?;
+    if rounds_down(range, factor, plus, shift, by) {
+        return Some(rounded_down(graph, &product.of, by));
+    }
+    if plus == 0 && rounds_to_zero_and_less(range, factor, shift, by) {
+        let quotient = towards_zero(graph, &product.of, by);
+        let all = vec![last(&product.of); quotient.len()];
+        return Some(graph.add(&quotient, &all));
+    }
+    None
+}

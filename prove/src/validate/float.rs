@@ -1,0 +1,411 @@
+//! Doubles in two versions of a function.
+//!
+//! Sums and products of doubles take many gates, and the passes leave most of them as they are. So a result is at first any
+//! double that equal operands give alike, of which what follows from the operands' ranges is known: that it is finite, or not -0.
+//! Where operands are integers, it is the double of what the integers give, by which code that computes with integers is compared.
+
+use plcc_abi::{DoubleRange, HostFn, HostType, IntegerForm};
+use plcc_ir::{BinaryOp, ConvertOp, FloatCond, Type, UnaryOp, eval};
+
+use super::terms::{Function, Terms};
+use super::universe::finite;
+use crate::logic::{FALSE, Graph, Lit, TRUE};
+use crate::scan::functions;
+use crate::scan::instruction::number;
+
+/// Integers of this many bits are doubles exactly.
+const MOST_BITS: usize = 54;
+
+/// When a double is an integer, and which: where `cond` is true it is the double of `int`, in two's complement.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    cond: Lit,
+    int: Vec<Lit>,
+}
+
+/// The number that a double is, if it is an integer that is not -0 and not large.
+fn integer(bits: i64) -> Option<i64> {
+    let value = f64::from_bits(bits as u64);
+    let int = value as i64;
+    let is_exact = (int as f64).to_bits() == value.to_bits() && int.unsigned_abs() < 1 << 52;
+    is_exact.then_some(int)
+}
+
+/// How many bits a number takes in two's complement.
+fn width_of(value: i64) -> usize {
+    65 - (if value < 0 { !value } else { value }).leading_zeros() as usize
+}
+
+/// The shortest form of a number in two's complement.
+fn trimmed(bits: &[Lit]) -> Vec<Lit> {
+    let mut bits = bits.to_vec();
+    while let [.., below, last] = bits.as_slice()
+        && below == last
+    {
+        bits.pop();
+    }
+    bits
+}
+
+fn exponent_is_full(graph: &mut Graph, x: &[Lit]) -> Lit {
+    graph.all(x.iter().copied().skip(52).take(11))
+}
+
+fn magnitude(graph: &mut Graph, x: &[Lit]) -> Lit {
+    graph.any(x.iter().copied().take(63))
+}
+
+fn sign(x: &[Lit]) -> Lit {
+    x.get(63).copied().unwrap_or(FALSE)
+}
+
+impl Terms {
+    /// When a double is an integer of some bits, and which.
+    fn view(&mut self, graph: &mut Graph, x: &[Lit]) -> View {
+        if let Some(known) = self.views.get(x) {
+            return known.clone();
+        }
+        let view = match number(x) {
+            Some(bits) => match integer(bits) {
+                Some(int) => View { cond: TRUE, int: graph.number(width_of(int), int) },
+                None => View { cond: FALSE, int: vec![FALSE] },
+            },
+            None => {
+                let int = graph.int_of_float(x);
+                let back = graph.float_of_int(&int);
+                View { cond: graph.equal(&back, x), int }
+            }
+        };
+        self.views.insert(x.to_vec(), view.clone());
+        view
+    }
+
+    /// The double that is an integer on a condition, and otherwise another one.
+    fn double(&mut self, graph: &mut Graph, view: View, otherwise: &[Lit]) -> Vec<Lit> {
+        if view.cond == FALSE {
+            return otherwise.to_vec();
+        }
+        let int = trimmed(&view.int);
+        let whole = graph.float_of_int(&int);
+        let bits = graph.choose_bits(view.cond, &whole, otherwise);
+        self.views.entry(bits.clone()).or_insert(View { cond: view.cond, int });
+        bits
+    }
+
+    /// An operation on two doubles.
+    pub(super) fn binary(
+        &mut self,
+        graph: &mut Graph,
+        op: BinaryOp,
+        x: &[Lit],
+        y: &[Lit],
+    ) -> Vec<Lit> {
+        if let (Some(a), Some(b)) = (number(x), number(y)) {
+            return graph.number(64, eval::binary(op, Type::F64, a, b));
+        }
+        // A quotient by a power of two is a product.
+        if let (BinaryOp::Fdiv, Some(by)) = (op, number(y)) {
+            let by = f64::from_bits(by as u64);
+            let reciprocal = 1.0 / by;
+            if by.is_normal() && reciprocal.is_normal() && by.to_bits() << 12 == 0 {
+                let factor = graph.number(64, reciprocal.to_bits() as i64);
+                return self.binary(graph, BinaryOp::Fmul, x, &factor);
+            }
+        }
+        let general = match (self.exact, op) {
+            (true, BinaryOp::Fadd) => graph.add_floats(x, y),
+            (true, BinaryOp::Fsub) => graph.subtract_floats(x, y),
+            (true, BinaryOp::Fmul) => graph.multiply_floats(x, y),
+            (true, _) => graph.divide_floats(x, y),
+            (false, _) => {
+                let operands = [x, y].concat();
+                let raw = self.apply(graph, Function::Binary(op), operands, 64).0;
+                ranged(graph, op, x, y, &raw)
+            }
+        };
+        if op == BinaryOp::Fdiv {
+            return general;
+        }
+        let (a, b) = (self.view(graph, x), self.view(graph, y));
+        let width = match op {
+            BinaryOp::Fmul => a.int.len() + b.int.len(),
+            _ => a.int.len().max(b.int.len()) + 1,
+        };
+        let mut cond = graph.and(a.cond, b.cond);
+        if width > MOST_BITS || cond == FALSE {
+            return general;
+        }
+        let (p, q) = (graph.resize_signed(&a.int, width), graph.resize_signed(&b.int, width));
+        let int = match op {
+            BinaryOp::Fadd => graph.add(&p, &q),
+            BinaryOp::Fsub => graph.subtract(&p, &q).0,
+            _ => {
+                // 0 times a negative number is -0.
+                let (zero_p, zero_q) = (!graph.is_not_zero(&a.int), !graph.is_not_zero(&b.int));
+                let last = |bits: &[Lit]| bits.last().copied().unwrap_or(FALSE);
+                let one = graph.and(zero_p, last(&b.int));
+                let other = graph.and(zero_q, last(&a.int));
+                cond = graph.all([cond, !one, !other]);
+                graph.multiply(&p, &q)
+            }
+        };
+        self.double(graph, View { cond, int }, &general)
+    }
+
+    /// The square root.
+    pub(super) fn square_root(&mut self, graph: &mut Graph, x: &[Lit]) -> Vec<Lit> {
+        match number(x) {
+            Some(x) => graph.number(64, eval::unary(UnaryOp::Fsqrt, Type::F64, x)),
+            None => self.apply(graph, Function::Unary(UnaryOp::Fsqrt), x.to_vec(), 64).0,
+        }
+    }
+
+    /// The double of an integer.
+    pub(super) fn of_int(&mut self, graph: &mut Graph, x: &[Lit]) -> Vec<Lit> {
+        let sign = if x.len() == 1 { FALSE } else { x.last().copied().unwrap_or(FALSE) };
+        let wide = trimmed(&graph.resize(x, x.len() + 1, sign));
+        if wide.len() > MOST_BITS {
+            return graph.float_of_int(&wide);
+        }
+        self.double(graph, View { cond: TRUE, int: wide }, &[FALSE; 64])
+    }
+
+    /// A double as an integer, by a conversion.
+    pub(super) fn convert(
+        &mut self,
+        graph: &mut Graph,
+        op: ConvertOp,
+        to: Type,
+        x: &[Lit],
+    ) -> Vec<Lit> {
+        let view = self.view(graph, x);
+        let fits = fits(graph, &view.int, 32);
+        let known = graph.and(view.cond, fits);
+        match op {
+            ConvertOp::FloatToInt => {
+                let int = self.int_of(graph, x);
+                graph.resize_signed(&int, to.bits() as usize)
+            }
+            ConvertOp::IsInteger | ConvertOp::IsIntegerOrNan => {
+                let (is_integer, is_nan) = graph.is_integer(x);
+                let holds = graph.or(is_integer, known);
+                match op {
+                    ConvertOp::IsInteger => vec![holds],
+                    _ => vec![graph.or(holds, is_nan)],
+                }
+            }
+            _ => vec![],
+        }
+    }
+
+    /// What [`Graph::int_of_float`] gives.
+    fn int_of(&mut self, graph: &mut Graph, x: &[Lit]) -> Vec<Lit> {
+        let view = self.view(graph, x);
+        let fits = fits(graph, &view.int, 32);
+        let known = graph.and(view.cond, fits);
+        let general = graph.int_of_float(x);
+        let int = graph.resize_signed(&view.int, 32);
+        graph.choose_bits(known, &int, &general)
+    }
+
+    /// A comparison.
+    pub(super) fn compare(
+        &mut self,
+        graph: &mut Graph,
+        cond: FloatCond,
+        x: &[Lit],
+        y: &[Lit],
+    ) -> Lit {
+        let (mut equal, mut less, unordered) = graph.compare_floats(x, y);
+        let (a, b) = (self.view(graph, x), self.view(graph, y));
+        let both = graph.and(a.cond, b.cond);
+        if both != FALSE {
+            let width = a.int.len().max(b.int.len());
+            let (p, q) = (graph.resize_signed(&a.int, width), graph.resize_signed(&b.int, width));
+            let (same, below) = (graph.equal(&p, &q), graph.less_signed(&p, &q));
+            equal = graph.choose(both, same, equal);
+            less = graph.choose(both, below, less);
+        }
+        let at_most = graph.or(less, equal);
+        match cond {
+            FloatCond::Eq => equal,
+            FloatCond::Ne => !equal,
+            FloatCond::Lt => less,
+            FloatCond::Le => at_most,
+            FloatCond::Gt => graph.and(!at_most, !unordered),
+            FloatCond::Ge => graph.and(!less, !unordered),
+            FloatCond::EqOrNan => graph.or(equal, unordered),
+        }
+    }
+
+    /// A host function that depends on its arguments alone.
+    pub(super) fn pure(
+        &mut self,
+        graph: &mut Graph,
+        function: HostFn,
+        args: &[Vec<Lit>],
+    ) -> Vec<Lit> {
+        let (_, result) = function.signature();
+        let width = if result == Some(HostType::I32) { 32 } else { 64 };
+        if let Some(words) = args.iter().map(|arg| number(arg)).collect::<Option<Vec<i64>>>() {
+            let words: Vec<u64> = words.iter().map(|&word| word as u64).collect();
+            if let Some(value) = Function::Pure(function).value(&words) {
+                return graph.number(width, value as i64);
+            }
+        }
+        let raw = self.apply(graph, Function::Pure(function), args.concat(), width).0;
+        let general = match function.double_range() {
+            DoubleRange::Any => raw,
+            DoubleRange::Finite => finite(graph, &raw, false),
+            DoubleRange::FiniteOrMinusZero => finite(graph, &raw, true),
+        };
+        let views: Vec<View> = args.iter().map(|arg| self.view_of(graph, arg)).collect();
+        let form = function.integer_form();
+        match (form, views.as_slice()) {
+            (Some(IntegerForm::And | IntegerForm::Or | IntegerForm::Xor), [a, b])
+                if a.int.len().max(b.int.len()) <= 40 =>
+            {
+                let width = a.int.len().max(b.int.len());
+                let p = graph.resize_signed(&a.int, width);
+                let q = graph.resize_signed(&b.int, width);
+                let bits = p.iter().zip(&q).map(|(&p, &q)| match form {
+                    Some(IntegerForm::And) => graph.and(p, q),
+                    Some(IntegerForm::Or) => graph.or(p, q),
+                    _ => graph.xor(p, q),
+                });
+                let int = bits.collect();
+                let cond = graph.and(a.cond, b.cond);
+                self.double(graph, View { cond, int }, &general)
+            }
+            (Some(IntegerForm::Bits), [a]) => {
+                let exact = graph.bits_of_float(args.first().map_or(&[], Vec::as_slice));
+                let int = graph.resize_signed(&a.int, 64);
+                graph.choose_bits(a.cond, &int, &exact)
+            }
+            (Some(IntegerForm::Modulo), [a, b]) => {
+                // The remainder by a number above 0 is that of the quotient rounded down.
+                let width = a.int.len().max(b.int.len()) + 1;
+                let p = graph.resize_signed(&a.int, width);
+                let q = graph.resize_signed(&b.int, width);
+                let last = |bits: &[Lit]| bits.last().copied().unwrap_or(FALSE);
+                let is_positive = graph.is_not_zero(&q);
+                let cond = graph.all([a.cond, b.cond, is_positive, !last(&q)]);
+                if cond == FALSE {
+                    return general;
+                }
+                let int = super::divide::modulo(graph, &p, &q);
+                self.double(graph, View { cond, int }, &general)
+            }
+            (Some(IntegerForm::Range), [a, b, c]) => {
+                let width = a.int.len().max(b.int.len()).max(c.int.len());
+                let [p, q, r] = [a, b, c].map(|it| graph.resize_signed(&it.int, width));
+                let (below, above) = (graph.less_signed(&p, &q), graph.less_signed(&r, &p));
+                let cond = graph.all([a.cond, b.cond, c.cond, !below, !above]);
+                self.double(graph, View { cond, int: p }, &general)
+            }
+            _ => match functions::pure(graph, function, args) {
+                Some((result, known)) if known != FALSE => {
+                    graph.choose_bits(known, &result, &general)
+                }
+                _ => general,
+            },
+        }
+    }
+
+    /// The view of an argument, which is a double or an integer.
+    fn view_of(&mut self, graph: &mut Graph, x: &[Lit]) -> View {
+        match x.len() {
+            64 => self.view(graph, x),
+            _ => View { cond: FALSE, int: vec![FALSE] },
+        }
+    }
+}
+
+/// Whether an integer has no more bits than `width`, in two's complement.
+fn fits(graph: &mut Graph, int: &[Lit], width: usize) -> Lit {
+    let last = int.last().copied().unwrap_or(FALSE);
+    let above = int.iter().skip(width.saturating_sub(1)).copied();
+    let differs: Vec<Lit> = above.collect();
+    differs.into_iter().fold(TRUE, |all, bit| {
+        let differs = graph.xor(bit, last);
+        graph.and(all, !differs)
+    })
+}
+
+/// The result of an operation on doubles, of which what the operands say is known. Each result that is possible stays as it is.
+pub(super) fn ranged(
+    graph: &mut Graph,
+    op: BinaryOp,
+    x: &[Lit],
+    y: &[Lit],
+    raw: &[Lit],
+) -> Vec<Lit> {
+    let mut bits = raw.to_vec();
+    let (full_x, full_y) = (exponent_is_full(graph, x), exponent_is_full(graph, y));
+    let (size_x, size_y) = (magnitude(graph, x), magnitude(graph, y));
+    let are_finite = graph.and(!full_x, !full_y);
+    let constant = number(y).map(|y| f64::from_bits(y as u64).abs());
+    let is_number = match op {
+        BinaryOp::Fdiv => graph.and(are_finite, size_y),
+        _ => are_finite,
+    };
+    // Neither NaN nor, where the constant is small enough, an infinity.
+    let stays_finite = constant.is_some_and(|c| match op {
+        BinaryOp::Fmul => c <= 1.0,
+        BinaryOp::Fdiv => (1.0..f64::INFINITY).contains(&c),
+        _ => c < 1e290,
+    });
+    let is_full = exponent_is_full(graph, &bits);
+    let clears = graph.and(is_number, is_full);
+    for bit in bits.iter_mut().take(52) {
+        *bit = graph.and(*bit, !clears);
+    }
+    if stays_finite && let Some(lowest) = bits.get_mut(52) {
+        *lowest = graph.and(*lowest, !clears);
+    }
+    let size = magnitude(graph, &bits);
+    let (sign_x, mut sign_y) = (sign(x), sign(y));
+    if op == BinaryOp::Fsub {
+        sign_y = !sign_y;
+    }
+    let own = sign(&bits);
+    let new_sign = match op {
+        BinaryOp::Fmul | BinaryOp::Fdiv => {
+            let product = graph.xor(sign_x, sign_y);
+            graph.choose(is_number, product, own)
+        }
+        _ => {
+            // A sum that is 0 is -0 only where both are.
+            let both = graph.and(sign_x, sign_y);
+            let clears = graph.and(is_number, !size);
+            graph.choose(clears, both, own)
+        }
+    };
+    // A product with 0 is 0, and one with a number that is not below 1 is not.
+    let zeroes = match op {
+        BinaryOp::Fmul => {
+            let both = graph.and(size_x, size_y);
+            graph.and(is_number, !both)
+        }
+        BinaryOp::Fdiv => graph.and(is_number, !size_x),
+        _ => FALSE,
+    };
+    let grows = constant.is_some_and(|c| match op {
+        BinaryOp::Fmul => c >= 1.0,
+        BinaryOp::Fdiv => c > 0.0 && c <= 1.0,
+        _ => false,
+    });
+    for bit in bits.iter_mut().take(63) {
+        *bit = graph.and(*bit, !zeroes);
+    }
+    if grows {
+        let is_zero = graph.all([is_number, size_x, !size]);
+        if let Some(lowest) = bits.first_mut() {
+            *lowest = graph.or(*lowest, is_zero);
+        }
+    }
+    if let Some(last) = bits.last_mut() {
+        *last = new_sign;
+    }
+    bits
+}

@@ -1,0 +1,409 @@
+//! Decides which claims about a graph can be broken, by nodes that are equal (FRAIG; Mishchenko and others, 2005).
+//!
+//! Simulation suggests which nodes are equal. From the inputs on each such pair is looked at by a solver that sees no more of the graph
+//! than what is near; where they are equal, one takes the place of the other. So two versions grow together, and what
+//! is left of a claim is small.
+
+use rustc_hash::FxHashMap;
+use rustsat::types::Lit as SatLit;
+
+use super::simulate::Simulation;
+use super::terms::{Function, Terms};
+use crate::logic::{FALSE, Graph, Lit, Node};
+use crate::solve::{Answer, Deadline, Sat};
+
+/// How many nodes a solver sees at most, one after the other, to show that two nodes are equal.
+const WINDOWS: [usize; 3] = [60, 400, 2_500];
+
+/// How many nodes with the same values in the simulation one is compared with.
+const MOST_TRIED: usize = 3;
+
+/// Words of a node's values in the simulation.
+pub(super) const WORDS: usize = 6;
+
+/// The values of a node in the simulation, those of its first run 0.
+type Signature = [u64; WORDS];
+
+/// What is found out about a claim.
+#[derive(Clone, Debug)]
+pub(super) enum Finding {
+    /// It can't be broken.
+    Holds,
+    /// It is broken by these values of inputs.
+    Broken(FxHashMap<u32, bool>),
+    /// The time was up.
+    Open,
+}
+
+/// A graph in which nodes that are equal are one.
+pub(super) struct Sweep<'g> {
+    graph: &'g Graph,
+    terms: &'g Terms,
+    deadline: Deadline,
+    /// What takes the place of each node that was looked at.
+    made: FxHashMap<u32, Lit>,
+    reduced: Graph,
+    classes: FxHashMap<Signature, Vec<Lit>>,
+    applications: FxHashMap<(Function, Vec<Lit>), usize>,
+    /// The application to whose results a node belongs.
+    of_node: FxHashMap<u32, usize>,
+    signatures: Vec<Signature>,
+}
+
+impl<'g> Sweep<'g> {
+    /// `runs` are simulations of the whole graph.
+    pub(super) fn new(
+        graph: &'g Graph,
+        terms: &'g Terms,
+        runs: &[Vec<u64>],
+        deadline: Deadline,
+    ) -> Self {
+        let mut signatures = vec![[0; WORDS]; graph.len()];
+        for (word, run) in runs.iter().enumerate() {
+            for (signature, value) in signatures.iter_mut().zip(run) {
+                if let Some(slot) = signature.get_mut(word) {
+                    *slot = *value;
+                }
+            }
+        }
+        let mut of_node = FxHashMap::default();
+        for (at, application) in terms.list.iter().enumerate() {
+            of_node.extend(application.results.iter().map(|lit| (lit.node(), at)));
+        }
+        let mut classes: FxHashMap<Signature, Vec<Lit>> = FxHashMap::default();
+        classes.insert([0; WORDS], vec![FALSE]);
+        Self {
+            graph,
+            terms,
+            deadline,
+            made: FxHashMap::default(),
+            reduced: Graph::default(),
+            classes,
+            applications: FxHashMap::default(),
+            of_node,
+            signatures,
+        }
+    }
+
+    fn made(&self, lit: Lit) -> Option<Lit> {
+        Some(self.made.get(&lit.node())?.complement_if(lit.is_complement()))
+    }
+
+    /// What takes the place of a literal; `None` if the time is up.
+    pub(super) fn reduce(&mut self, lit: Lit) -> Option<Lit> {
+        let mut open = vec![lit.node()];
+        let mut steps = 0_u32;
+        while let Some(&node) = open.last() {
+            if self.made.contains_key(&node) {
+                open.pop();
+                continue;
+            }
+            steps += 1;
+            if steps % 64 == 0 && self.deadline.is_over() {
+                return None;
+            }
+            match self.graph.node(node) {
+                Node::False => {
+                    self.made.insert(node, FALSE);
+                }
+                Node::Input => match self.of_node.get(&node).copied() {
+                    None => {
+                        let new = self.reduced.input();
+                        self.made.insert(node, new);
+                        self.note(node, new);
+                    }
+                    Some(number) => self.application(number, &mut open),
+                },
+                Node::And(a, b) => match (self.made(a), self.made(b)) {
+                    (Some(x), Some(y)) => {
+                        let new = self.reduced.and(x, y);
+                        let same = self.same_as(node, new);
+                        self.made.insert(node, same);
+                    }
+                    (x, y) => {
+                        if x.is_none() {
+                            open.push(a.node());
+                        }
+                        if y.is_none() {
+                            open.push(b.node());
+                        }
+                    }
+                },
+            }
+        }
+        self.made(lit)
+    }
+
+    /// Makes the results of an application, or asks for its operands first.
+    fn application(&mut self, number: usize, open: &mut Vec<u32>) {
+        let Some(application) = self.terms.list.get(number) else { return };
+        let missing: Vec<u32> = application
+            .operands
+            .iter()
+            .map(|lit| lit.node())
+            .filter(|node| !self.made.contains_key(node))
+            .collect();
+        if !missing.is_empty() {
+            open.extend(missing);
+            return;
+        }
+        let operands: Vec<Lit> =
+            application.operands.iter().filter_map(|&lit| self.made(lit)).collect();
+        let key = (application.function, operands);
+        let known = self.applications.get(&key).copied();
+        let own = self.applications.entry(key).or_insert(number);
+        let same = known.and_then(|_| self.terms.list.get(*own)).map(|it| it.results.clone());
+        for (at, lit) in application.results.iter().enumerate() {
+            let other = same.as_ref().and_then(|it| it.get(at)).and_then(|&lit| self.made(lit));
+            let new = match other {
+                Some(lit) => lit,
+                None => {
+                    let new = self.reduced.input();
+                    self.note(lit.node(), new);
+                    new
+                }
+            };
+            self.made.insert(lit.node(), new);
+        }
+    }
+
+    fn signature(&self, node: u32) -> (Signature, bool) {
+        let mut signature = self.signatures.get(node as usize).copied().unwrap_or([0; WORDS]);
+        let is_inverted = signature.first().is_some_and(|word| word & 1 == 1);
+        if is_inverted {
+            signature.iter_mut().for_each(|word| *word = !*word);
+        }
+        (signature, is_inverted)
+    }
+
+    fn note(&mut self, node: u32, new: Lit) {
+        let (signature, is_inverted) = self.signature(node);
+        let class = self.classes.entry(signature).or_default();
+        if class.len() < MOST_TRIED {
+            class.push(new.complement_if(is_inverted));
+        }
+    }
+
+    /// A literal that is always the same as a node of the graph that became `new`.
+    fn same_as(&mut self, node: u32, new: Lit) -> Lit {
+        if new.value().is_some() {
+            return new;
+        }
+        let (signature, is_inverted) = self.signature(node);
+        let own = new.complement_if(is_inverted);
+        let class = self.classes.get(&signature).cloned().unwrap_or_default();
+        for &other in &class {
+            if other == own || self.is_equal_nearby(own, other) {
+                return other.complement_if(is_inverted);
+            }
+        }
+        self.note(node, new);
+        new
+    }
+
+    /// Whether two literals are equal for what can be seen near them.
+    fn is_equal_nearby(&mut self, a: Lit, b: Lit) -> bool {
+        let differ = self.reduced.xor(a, b);
+        if differ == FALSE {
+            return true;
+        }
+        for size in WINDOWS {
+            let (clauses, is_whole) = self.window(differ, size);
+            match clauses {
+                Answer::No => return true,
+                Answer::Yes if is_whole => return false,
+                Answer::Yes => {}
+                Answer::Unknown => return false,
+            }
+        }
+        false
+    }
+
+    /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and whether nothing lies beyond.
+    fn window(&self, lit: Lit, size: usize) -> (Answer, bool) {
+        let moment = std::time::Instant::now() + std::time::Duration::from_millis(20);
+        let end = self.deadline.0.map_or(moment, |end| end.min(moment));
+        let mut sat = Sat::new(Deadline(Some(end)));
+        let mut told: FxHashMap<u32, SatLit> = FxHashMap::default();
+        let mut queue = std::collections::BinaryHeap::from([lit.node()]);
+        let (mut is_whole, mut count) = (true, 0);
+        let mut ands = vec![];
+        while let Some(node) = queue.pop() {
+            if told.contains_key(&node) {
+                continue;
+            }
+            let variable = sat.variable();
+            told.insert(node, variable);
+            match self.reduced.node(node) {
+                Node::False => sat.add(&[!variable]),
+                Node::Input => {}
+                Node::And(..) if count >= size => is_whole = false,
+                Node::And(a, b) => {
+                    count += 1;
+                    ands.push((node, a, b));
+                    queue.extend([a.node(), b.node()]);
+                }
+            }
+        }
+        let get = |lit: Lit| {
+            told.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it })
+        };
+        for (node, a, b) in ands {
+            if let (Some(it), Some(a), Some(b)) = (get(Lit::of_node(node)), get(a), get(b)) {
+                sat.define_and(it, a, b);
+            }
+        }
+        let Some(goal) = get(lit) else { return (Answer::Unknown, false) };
+        (sat.solve(&[goal]), is_whole)
+    }
+
+    /// Whether a claim can be broken: whether a literal can be true.
+    pub(super) fn decide(&mut self, differs: Lit) -> Finding {
+        let Some(goal) = self.reduce(differs) else { return Finding::Open };
+        if goal == FALSE {
+            return Finding::Holds;
+        }
+        // Functions that are not computed may give anything at first; where equal operands gave different results, that is told.
+        let mut whole = Whole::new(self.deadline);
+        let goal_lit = whole.tell(&self.reduced, goal);
+        let mut told = 0;
+        loop {
+            match whole.sat.solve(&[goal_lit]) {
+                Answer::No => return Finding::Holds,
+                Answer::Unknown => return Finding::Open,
+                Answer::Yes => {}
+            }
+            let values = self.values(&whole);
+            let more = self.agreements(&mut whole, &values);
+            told += more;
+            if more == 0 {
+                return Finding::Broken(values);
+            }
+            if told > 3_000 || self.deadline.is_over() {
+                return Finding::Open;
+            }
+        }
+    }
+
+    /// The values that the solver has found, by the inputs of the graph.
+    fn values(&self, whole: &Whole) -> FxHashMap<u32, bool> {
+        let inputs = self.made.iter().filter(|(node, _)| self.graph.node(**node) == Node::Input);
+        let value = |lit: Lit| {
+            let known = whole.known.get(&lit.node()).is_some_and(|&it| whole.sat.value(it));
+            lit.value().unwrap_or(known != lit.is_complement())
+        };
+        inputs.map(|(&node, &lit)| (node, value(lit))).collect()
+    }
+
+    /// Tells the solver of pairs of applications whose operands were equal and whose results were not; says how many.
+    fn agreements(&mut self, whole: &mut Whole, values: &FxHashMap<u32, bool>) -> usize {
+        let mut run = Simulation::new(self.graph, self.terms);
+        for (&node, &value) in values {
+            run.set(Lit::of_node(node), if value { u64::MAX } else { 0 });
+        }
+        // All values, with the results as the solver has chosen them.
+        run.keep_all();
+        let mut seen: FxHashMap<(Function, Vec<bool>), usize> = FxHashMap::default();
+        let mut pairs = vec![];
+        for number in self.applications.values().copied().collect::<std::collections::BTreeSet<_>>()
+        {
+            let Some(it) = self.terms.list.get(number) else { continue };
+            let of = |lits: &[Lit]| lits.iter().map(|&lit| run.get(lit) & 1 == 1).collect();
+            let operands: Vec<bool> = of(&it.operands);
+            let results: Vec<bool> = of(&it.results);
+            match seen.get(&(it.function, operands.clone())) {
+                None => {
+                    seen.insert((it.function, operands), number);
+                }
+                Some(&other) => {
+                    let other_results = self.terms.list.get(other).map(|it| of(&it.results));
+                    if other_results.is_some_and(|other| other != results) {
+                        pairs.push((other, number));
+                    }
+                }
+            }
+        }
+        let pairs: Vec<(usize, usize)> = pairs.into_iter().take(8).collect();
+        for &(one, other) in &pairs {
+            self.agree(whole, one, other);
+        }
+        pairs.len()
+    }
+
+    fn agree(&mut self, whole: &mut Whole, one: usize, other: usize) {
+        let (Some(a), Some(b)) = (self.terms.list.get(one), self.terms.list.get(other)) else {
+            return;
+        };
+        let mut differ = FALSE;
+        for (&x, &y) in a.operands.iter().zip(&b.operands) {
+            if let (Some(x), Some(y)) = (self.made(x), self.made(y)) {
+                let bit = self.reduced.xor(x, y);
+                differ = self.reduced.or(differ, bit);
+            }
+        }
+        let differ = whole.tell(&self.reduced, differ);
+        for (&x, &y) in a.results.iter().zip(&b.results) {
+            if let (Some(x), Some(y)) = (self.made(x), self.made(y)) {
+                let (x, y) = (whole.tell(&self.reduced, x), whole.tell(&self.reduced, y));
+                whole.sat.add(&[differ, !x, y]);
+                whole.sat.add(&[differ, x, !y]);
+            }
+        }
+    }
+}
+
+/// A solver that is told of a graph as far as it is asked about.
+struct Whole {
+    sat: Sat,
+    known: FxHashMap<u32, SatLit>,
+}
+
+impl Whole {
+    fn new(deadline: Deadline) -> Self {
+        Self { sat: Sat::new(deadline), known: FxHashMap::default() }
+    }
+
+    fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
+        let mut open = vec![lit.node()];
+        while let Some(&node) = open.last() {
+            if self.known.contains_key(&node) {
+                open.pop();
+                continue;
+            }
+            let told = |known: &FxHashMap<u32, SatLit>, lit: Lit| {
+                known.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it })
+            };
+            match graph.node(node) {
+                Node::False => {
+                    let it = self.sat.variable();
+                    self.sat.add(&[!it]);
+                    self.known.insert(node, it);
+                }
+                Node::Input => {
+                    let it = self.sat.variable();
+                    self.known.insert(node, it);
+                }
+                Node::And(a, b) => match (told(&self.known, a), told(&self.known, b)) {
+                    (Some(x), Some(y)) => {
+                        let it = self.sat.variable();
+                        self.sat.define_and(it, x, y);
+                        self.known.insert(node, it);
+                    }
+                    (x, y) => {
+                        if x.is_none() {
+                            open.push(a.node());
+                        }
+                        if y.is_none() {
+                            open.push(b.node());
+                        }
+                    }
+                },
+            }
+        }
+        match self.known.get(&lit.node()) {
+            Some(&it) if lit.is_complement() => !it,
+            Some(&it) => it,
+            None => self.sat.variable(),
+        }
+    }
+}

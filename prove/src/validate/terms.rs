@@ -1,0 +1,116 @@
+//! What is not computed bit by bit: functions of which only equal operands are known to give equal results, and what happens
+//! in the order of the program, as calls of the host.
+
+use plcc_abi::HostFn;
+use plcc_abi::pmac::pure_functions;
+use plcc_ir::{BinaryOp, Type, UnaryOp, eval};
+use rustc_hash::FxHashMap;
+
+use crate::logic::{Graph, Lit};
+
+/// What is applied to operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Function {
+    /// An operation on a double.
+    Unary(UnaryOp),
+    /// An operation on two doubles.
+    Binary(BinaryOp),
+    /// A host function that depends on its arguments alone.
+    Pure(HostFn),
+    /// A call of the host.
+    Call(HostFn),
+    /// The question whether the scan is late.
+    Late,
+    /// A volatile load: the offset of the first element, the distance of elements and their number.
+    Read(usize, u32, u32),
+    /// A volatile store.
+    Write(usize, u32, u32),
+}
+
+impl Function {
+    /// Whether it happens in the order of the program.
+    pub(super) fn is_event(self) -> bool {
+        !matches!(self, Self::Unary(_) | Self::Binary(_) | Self::Pure(_))
+    }
+
+    /// What it gives for operands that are known; `None` for what happens.
+    pub(super) fn value(self, operands: &[u64]) -> Option<u64> {
+        let word = |number: usize| operands.get(number).copied().unwrap_or(0);
+        match self {
+            Self::Unary(op) => Some(eval::unary(op, Type::F64, word(0) as i64) as u64),
+            Self::Binary(op) => {
+                Some(eval::binary(op, Type::F64, word(0) as i64, word(1) as i64) as u64)
+            }
+            Self::Pure(function) => {
+                pure_functions::call(function, [word(0), word(1), word(2), word(3)])
+            }
+            Self::Call(_) | Self::Late | Self::Read(..) | Self::Write(..) => None,
+        }
+    }
+
+    /// How wide its operands are, for those whose value is known.
+    pub(super) fn widths(self) -> Vec<usize> {
+        match self {
+            Self::Unary(_) => vec![64],
+            Self::Binary(_) => vec![64, 64],
+            Self::Pure(function) => {
+                let width = |ty: &plcc_abi::HostType| match ty {
+                    plcc_abi::HostType::I32 => 32,
+                    plcc_abi::HostType::I64 | plcc_abi::HostType::F64 => 64,
+                };
+                function.signature().0.iter().map(width).collect()
+            }
+            Self::Call(_) | Self::Late | Self::Read(..) | Self::Write(..) => vec![],
+        }
+    }
+}
+
+/// A function with its operands.
+#[derive(Clone, Debug)]
+pub(super) struct Application {
+    pub(super) function: Function,
+    pub(super) operands: Vec<Lit>,
+    /// Inputs of the graph that stand for the result.
+    pub(super) results: Vec<Lit>,
+}
+
+/// The functions that are not computed, with their operands.
+#[derive(Debug, Default)]
+pub(super) struct Terms {
+    pub(super) list: Vec<Application>,
+    known: FxHashMap<(Function, Vec<Lit>), usize>,
+    /// Doubles of which it is known when they are integers, and which.
+    pub(super) views: FxHashMap<Vec<Lit>, super::float::View>,
+    /// Numbers that are products with constants.
+    pub(super) products: super::divide::Products,
+    /// Whether operations on doubles are computed bit by bit.
+    pub(super) exact: bool,
+}
+
+impl Terms {
+    /// No functions yet; `exact` says that operations on doubles are computed bit by bit.
+    pub(super) fn new(exact: bool) -> Self {
+        Self { exact, ..Self::default() }
+    }
+
+    /// The result of a function, and the number of the application.
+    pub(super) fn apply(
+        &mut self,
+        graph: &mut Graph,
+        function: Function,
+        operands: Vec<Lit>,
+        width: usize,
+    ) -> (Vec<Lit>, usize) {
+        let key = (function, operands);
+        if let Some(&known) = self.known.get(&key) {
+            let results = self.list.get(known).map(|it| it.results.clone());
+            return (results.unwrap_or_default(), known);
+        }
+        let results = graph.inputs(width);
+        let number = self.list.len();
+        let operands = key.1.clone();
+        self.list.push(Application { function, operands, results: results.clone() });
+        self.known.insert(key, number);
+        (results, number)
+    }
+}
