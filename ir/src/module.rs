@@ -141,6 +141,18 @@ impl Module {
         self.regions.get(region.index())
     }
 
+    /// A byte of the process image, as the text form names it: the region, and the offset in it.
+    pub fn place_name(&self, offset: usize) -> String {
+        let region = self.regions.iter().find(|region| {
+            let start = region.offset as usize;
+            (start..start + region.size as usize).contains(&offset)
+        });
+        match region {
+            Some(region) => format!("{}:{}", region.name, offset - region.offset as usize),
+            None => format!("byte {offset}"),
+        }
+    }
+
     /// The first line of a statement's text, for comments; empty if its source is not kept.
     pub fn statement_text(&self, statement: &Statement) -> &str {
         let file = self.files.get(statement.file as usize);

@@ -35,7 +35,7 @@ fn files_are_validated() {
             it if it.contains("nct") => Dialect::Nct,
             _ => Dialect::Pmac,
         };
-        for (name, verdict, time) in answers(dialect, &text, Duration::from_secs(60)).unwrap_or_default() {
+        for (name, verdict, time) in answers(dialect, &text, Duration::from_secs(20)).unwrap_or_default() {
             eprintln!("{file} {name} {time:?} {verdict:?}");
         }
     }

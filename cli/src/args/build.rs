@@ -1,8 +1,10 @@
 //! The options of `plcc check`, `plcc build` and `plcc key`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Subcommand, ValueEnum};
+use plcc_abi::time::duration;
 
 use super::{OptArg, SourceArgs};
 use crate::object_args::ObjectArgs;
@@ -82,6 +84,15 @@ pub(crate) struct BuildArgs {
     /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
+
+    /// Proves of each function of the program that its optimised code does what the code before did, for all values of the
+    /// process image
+    #[arg(long)]
+    pub(crate) validate: bool,
+
+    /// How long --validate may search for the proof of each function, as in 500ms, 10s or 2min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration, requires = "validate")]
+    pub(crate) timeout: Duration,
 
     #[command(flatten)]
     pub(crate) object: ObjectArgs,

@@ -98,7 +98,8 @@ Examples:
   plcc build lathe.pmi                         lathe.plcx, which plcrt and `plcc run` take
   plcc build lathe.pmi --emit obj -o lathe.o   an object file for a linker
   plcc build sample.plc --emit asm             machine code, to read
-  plcc build mill.pmc --target aarch64-unknown-linux-gnu")]
+  plcc build mill.pmc --target aarch64-unknown-linux-gnu
+  plcc build lathe.pmi --validate              proves that its optimised code does the same")]
     Build(BuildArgs),
 
     /// Writes a program as a real-time component for LinuxCNC's HAL

@@ -11,6 +11,7 @@ use plcc_frontend::language;
 use plcc_load::Attached;
 
 use crate::args::{BuildArgs, Emit, PassArgs};
+use crate::commands::validation;
 use crate::compile::{self, CompileError, Optimized};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input, machine_text};
@@ -78,6 +79,13 @@ pub(crate) fn build(args: &BuildArgs, passes: &PassArgs, report: &Report) -> Res
         Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
+    if args.validate {
+        let before = match checked.lower() {
+            Ok(lowered) => lowered.module,
+            Err(error) => return report.not_compiled(error, &program.sources, to),
+        };
+        validation::validate(&before, &optimized, args.timeout, to)?;
+    }
     if let Some(key) = &args.sign {
         bytes = signing::sign(bytes, key)?;
     }

@@ -23,5 +23,6 @@ pub(crate) mod prove;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod test;
+mod validation;
 pub(crate) mod why;
 pub(crate) mod xref;

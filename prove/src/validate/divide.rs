@@ -4,7 +4,7 @@
 use plcc_ir::BinaryOp;
 use rustc_hash::FxHashMap;
 
-use super::terms::Terms;
+use super::terms::{Function, Terms};
 use crate::logic::{FALSE, Graph, Lit};
 use crate::scan::instruction::number;
 
@@ -35,8 +35,22 @@ pub(super) fn trimmed(bits: &[Lit]) -> Vec<Lit> {
     bits
 }
 
+/// The product of two numbers that are not known, as wide as both together.
+fn product(graph: &mut Graph, terms: &mut Terms, x: &[Lit], y: &[Lit]) -> Option<Vec<Lit>> {
+    let (mut a, mut b) = (trimmed(x), trimmed(y));
+    if a > b {
+        std::mem::swap(&mut a, &mut b);
+    }
+    let width = a.len() + b.len();
+    if terms.exact || width > 64 || a.len().min(b.len()) < 4 {
+        return None;
+    }
+    let function = Function::Multiply(a.len() as u8, b.len() as u8);
+    Some(terms.apply(graph, function, [a, b].concat(), width).0)
+}
+
 /// The quotient rounded towards 0 by a constant above 0, as wide as `a` and a bit more.
-fn towards_zero(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
+fn towards_zero(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec<Lit> {
     let bits = 65 - by.leading_zeros() as usize;
     let width = (a.len() + 1).max(bits + 1);
     let wide = graph.resize_signed(a, width);
@@ -47,16 +61,26 @@ fn towards_zero(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
         let moved: Vec<Lit> = sum.iter().copied().skip(shift).collect();
         return graph.resize_signed(&moved, width);
     }
+    if !terms.exact && a.len() <= 63 {
+        // A quotient has fewer bits, and is not negative where the dividend is not.
+        let narrow = (a.len() + 1).saturating_sub(by.ilog2() as usize).max(2);
+        let function = Function::Quotient(a.len() as u8, by);
+        let mut raw = terms.apply(graph, function, a.to_vec(), narrow).0;
+        if let Some(sign) = raw.last_mut() {
+            *sign = graph.and(*sign, last(a));
+        }
+        return graph.resize_signed(&raw, width);
+    }
     let divisor = graph.number(width, by);
     graph.divide_signed(&wide, &divisor).0
 }
 
 /// The quotient rounded down by a constant above 0.
-fn rounded_down(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
+fn rounded_down(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec<Lit> {
     if last(a) == FALSE {
-        return towards_zero(graph, a, by);
+        return towards_zero(graph, terms, a, by);
     }
-    let quotient = towards_zero(graph, a, by);
+    let quotient = towards_zero(graph, terms, a, by);
     let wide = graph.resize_signed(a, quotient.len());
     let divisor = graph.number(quotient.len(), by);
     let product = graph.multiply(&quotient, &divisor);
@@ -67,9 +91,14 @@ fn rounded_down(graph: &mut Graph, a: &[Lit], by: i64) -> Vec<Lit> {
 }
 
 /// The remainder of the quotient rounded down, by a number above 0.
-pub(super) fn modulo(graph: &mut Graph, a: &[Lit], by: &[Lit]) -> Vec<Lit> {
+pub(super) fn modulo(
+    graph: &mut Graph,
+    terms: &mut Terms,
+    a: &[Lit],
+    by: &[Lit],
+) -> Vec<Lit> {
     if let Some(by) = number(by).filter(|&by| by > 0) {
-        return remainder(graph, a, by, true);
+        return remainder(graph, terms, a, by, true);
     }
     let (_, rest) = graph.divide_signed(a, by);
     let is_rest = graph.is_not_zero(&rest);
@@ -79,15 +108,15 @@ pub(super) fn modulo(graph: &mut Graph, a: &[Lit], by: &[Lit]) -> Vec<Lit> {
 }
 
 /// The remainder of the quotient rounded down, or towards 0, by a constant above 0.
-fn remainder(graph: &mut Graph, a: &[Lit], by: i64, down: bool) -> Vec<Lit> {
+fn remainder(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64, down: bool) -> Vec<Lit> {
     if by & (by - 1) == 0 && down {
         let below = graph.number(a.len(), by - 1);
         return a.iter().zip(&below).map(|(&a, &b)| graph.and(a, b)).collect();
     }
     let of = trimmed(a);
     let quotient = match down {
-        true => rounded_down(graph, &of, by),
-        false => towards_zero(graph, &of, by),
+        true => rounded_down(graph, terms, &of, by),
+        false => towards_zero(graph, terms, &of, by),
     };
     let quotient = graph.resize_signed(&quotient, a.len());
     let divisor = graph.number(a.len(), by);
@@ -106,6 +135,10 @@ pub(super) fn binary(
     let width = x.len();
     if number(x).is_some() {
         return None;
+    }
+    if op == BinaryOp::Mul && number(y).is_none() {
+        let product = product(graph, terms, x, y)?;
+        return Some(graph.resize_signed(&product, width));
     }
     let constant = number(y)?;
     let unsigned = if width == 64 { constant } else { constant & ((1 << width) - 1) };
@@ -134,27 +167,27 @@ pub(super) fn binary(
             let by = divisor(64, factor)?;
             let range = range_of(&of);
             rounds_down(range, factor, 0, 64, by).then_some(())?;
-            let quotient = rounded_down(graph, &of, by);
+            let quotient = rounded_down(graph, terms, &of, by);
             sized(graph, quotient)
         }
         BinaryOp::Ashr | BinaryOp::Lshr => {
             let product = terms.products.get(x)?.clone();
             let shift = u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
-            let quotient = of_product(graph, op, width as u32, &product, shift)?;
+            let quotient = of_product(graph, terms, op, width as u32, &product, shift)?;
             sized(graph, quotient)
         }
-        BinaryOp::Smod if constant > 0 => Some(remainder(graph, x, constant, true)),
+        BinaryOp::Smod if constant > 0 => Some(remainder(graph, terms, x, constant, true)),
         BinaryOp::Sdiv | BinaryOp::Srem if constant != 0 && constant > -(1 << 40) => {
             let size = constant.checked_abs()?;
             if op == BinaryOp::Srem {
-                return Some(remainder(graph, x, size, false));
+                return Some(remainder(graph, terms, x, size, false));
             }
-            let quotient = towards_zero(graph, &trimmed(x), size);
+            let quotient = towards_zero(graph, terms, &trimmed(x), size);
             let quotient = graph.resize_signed(&quotient, width);
             Some(if constant < 0 { graph.negate(&quotient) } else { quotient })
         }
         BinaryOp::Udiv | BinaryOp::Urem if unsigned > 0 => {
-            let quotient = towards_zero(graph, &trimmed(&positive), unsigned);
+            let quotient = towards_zero(graph, terms, &trimmed(&positive), unsigned);
             let quotient = graph.resize_signed(&quotient, width);
             if op == BinaryOp::Udiv {
                 return Some(quotient);
@@ -204,6 +237,7 @@ fn rounds_to_zero_and_less(range: (i128, i128), factor: i128, shift: u32, by: i6
 /// What a product is after a shift, if it is a quotient.
 fn of_product(
     graph: &mut Graph,
+    terms: &mut Terms,
     op: BinaryOp,
     width: u32,
     product: &Product,
@@ -225,10 +259,10 @@ fn of_product(
     }
     let by = divisor(shift, factor)?;
     if rounds_down(range, factor, plus, shift, by) {
-        return Some(rounded_down(graph, &product.of, by));
+        return Some(rounded_down(graph, terms, &product.of, by));
     }
     if plus == 0 && rounds_to_zero_and_less(range, factor, shift, by) {
-        let quotient = towards_zero(graph, &product.of, by);
+        let quotient = towards_zero(graph, terms, &product.of, by);
         let all = vec![last(&product.of); quotient.len()];
         return Some(graph.add(&quotient, &all));
     }

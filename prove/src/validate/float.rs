@@ -112,6 +112,9 @@ impl Terms {
                 return self.binary(graph, BinaryOp::Fmul, x, &factor);
             }
         }
+        if let Some(same) = unchanged(graph, op, x, y) {
+            return same;
+        }
         let general = match (self.exact, op) {
             (true, BinaryOp::Fadd) => graph.add_floats(x, y),
             (true, BinaryOp::Fsub) => graph.subtract_floats(x, y),
@@ -293,7 +296,7 @@ impl Terms {
                 if cond == FALSE {
                     return general;
                 }
-                let int = super::divide::modulo(graph, &p, &q);
+                let int = super::divide::modulo(graph, self, &p, &q);
                 self.double(graph, View { cond, int }, &general)
             }
             (Some(IntegerForm::Range), [a, b, c]) => {
@@ -319,6 +322,32 @@ impl Terms {
             _ => View { cond: FALSE, int: vec![FALSE] },
         }
     }
+}
+
+/// The result of adding 0, of subtracting 0, and of multiplying with 1; `None` for other operations.
+fn unchanged(graph: &mut Graph, op: BinaryOp, x: &[Lit], y: &[Lit]) -> Option<Vec<Lit>> {
+    let y = f64::from_bits(number(y)? as u64).to_bits();
+    let adds = op == BinaryOp::Fadd && y == 0.0_f64.to_bits();
+    let is_same = op == BinaryOp::Fsub && y == 0.0_f64.to_bits()
+        || op == BinaryOp::Fmul && y == 1.0_f64.to_bits();
+    if !adds && !is_same {
+        return None;
+    }
+    let mut bits = x.to_vec();
+    // What is not a number becomes quiet.
+    let is_full = exponent_is_full(graph, x);
+    let fraction = graph.any(x.iter().copied().take(52));
+    let is_nan = graph.and(is_full, fraction);
+    if let Some(quiet) = bits.get_mut(51) {
+        *quiet = graph.or(*quiet, is_nan);
+    }
+    if adds {
+        let size = magnitude(graph, x);
+        if let Some(sign) = bits.last_mut() {
+            *sign = graph.and(*sign, size);
+        }
+    }
+    Some(bits)
 }
 
 /// Whether an integer has no more bits than `width`, in two's complement.
@@ -355,6 +384,14 @@ pub(super) fn ranged(
         BinaryOp::Fdiv => (1.0..f64::INFINITY).contains(&c),
         _ => c < 1e290,
     });
+    // What is not finite stays so, but for a quotient by an infinity.
+    let fills = match op {
+        BinaryOp::Fdiv => full_x,
+        _ => graph.or(full_x, full_y),
+    };
+    for bit in bits.iter_mut().skip(52).take(11) {
+        *bit = graph.or(*bit, fills);
+    }
     let is_full = exponent_is_full(graph, &bits);
     let clears = graph.and(is_number, is_full);
     for bit in bits.iter_mut().take(52) {

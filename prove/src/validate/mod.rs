@@ -215,6 +215,7 @@ impl<'m> Validation<'m> {
         ];
         let [Some(old), Some(new)] = versions else { return Attempt::Differs(vec![]) };
         let (mut starts, mut claims): (Vec<Start>, Vec<Claim>) = (vec![], vec![]);
+        let mut second = vec![];
         let mut seen = FxHashSet::default();
         for &(label, block) in before.entries() {
             let other = after.entries().iter().find(|(other, _)| *other == label);
@@ -222,12 +223,15 @@ impl<'m> Validation<'m> {
             if !seen.insert((end_of_row(before, block), end_of_row(after, other))) {
                 continue;
             }
-            let walks = [&old, &new].map(|version| version.walk(&mut context, label, &memory));
+            let one = old.walk(&mut context, label, &memory);
+            let from = context.builder.graph.len() as u32;
+            let walks = [one, new.walk(&mut context, label, &memory)];
             let [Ok((exits, happenings)), Ok((new_exits, _))] = walks else {
                 let reason = walks.into_iter().find_map(Result::err);
                 return Attempt::Done(undecided(reason));
             };
             self.claim(&mut context, (&exits, &new_exits), starts.len(), &mut claims);
+            second.push(from..context.builder.graph.len() as u32);
             starts.push(Start { label, happenings });
         }
         let Context { builder, terms, .. } = context;
@@ -247,6 +251,7 @@ impl<'m> Validation<'m> {
             raw: &raw,
             constants: constants(&[before, after]),
             starts: &starts,
+            second: &second,
             deadline,
         };
         subject.decide(&claims)
@@ -337,6 +342,8 @@ struct Subject<'s, 'm> {
     raw: &'s [Lit],
     constants: Vec<i64>,
     starts: &'s [Start],
+    /// The nodes that were made for the second version.
+    second: &'s [std::ops::Range<u32>],
     deadline: Deadline,
 }
 
@@ -366,13 +373,25 @@ impl Subject<'_, '_> {
                 break;
             }
         }
+        if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  broken {broken:?}"); }
         if !broken.is_empty() {
             return Attempt::Differs(broken.iter().filter_map(|claim| claim.cut).collect());
         }
-        let mut sweep = Sweep::new(self.graph, self.terms, &runs, self.deadline);
+        let mut sweep = Sweep::new(self.graph, self.terms, &runs, self.second, self.deadline);
         drop(runs);
+        if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  {} claims, {} nodes, {} terms", claims.len(), self.graph.len(), self.terms.list.len()); }
         for claim in claims {
-            match sweep.decide(claim.differs) {
+            let t0 = Instant::now();
+            if sweep.holds_at_once(claim.differs, Duration::from_millis(300)) {
+                if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  at once {:?}", t0.elapsed()); }
+                continue;
+            }
+            if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  {claim:?} not at once {:?}", t0.elapsed()); }
+            let g = sweep.reduce(claim.differs);
+            let t1 = t0.elapsed();
+            let found = sweep.decide(claim.differs);
+            if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  reduce {t1:?} {} misses {} solve {:?} {}", g == Some(FALSE), sweep.misses, t0.elapsed()-t1, match &found {Finding::Holds=>"holds",Finding::Open=>"open",_=>"broken"}); }
+            match found {
                 Finding::Holds => {}
                 Finding::Open => return Attempt::Differs(vec![]),
                 Finding::Broken(values) => {

@@ -102,7 +102,7 @@ impl Subject<'_, '_> {
             let offset = bytes.enumerate().find(|(_, (a, b))| a != b)?.0;
             let writer = old.writers.get(&offset).or(new.writers.get(&offset)).copied();
             let (a, b) = (old.image.get(offset)?, new.image.get(offset)?);
-            let place = self.name(offset);
+            let place = validation.before.place_name(offset);
             (format!("{place} is {a}, then {b}"), writer.unwrap_or(old.loc))
         };
         let place = validation.place(loc);
@@ -110,23 +110,6 @@ impl Subject<'_, '_> {
         let cells = self.universe.cells.iter().map(|cell| cell.range());
         let cells = cells.filter(|range| range.clone().any(|offset| reads.contains(&offset)));
         Some((Difference { what, place, image: vec![] }, cells.collect()))
-    }
-
-    /// A byte of the image as the IR names it.
-    fn name(&self, offset: usize) -> String {
-        region_of(self.validation.before, offset)
-    }
-}
-
-/// A byte of a module's image as the IR names it: the region, and the offset in it.
-pub(super) fn region_of(module: &plcc_ir::Module, offset: usize) -> String {
-    let region = module.regions.iter().find(|region| {
-        let start = region.offset as usize;
-        (start..start + region.size as usize).contains(&offset)
-    });
-    match region {
-        Some(region) => format!("{}:{}", region.name, offset - region.offset as usize),
-        None => format!("byte {offset}"),
     }
 }
 

@@ -4,7 +4,10 @@
 //! than what is near; where they are equal, one takes the place of the other. So two versions grow together, and what
 //! is left of a claim is small.
 
-use rustc_hash::FxHashMap;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use rustc_hash::{FxHashMap, FxHashSet};
 use rustsat::types::Lit as SatLit;
 
 use super::simulate::Simulation;
@@ -19,7 +22,7 @@ const WINDOWS: [usize; 3] = [60, 400, 2_500];
 const MOST_TRIED: usize = 3;
 
 /// Words of a node's values in the simulation.
-pub(super) const WORDS: usize = 6;
+pub(super) const WORDS: usize = 16;
 
 /// The values of a node in the simulation, those of its first run 0.
 type Signature = [u64; WORDS];
@@ -48,6 +51,10 @@ pub(super) struct Sweep<'g> {
     /// The application to whose results a node belongs.
     of_node: FxHashMap<u32, usize>,
     signatures: Vec<Signature>,
+    /// The nodes that were made for the second version.
+    second: &'g [Range<u32>],
+    /// How many pairs were not found to be equal.
+    pub(super) misses: usize,
 }
 
 impl<'g> Sweep<'g> {
@@ -56,6 +63,7 @@ impl<'g> Sweep<'g> {
         graph: &'g Graph,
         terms: &'g Terms,
         runs: &[Vec<u64>],
+        second: &'g [Range<u32>],
         deadline: Deadline,
     ) -> Self {
         let mut signatures = vec![[0; WORDS]; graph.len()];
@@ -82,6 +90,8 @@ impl<'g> Sweep<'g> {
             applications: FxHashMap::default(),
             of_node,
             signatures,
+            second,
+            misses: 0,
         }
     }
 
@@ -91,15 +101,8 @@ impl<'g> Sweep<'g> {
 
     /// What takes the place of a literal; `None` if the time is up.
     pub(super) fn reduce(&mut self, lit: Lit) -> Option<Lit> {
-        let mut open = vec![lit.node()];
-        let mut steps = 0_u32;
-        while let Some(&node) = open.last() {
-            if self.made.contains_key(&node) {
-                open.pop();
-                continue;
-            }
-            steps += 1;
-            if steps % 64 == 0 && self.deadline.is_over() {
+        for (step, node) in self.cone(lit).into_iter().enumerate() {
+            if step % 64 == 0 && self.deadline.is_over() {
                 return None;
             }
             match self.graph.node(node) {
@@ -112,57 +115,73 @@ impl<'g> Sweep<'g> {
                         self.made.insert(node, new);
                         self.note(node, new);
                     }
-                    Some(number) => self.application(number, &mut open),
+                    Some(number) => self.application(number),
                 },
-                Node::And(a, b) => match (self.made(a), self.made(b)) {
-                    (Some(x), Some(y)) => {
-                        let new = self.reduced.and(x, y);
-                        let same = self.same_as(node, new);
-                        self.made.insert(node, same);
-                    }
-                    (x, y) => {
-                        if x.is_none() {
-                            open.push(a.node());
+                Node::And(a, b) => {
+                    let new = self.reduced.and(self.made(a)?, self.made(b)?);
+                    let same = match self.is_of_second(node) {
+                        true => self.same_as(node, new),
+                        false => {
+                            self.note(node, new);
+                            new
                         }
-                        if y.is_none() {
-                            open.push(b.node());
-                        }
-                    }
-                },
+                    };
+                    self.made.insert(node, same);
+                }
             }
         }
         self.made(lit)
     }
 
-    /// Makes the results of an application, or asks for its operands first.
-    fn application(&mut self, number: usize, open: &mut Vec<u32>) {
-        let Some(application) = self.terms.list.get(number) else { return };
-        let missing: Vec<u32> = application
-            .operands
-            .iter()
-            .map(|lit| lit.node())
-            .filter(|node| !self.made.contains_key(node))
-            .collect();
-        if !missing.is_empty() {
-            open.extend(missing);
-            return;
+    /// Whether a node was made for the second version alone.
+    fn is_of_second(&self, node: u32) -> bool {
+        let next = self.second.partition_point(|range| range.end <= node);
+        self.second.get(next).is_some_and(|range| range.contains(&node))
+    }
+
+    /// The nodes on which a literal depends that were not looked at yet, each after those that it depends on.
+    fn cone(&self, lit: Lit) -> Vec<u32> {
+        let mut open = vec![lit.node()];
+        let mut seen = FxHashSet::default();
+        while let Some(node) = open.pop() {
+            if self.made.contains_key(&node) || !seen.insert(node) {
+                continue;
+            }
+            match self.graph.node(node) {
+                Node::And(a, b) => open.extend([a.node(), b.node()]),
+                Node::Input => {
+                    let application = self.of_node.get(&node).and_then(|&it| self.terms.list.get(it));
+                    if let Some(application) = application {
+                        open.extend(application.operands.iter().map(|lit| lit.node()));
+                        open.extend(application.results.iter().map(|lit| lit.node()));
+                    }
+                }
+                Node::False => {}
+            }
         }
+        let mut all: Vec<u32> = seen.into_iter().collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// Makes the results of an application.
+    fn application(&mut self, number: usize) {
+        let Some(application) = self.terms.list.get(number) else { return };
         let operands: Vec<Lit> =
             application.operands.iter().filter_map(|&lit| self.made(lit)).collect();
         let key = (application.function, operands);
-        let known = self.applications.get(&key).copied();
-        let own = self.applications.entry(key).or_insert(number);
-        let same = known.and_then(|_| self.terms.list.get(*own)).map(|it| it.results.clone());
+        let known = *self.applications.entry(key).or_insert(number);
+        let same = (known != number).then(|| self.terms.list.get(known)).flatten();
         for (at, lit) in application.results.iter().enumerate() {
-            let other = same.as_ref().and_then(|it| it.get(at)).and_then(|&lit| self.made(lit));
-            let new = match other {
-                Some(lit) => lit,
-                None => {
-                    let new = self.reduced.input();
-                    self.note(lit.node(), new);
-                    new
-                }
-            };
+            if self.made.contains_key(&lit.node()) {
+                continue;
+            }
+            let other = same.and_then(|it| it.results.get(at)).and_then(|&lit| self.made(lit));
+            let new = other.unwrap_or_else(|| {
+                let new = self.reduced.input();
+                self.note(lit.node(), new);
+                new
+            });
             self.made.insert(lit.node(), new);
         }
     }
@@ -207,21 +226,32 @@ impl<'g> Sweep<'g> {
         if differ == FALSE {
             return true;
         }
+        let is_constant = b == FALSE;
         for size in WINDOWS {
+            if is_constant && size > 60 || size > 400 && self.misses > 300 {
+                return false;
+            }
             let (clauses, is_whole) = self.window(differ, size);
             match clauses {
                 Answer::No => return true,
-                Answer::Yes if is_whole => return false,
+                Answer::Yes if is_whole => {
+                    self.misses += 1;
+                    return false;
+                }
                 Answer::Yes => {}
-                Answer::Unknown => return false,
+                Answer::Unknown => {
+                    self.misses += 1;
+                    return false;
+                }
             }
         }
+        self.misses += 1;
         false
     }
 
     /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and whether nothing lies beyond.
     fn window(&self, lit: Lit, size: usize) -> (Answer, bool) {
-        let moment = std::time::Instant::now() + std::time::Duration::from_millis(20);
+        let moment = Instant::now() + Duration::from_millis(5);
         let end = self.deadline.0.map_or(moment, |end| end.min(moment));
         let mut sat = Sat::new(Deadline(Some(end)));
         let mut told: FxHashMap<u32, SatLit> = FxHashMap::default();
@@ -255,6 +285,15 @@ impl<'g> Sweep<'g> {
         }
         let Some(goal) = get(lit) else { return (Answer::Unknown, false) };
         (sat.solve(&[goal]), is_whole)
+    }
+
+    /// Whether a solver finds in a short time that a claim holds, without looking for nodes that are equal.
+    pub(super) fn holds_at_once(&self, differs: Lit, time: Duration) -> bool {
+        let moment = Instant::now() + time;
+        let end = self.deadline.0.map_or(moment, |end| end.min(moment));
+        let mut whole = Whole::new(Deadline(Some(end)));
+        let goal = whole.tell(self.graph, differs);
+        whole.sat.solve(&[goal]) == Answer::No
     }
 
     /// Whether a claim can be broken: whether a literal can be true.

@@ -17,6 +17,10 @@ pub(super) enum Function {
     Binary(BinaryOp),
     /// A host function that depends on its arguments alone.
     Pure(HostFn),
+    /// The product of integers of so many bits.
+    Multiply(u8, u8),
+    /// The quotient of an integer of so many bits by a constant, rounded towards 0.
+    Quotient(u8, i64),
     /// A call of the host.
     Call(HostFn),
     /// The question whether the scan is late.
@@ -30,7 +34,7 @@ pub(super) enum Function {
 impl Function {
     /// Whether it happens in the order of the program.
     pub(super) fn is_event(self) -> bool {
-        !matches!(self, Self::Unary(_) | Self::Binary(_) | Self::Pure(_))
+        matches!(self, Self::Call(_) | Self::Late | Self::Read(..) | Self::Write(..))
     }
 
     /// What it gives for operands that are known; `None` for what happens.
@@ -44,6 +48,10 @@ impl Function {
             Self::Pure(function) => {
                 pure_functions::call(function, [word(0), word(1), word(2), word(3)])
             }
+            Self::Multiply(a, b) => {
+                Some(signed(word(0), a).wrapping_mul(signed(word(1), b)) as u64)
+            }
+            Self::Quotient(a, by) => signed(word(0), a).checked_div(by).map(|it| it as u64),
             Self::Call(_) | Self::Late | Self::Read(..) | Self::Write(..) => None,
         }
     }
@@ -53,6 +61,8 @@ impl Function {
         match self {
             Self::Unary(_) => vec![64],
             Self::Binary(_) => vec![64, 64],
+            Self::Multiply(a, b) => vec![a.into(), b.into()],
+            Self::Quotient(a, _) => vec![a.into()],
             Self::Pure(function) => {
                 let width = |ty: &plcc_abi::HostType| match ty {
                     plcc_abi::HostType::I32 => 32,
@@ -63,6 +73,12 @@ impl Function {
             Self::Call(_) | Self::Late | Self::Read(..) | Self::Write(..) => vec![],
         }
     }
+}
+
+/// The number that some low bits are, in two's complement.
+fn signed(word: u64, bits: u8) -> i64 {
+    let spare = 64 - u32::from(bits).clamp(1, 64);
+    (word as i64).wrapping_shl(spare).wrapping_shr(spare)
 }
 
 /// A function with its operands.
