@@ -141,7 +141,8 @@ impl<'m> Search<'m> {
             let blocks: Vec<Block> = data.blocks().map(|(block, _)| block).collect();
             for &block in blocks.iter().rev() {
                 let dead = self.block(func, data, block);
-                let slot = self.blocks.get_mut(func.index()).and_then(|it| it.get_mut(block.index()));
+                let slot =
+                    self.blocks.get_mut(func.index()).and_then(|it| it.get_mut(block.index()));
                 if let Some(slot) = slot.filter(|slot| **slot != dead) {
                     *slot = dead;
                     self.changed = true;

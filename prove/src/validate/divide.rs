@@ -91,12 +91,7 @@ fn rounded_down(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec
 }
 
 /// The remainder of the quotient rounded down, by a number above 0.
-pub(super) fn modulo(
-    graph: &mut Graph,
-    terms: &mut Terms,
-    a: &[Lit],
-    by: &[Lit],
-) -> Vec<Lit> {
+pub(super) fn modulo(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: &[Lit]) -> Vec<Lit> {
     if let Some(by) = number(by).filter(|&by| by > 0) {
         return remainder(graph, terms, a, by, true);
     }
@@ -149,10 +144,11 @@ pub(super) fn binary(
         BinaryOp::Mul => {
             let product = graph.multiply(x, y);
             let of = trimmed(x);
-            terms
-                .products
-                .entry(product.clone())
-                .or_insert(Product { of, factor: constant, plus: 0 });
+            terms.products.entry(product.clone()).or_insert(Product {
+                of,
+                factor: constant,
+                plus: 0,
+            });
             Some(product)
         }
         BinaryOp::Add => {
@@ -172,7 +168,8 @@ pub(super) fn binary(
         }
         BinaryOp::Ashr | BinaryOp::Lshr => {
             let product = terms.products.get(x)?.clone();
-            let shift = u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
+            let shift =
+                u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
             let quotient = of_product(graph, terms, op, width as u32, &product, shift)?;
             sized(graph, quotient)
         }
@@ -219,9 +216,8 @@ fn rounds_down(range: (i128, i128), factor: i128, plus: i128, shift: u32, by: i6
     // x is q * by + r. The product is q * 2^shift, plus what must be from 0 to 2^shift - 1.
     let quotients = [range.0.div_euclid(by), range.1.div_euclid(by)];
     quotients.iter().all(|q| {
-        q.checked_mul(off).is_some_and(|moved| {
-            moved + plus >= 0 && moved + (by - 1) * factor + plus < one
-        })
+        q.checked_mul(off)
+            .is_some_and(|moved| moved + plus >= 0 && moved + (by - 1) * factor + plus < one)
     })
 }
 

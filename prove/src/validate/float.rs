@@ -413,7 +413,7 @@ pub(super) fn ranged(
         }
         _ => {
             // A sum that is 0 is -0 only where both are.
-            let both = graph.and(sign_x, sign_y);
+            let both = graph.all([sign_x, sign_y, !size_x, !size_y]);
             let clears = graph.and(is_number, !size);
             graph.choose(clears, both, own)
         }

@@ -87,7 +87,7 @@ struct Claim {
     differs: Lit,
     /// The number of the start.
     start: usize,
-    /// The label at which one comes to a cut and the other does not.
+    /// The label of the cut to which control comes.
     cut: Option<Label>,
 }
 
@@ -130,9 +130,11 @@ impl<'m> Validation<'m> {
     pub fn function(&self, number: usize, time: Duration) -> Answer {
         let func = Func(number as u32);
         let deadline = Deadline(Some(Instant::now() + time));
-        let (name, lines) = self.before.funcs.get(number).map_or((String::new(), None), |data| {
-            (data.name().to_owned(), self.lines(data))
-        });
+        let (name, lines) = self
+            .before
+            .funcs
+            .get(number)
+            .map_or((String::new(), None), |data| (data.name().to_owned(), self.lines(data)));
         let verdict = self.verdict(func, deadline).unwrap_or_else(|| {
             let text = format!("the function {name} is not in both versions");
             Verdict::Undecided(Reason { text, place: None })
@@ -182,7 +184,9 @@ impl<'m> Validation<'m> {
         let place = self.lines(before).map(|(file, from, _)| (file, from));
         let text = match deadline.is_over() {
             true => TIME,
-            false => "begins a function of which the proof finds a difference that does not come about",
+            false => {
+                "begins a function of which the proof finds a difference that does not come about"
+            }
         };
         Some(Verdict::Undecided(Reason { text: text.into(), place }))
     }
@@ -209,10 +213,8 @@ impl<'m> Validation<'m> {
         let raw = context.builder.graph.inputs(universe.width());
         universe.fill(&mut context.builder.graph, &mut memory, &raw);
         let [old, new] = &self.codes;
-        let versions = [
-            Version::new(old, func, &first, cut_at),
-            Version::new(new, func, &first, cut_at),
-        ];
+        let versions =
+            [Version::new(old, func, &first, cut_at), Version::new(new, func, &first, cut_at)];
         let [Some(old), Some(new)] = versions else { return Attempt::Differs(vec![]) };
         let (mut starts, mut claims): (Vec<Start>, Vec<Claim>) = (vec![], vec![]);
         let mut second = vec![];
@@ -267,7 +269,9 @@ impl<'m> Validation<'m> {
     ) {
         let graph = &mut context.builder.graph;
         let mut ways: Vec<Way> = old.iter().map(|exit| exit.way).collect();
-        ways.extend(new.iter().map(|exit| exit.way).filter(|way| old.iter().all(|it| it.way != *way)));
+        ways.extend(
+            new.iter().map(|exit| exit.way).filter(|way| old.iter().all(|it| it.way != *way)),
+        );
         for way in ways {
             let find = |exits: &'_ [Exit]| exits.iter().position(|exit| exit.way == way);
             let (one, other) =
@@ -280,7 +284,7 @@ impl<'m> Validation<'m> {
             let differs = graph.xor(cond(one), cond(other));
             claims.push(Claim { differs, start, cut });
             let (Some(one), Some(other)) = (one, other) else { continue };
-            let mut claim = |differs: Lit| claims.push(Claim { differs, start, cut: None });
+            let mut claim = |differs: Lit| claims.push(Claim { differs, start, cut });
             let history = graph.xor(one.history, other.history);
             claim(graph.and(one.cond, history));
             let words = !graph.equal(&one.words, &other.words);
@@ -373,25 +377,16 @@ impl Subject<'_, '_> {
                 break;
             }
         }
-        if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  broken {broken:?}"); }
         if !broken.is_empty() {
             return Attempt::Differs(broken.iter().filter_map(|claim| claim.cut).collect());
         }
         let mut sweep = Sweep::new(self.graph, self.terms, &runs, self.second, self.deadline);
         drop(runs);
-        if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  {} claims, {} nodes, {} terms", claims.len(), self.graph.len(), self.terms.list.len()); }
         for claim in claims {
-            let t0 = Instant::now();
             if sweep.holds_at_once(claim.differs, Duration::from_millis(300)) {
-                if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  at once {:?}", t0.elapsed()); }
                 continue;
             }
-            if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  {claim:?} not at once {:?}", t0.elapsed()); }
-            let g = sweep.reduce(claim.differs);
-            let t1 = t0.elapsed();
-            let found = sweep.decide(claim.differs);
-            if std::env::var_os("PLCC_TRACE").is_some() { eprintln!("  reduce {t1:?} {} misses {} solve {:?} {}", g == Some(FALSE), sweep.misses, t0.elapsed()-t1, match &found {Finding::Holds=>"holds",Finding::Open=>"open",_=>"broken"}); }
-            match found {
+            match sweep.decide(claim.differs) {
                 Finding::Holds => {}
                 Finding::Open => return Attempt::Differs(vec![]),
                 Finding::Broken(values) => {

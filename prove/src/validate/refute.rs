@@ -79,8 +79,7 @@ impl Subject<'_, '_> {
     ) -> Option<(Difference, Vec<std::ops::Range<usize>>)> {
         let validation = self.validation;
         let [of_old, of_new] = &validation.labels;
-        let (old, old_end) =
-            Run::of(validation.before, of_old, label, image.to_vec(), replies);
+        let (old, old_end) = Run::of(validation.before, of_old, label, image.to_vec(), replies);
         let (new, new_end) = Run::of(validation.after, of_new, label, image.to_vec(), replies);
         if old_end == End::Open || new_end == End::Open {
             return None;

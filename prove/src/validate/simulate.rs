@@ -69,9 +69,10 @@ impl<'g> Simulation<'g> {
         while let Some(cell) = universe.cells.get(at) {
             // Bytes side by side are often one number.
             let is_plain = |ahead: usize| {
-                universe.cells.get(at + ahead).is_some_and(|it| {
-                    it.kind == Kind::Plain && it.offset == cell.offset + ahead
-                })
+                universe
+                    .cells
+                    .get(at + ahead)
+                    .is_some_and(|it| it.kind == Kind::Plain && it.offset == cell.offset + ahead)
             };
             let together = match cell.kind {
                 Kind::Plain if cell.offset % 4 == 0 && (0..4).all(is_plain) => 4,
@@ -189,7 +190,8 @@ impl<'g> Simulation<'g> {
         for &lit in &application.operands {
             let word = self.get(lit);
             for (lane, sum) in sums.iter_mut().enumerate() {
-                *sum = (sum.rotate_left(5) ^ (word >> lane & 1)).wrapping_mul(0x517C_C1B7_2722_0A95);
+                *sum =
+                    (sum.rotate_left(5) ^ (word >> lane & 1)).wrapping_mul(0x517C_C1B7_2722_0A95);
             }
         }
         for (lane, sum) in sums.iter().enumerate() {

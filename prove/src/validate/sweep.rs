@@ -150,7 +150,8 @@ impl<'g> Sweep<'g> {
             match self.graph.node(node) {
                 Node::And(a, b) => open.extend([a.node(), b.node()]),
                 Node::Input => {
-                    let application = self.of_node.get(&node).and_then(|&it| self.terms.list.get(it));
+                    let application =
+                        self.of_node.get(&node).and_then(|&it| self.terms.list.get(it));
                     if let Some(application) = application {
                         open.extend(application.operands.iter().map(|lit| lit.node()));
                         open.extend(application.results.iter().map(|lit| lit.node()));
@@ -228,7 +229,10 @@ impl<'g> Sweep<'g> {
         }
         let is_constant = b == FALSE;
         for size in WINDOWS {
-            if is_constant && size > 60 || size > 400 && self.misses > 300 {
+            if is_constant && size > 60
+                || size > 400 && self.misses > 60
+                || size > 60 && self.misses > 400
+            {
                 return false;
             }
             let (clauses, is_whole) = self.window(differ, size);
@@ -251,7 +255,7 @@ impl<'g> Sweep<'g> {
 
     /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and whether nothing lies beyond.
     fn window(&self, lit: Lit, size: usize) -> (Answer, bool) {
-        let moment = Instant::now() + Duration::from_millis(5);
+        let moment = Instant::now() + Duration::from_millis(3);
         let end = self.deadline.0.map_or(moment, |end| end.min(moment));
         let mut sat = Sat::new(Deadline(Some(end)));
         let mut told: FxHashMap<u32, SatLit> = FxHashMap::default();
@@ -275,9 +279,8 @@ impl<'g> Sweep<'g> {
                 }
             }
         }
-        let get = |lit: Lit| {
-            told.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it })
-        };
+        let get =
+            |lit: Lit| told.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it });
         for (node, a, b) in ands {
             if let (Some(it), Some(a), Some(b)) = (get(Lit::of_node(node)), get(a), get(b)) {
                 sat.define_and(it, a, b);

@@ -170,13 +170,21 @@ impl<'c, 'm> Version<'c, 'm> {
                     };
                     step.instruction(inst);
                 }
-                self.leave(context, &state, block, history, &local, &mut exits, |to, place, graph| {
-                    let is_back = self.rank.get(to.index()) <= self.rank.get(block.index());
-                    let slots = if is_back { &mut next } else { &mut now };
-                    if let Some(slot) = slots.get_mut(to.index()) {
-                        join(graph, slot, place);
-                    }
-                });
+                self.leave(
+                    context,
+                    &state,
+                    block,
+                    history,
+                    &local,
+                    &mut exits,
+                    |to, place, graph| {
+                        let is_back = self.rank.get(to.index()) <= self.rank.get(block.index());
+                        let slots = if is_back { &mut next } else { &mut now };
+                        if let Some(slot) = slots.get_mut(to.index()) {
+                            join(graph, slot, place);
+                        }
+                    },
+                );
             }
             if next.iter().all(Option::is_none) {
                 break;
@@ -301,8 +309,7 @@ fn order(data: &FuncData) -> Vec<Block> {
         while let Some((block, which)) = open.last_mut() {
             let (at, number) = (*block, *which);
             *which += 1;
-            let successor =
-                data.block(at).terminator.as_ref().and_then(|it| it.successor(number));
+            let successor = data.block(at).terminator.as_ref().and_then(|it| it.successor(number));
             let Some(to) = successor else {
                 order.push(at);
                 open.pop();
