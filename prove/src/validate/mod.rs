@@ -14,6 +14,7 @@ mod divide;
 mod float;
 mod refute;
 mod simulate;
+mod step;
 mod sweep;
 mod terms;
 mod universe;
