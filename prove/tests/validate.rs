@@ -34,7 +34,8 @@ fn answers(before: &Module, after: &Module, time: Duration) -> Vec<(String, Verd
 const PMI: &str = "$INPUT\nA = 0/0\nB = 0/1\nC = 0/2\n$OUTPUT\nX = 1/0\nY = 1/1\nZ = 1/2\n$INTEGER\nN, M\n$END\n\
                    X = A & B ! C\nIF (A)\nN = N + 1\nY = C\nENDIF\nIF (N > 20)\nM = N / 10\nENDIF\nZ = M = 3\n";
 
-const NCT: &str = ":000\nLI000\nA.00FF\nSH10\nLH10\n+5\nSH11\nI100\nU501\nD502\nLH11\n>100\nY500\n:001\nI101\nII102\nY503\n";
+const NCT: &str = ":000\nJ0\n:001\nI510 U547 Z\n(I470AI540) U470 D471 Z\nI520\n  LRH000\n  =6\n    D547 UF0200\n    ,250 ST00\n  Z\nZ\n\
+                   LY40 A.FF00 SY40\nLRH028 SRH078\nJ1\n";
 
 const PMAC: &str = "I5=2\nOPEN PLC 1 CLEAR\nP1=P2+P3*2\nIF (P1>10)\nP4=P4+1\nELSE\nP4=0\nENDIF\nWHILE (P5<10)\nP5=P5+1\n\
                     ENDWHILE\nP6=P7/3\nCLOSE\n";
@@ -102,13 +103,16 @@ fn wrong_rewrites_are_refuted() {
         for (from, to) in KINDS {
             for wrong in changed(&text, from, to) {
                 let Ok(wrong) = parse(&wrong.replace('\u{0}', "")) else { continue };
-                for (name, verdict, _) in answers(&before, &wrong, Duration::from_secs(10)) {
+                for (name, verdict, _) in answers(&before, &wrong, Duration::from_secs(4)) {
                     match verdict {
                         Verdict::Refuted(difference) => {
                             refuted += 1;
                             assert!(!difference.what.is_empty());
                         }
-                        Verdict::Proved => proved += 1,
+                        Verdict::Proved => {
+                            eprintln!("same: {from} to {to}");
+                            proved += 1;
+                        }
                         Verdict::Undecided(reason) => {
                             open.push(format!("{dialect:?} {from} {name} {reason:?}"));
                         }
