@@ -40,7 +40,7 @@ const ASKED: [(&str, &str); 11] = [
 struct Alone;
 
 impl Compiler for Alone {
-    fn code(&self, _: &dyn CheckedProgram) -> Option<Vec<u8>> {
+    fn code(&self, _: &dyn CheckedProgram, _: Option<(&str, &str)>) -> Option<Vec<u8>> {
         None
     }
 

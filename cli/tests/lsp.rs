@@ -93,8 +93,8 @@ impl Editor {
 /// A name is changed in all its places, and the program is compiled to see that it stays the same.
 #[test]
 fn a_name_is_changed_where_the_machine_code_stays() {
-    let text = "$INPUT\nDOOR = 1/0\nKEY1 = 1/1\n$OUTPUT\nLAMP = 2/0\nMOTOR = 2/1\n$INTEGER\nN\n$END\nLAMP = DOOR & KEY1\n\
-                MOTOR = LAMP & /DOOR\nN = N + 1\nIF (N > 5)\nN = 0\nENDIF\n";
+    let text = "$INPUT\nDOOR = 1/0\nKEY1 = 1/1\n$OUTPUT\nLAMP = 2/0\nMOTOR = 2/1\n$INTEGER\nM, N\n$END\nLAMP = DOOR & KEY1\n\
+                MOTOR = LAMP & /DOOR\nN = N + 1\nIF (N > 5)\nN = 0\nENDIF\nM = N * 3\n";
     let mut editor = Editor::start();
     let uri = "file:///nowhere/a.pmi";
     editor.tell(
@@ -107,9 +107,13 @@ fn a_name_is_changed_where_the_machine_code_stays() {
     let mut params = place;
     // A name that comes last in the alphabet, so that an order by names would change the program.
     params["newName"] = json!("ZZZ");
-    let edit = editor.ask("textDocument/rename", params);
+    let edit = editor.ask("textDocument/rename", params.clone());
     let edits = edit["changes"][uri].as_array().unwrap();
     assert_eq!(edits.len(), 3);
+    // Variables lie in the order of their names, so that M and N exchange their places.
+    params["position"] = json!({"line": 15, "character": 0});
+    let edit = editor.ask("textDocument/rename", params);
+    assert_eq!(edit["changes"][uri].as_array().map(Vec::len), Some(2), "{edit}");
     assert_eq!(editor.leave(), Some(0));
 }
 

@@ -203,6 +203,16 @@ pub trait CheckedProgram: Presentation + fmt::Debug + Send + Sync {
     /// When the program is too long, or the compiler finds its own data inconsistent.
     fn lower(&self) -> Result<Lowered, LowerError>;
 
+    /// What [`lower`](Self::lower) makes, but the variable `name` lies where it would if it were named `old`: in a language whose
+    /// variables lie in the order of their names. So the machine code of a program can be compared with that of the same program
+    /// before a name was given another spelling.
+    ///
+    /// # Errors
+    /// As those of `lower`.
+    fn lower_in_place_of(&self, _name: &str, _old: &str) -> Result<Lowered, LowerError> {
+        self.lower()
+    }
+
     /// The statement interpreter, as an engine like the others.
     fn interpreter(&self) -> Box<dyn Engine>;
 

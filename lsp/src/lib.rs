@@ -79,8 +79,9 @@ pub use run::Run;
 
 /// What the server needs of the compiler behind the front ends.
 pub trait Compiler: Sync {
-    /// The machine code of a program, to see whether a change has changed it. `None` if it can't be compiled.
-    fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>>;
+    /// The machine code of a program, to see whether a change has changed it. `None` if it can't be compiled. With a new and an old
+    /// name, the variable that has the new one lies where it would with the old one.
+    fn code(&self, program: &dyn CheckedProgram, renamed: Option<(&str, &str)>) -> Option<Vec<u8>>;
 
     /// The mistakes of a test script, whose path is absolute, with this text. Their places are in a [`SourceMap`] that has
     /// the script alone.

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 struct Lowering;
 
 impl Compiler for Lowering {
-    fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>> {
+    fn code(&self, program: &dyn CheckedProgram, _: Option<(&str, &str)>) -> Option<Vec<u8>> {
         let module = program.lower().ok()?.module;
         let lengths = module.funcs.iter().map(|it| format!("{it:?}").len());
         Some(lengths.flat_map(usize::to_le_bytes).collect())

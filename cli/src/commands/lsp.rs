@@ -31,8 +31,12 @@ struct WholeCompiler<'r> {
 }
 
 impl Compiler for WholeCompiler<'_> {
-    fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>> {
-        let (optimized, _) = Optimized::of(program.lower().ok()?, Optimization::ALL);
+    fn code(&self, program: &dyn CheckedProgram, renamed: Option<(&str, &str)>) -> Option<Vec<u8>> {
+        let lowered = match renamed {
+            Some((new, old)) => program.lower_in_place_of(new, old),
+            None => program.lower(),
+        };
+        let (optimized, _) = Optimized::of(lowered.ok()?, Optimization::ALL);
         Some(code(&optimized, &Target::host().ok()?).ok()?.bytes.clone())
     }
 

@@ -147,6 +147,10 @@ impl CheckedProgram for Program {
         self.lower()
     }
 
+    fn lower_in_place_of(&self, name: &str, old: &str) -> Result<Lowered, LowerError> {
+        self.lower_in_place_of(name, old)
+    }
+
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
     }

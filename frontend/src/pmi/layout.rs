@@ -72,6 +72,14 @@ pub(crate) fn region_name(ty: Type) -> &'static str {
 impl Layout {
     /// Lays out a program's variables.
     pub(crate) fn new(checked: &Checked) -> Self {
+        Self::in_order_of(checked, |name| name)
+    }
+
+    /// Lays out a program's variables, in the order of what `spelled` makes of their names.
+    pub(crate) fn in_order_of<'n>(
+        checked: &'n Checked,
+        spelled: impl Fn(&'n str) -> &'n str,
+    ) -> Self {
         let mut this = Self { offsets: vec![0; checked.symbols.len()], ..Self::default() };
         for ty in [Type::Logical, Type::Integer, Type::Long] {
             let start = this.size;
@@ -81,7 +89,7 @@ impl Layout {
                     this.size += symbol.elements.unwrap_or(1) * ty.size();
                 }
             }
-            this.sort(checked, ty);
+            this.sort(checked, ty, &spelled);
             match ty {
                 Type::Logical => this.last_clocks = this.allocate(checked.flipflops.len(), 1),
                 Type::Integer => {}
@@ -105,7 +113,7 @@ impl Layout {
     /// in the natural order of their names: those of KEY1, KEY2, KEY3 and so on are neighbours, also if
     /// statements mention LAMP1 between KEY1 and KEY2. Statements that do the same with each of them are
     /// then computed at once.
-    fn sort(&mut self, checked: &Checked, ty: Type) {
+    fn sort<'n>(&mut self, checked: &'n Checked, ty: Type, spelled: impl Fn(&'n str) -> &'n str) {
         let is_own = |symbol: &Symbol| {
             symbol.ty == ty
                 && symbol.meaning == Meaning::Variable
@@ -113,10 +121,11 @@ impl Layout {
                 && symbol.elements.is_none()
         };
         let symbols = checked.symbols.iter().enumerate();
-        let mut own: Vec<(usize, &Symbol)> = symbols.filter(|(_, symbol)| is_own(symbol)).collect();
+        let mut own: Vec<(usize, &'n Symbol)> =
+            symbols.filter(|(_, symbol)| is_own(symbol)).collect();
         let offsets: Vec<u32> =
             own.iter().filter_map(|&(id, _)| self.offsets.get(id).copied()).collect();
-        own.sort_by(|(_, a), (_, b)| natural_cmp(&a.name, &b.name));
+        own.sort_by(|(_, a), (_, b)| natural_cmp(spelled(&a.name), spelled(&b.name)));
         for ((id, _), offset) in own.into_iter().zip(offsets) {
             if let Some(slot) = self.offsets.get_mut(id) {
                 *slot = offset;

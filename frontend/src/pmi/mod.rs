@@ -109,10 +109,20 @@ impl Program {
     /// # Errors
     /// When the program is too long, or the compiler finds its own data inconsistent.
     pub fn lower(&self) -> Result<Lowered, LowerError> {
-        let module = lower::lower(&self.checked, &self.layout, &self.sources)?;
+        self.lower_with(&self.layout)
+    }
+
+    /// The same, with the variable `name` where it would be if it were named `old`.
+    fn lower_in_place_of(&self, name: &str, old: &str) -> Result<Lowered, LowerError> {
+        let spelled = |it| if it == name { old } else { it };
+        self.lower_with(&layout::Layout::in_order_of(&self.checked, spelled))
+    }
+
+    fn lower_with(&self, layout: &layout::Layout) -> Result<Lowered, LowerError> {
+        let module = lower::lower(&self.checked, layout, &self.sources)?;
         let ids = (0..self.sources.len() as u32).map(FileId);
         let names = ids.map(|id| self.sources.path(id).to_owned()).collect();
-        let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone())?;
+        let program = tables::program(&self.checked, layout, names, module.tasks.clone())?;
         Ok(Lowered { program, module, return_stack: None })
     }
 

@@ -82,7 +82,8 @@ pub(crate) fn rename(
         let error = error.map_or_else(String::new, |it| format!(": {}", it.message));
         return Err(format!("with the name {new} the program has an error{error}"));
     };
-    if compiler.code(before.as_ref()) != compiler.code(checked.as_ref()) {
+    let renamed = Some((new, name));
+    if compiler.code(before.as_ref(), None) != compiler.code(checked.as_ref(), renamed) {
         return Err(format!("with the name {new} it would be another program"));
     }
     let mut changes: HashMap<_, Vec<TextEdit>> = HashMap::new();
@@ -124,7 +125,7 @@ mod tests {
     struct Lowering;
 
     impl Compiler for Lowering {
-        fn code(&self, program: &dyn CheckedProgram) -> Option<Vec<u8>> {
+        fn code(&self, program: &dyn CheckedProgram, _: Option<(&str, &str)>) -> Option<Vec<u8>> {
             let lowered = program.lower().ok()?;
             let functions = lowered.module.funcs.iter().map(|it| format!("{it:?}").len());
             Some(functions.flat_map(usize::to_le_bytes).collect())
