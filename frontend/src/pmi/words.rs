@@ -143,6 +143,9 @@ fn place(lines: &Lines) -> String {
     format!("port {port}, bits {low} to {}, {format}", low + count - 1)
 }
 
+/// The words in declarations: formats of lines, kinds of timers, and when M codes are told.
+const WORDS_OF_DECLARATIONS: [&str; 6] = ["B", "BCD", "TWOC", "D", "E", "P"];
+
 struct Finder<'a> {
     symbols: HashMap<&'a str, &'a Symbol>,
     words: Words,
@@ -242,6 +245,10 @@ impl Finder<'_> {
             Kind::Name if appearance != Some(Appearance::Declared) && RESERVED.contains(&text) => {
                 WordKind::Keyword
             }
+            // Of a declaration all other names are declared or in a text.
+            Kind::Name if appearance.is_none() && WORDS_OF_DECLARATIONS.contains(&text) => {
+                WordKind::Keyword
+            }
             Kind::Name | Kind::Executive => match self.symbols.get(text).map(|it| &it.meaning) {
                 Some(Meaning::Label(_)) => WordKind::Label,
                 Some(Meaning::Constant(_)) => WordKind::Constant,
@@ -326,6 +333,13 @@ mod tests {
             word("A", Variable, Read),
         ];
         assert_eq!(named(text), expected);
+    }
+
+    #[test]
+    fn words_of_declarations_name_nothing() {
+        let text = "$TIMER\nE/T1/T1D = 50\n$INPUT\nD = 1/0\nPOS = 2/0-3/BCD\n$MCODE\n@M05/D\n$END\nT1 = D\n";
+        let names: Vec<String> = named(text).into_iter().map(|it| it.0).collect();
+        assert_eq!(names, ["T1", "T1D", "D", "POS", "@M05", "T1", "D"]);
     }
 
     #[test]
