@@ -113,6 +113,7 @@ mod tests {
         let runs_on = ":000 J0\r\n:001 C015 C025 J1\r\n:015 I001 U012 Z\r\n:025 I002 U013 Z R\r\n";
         assert_eq!(first(Dialect::Nct, runs_on), fix("Insert R", "R\r\n"));
         assert_eq!(first(Dialect::Nct, ":001 C15 J1\n:015 R\n"), fix("Write C015", "C015"));
+        assert_eq!(first(Dialect::Nct, ":001 CO15 J1\n:015 R\n"), fix("Write 0", "0"));
         let twice = "M1->X:0,0\nOPEN PLC1 CLEAR\nM1==5\nCLOSE\n";
         assert_eq!(first(Dialect::Pmac, twice), fix("Write =", "="));
         let equals = "#define PUMP=M1\nM1->X:0,0\nOPEN PLC1 CLEAR\nPUMP=1\nCLOSE\n";

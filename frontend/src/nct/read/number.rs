@@ -82,12 +82,16 @@ fn too_few(cursor: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digit
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };
     let message = format!("{count} digit{s} must be here, not {}", shown(cursor.peek()));
-    let help = match cursor.peek() {
-        Some('O') => "this is the letter O; a zero was probably meant".into(),
-        Some('I' | 'l') => "this is a letter; a one was probably meant".into(),
-        _ => format!("write the number with {count} digit{s}, with leading zeros"),
+    let (help, meant) = match cursor.peek() {
+        Some('O') => ("this is the letter O; a zero was probably meant".into(), Some("0")),
+        Some('I' | 'l') => ("this is a letter; a one was probably meant".into(), Some("1")),
+        _ => (format!("write the number with {count} digit{s}, with leading zeros"), None),
     };
-    error(number, cursor.span_from(start), message, help)
+    let error = error(number, cursor.span_from(start), message, help);
+    match meant {
+        Some(digit) => Box::new(error.replace_at(cursor.span_here(), digit)),
+        None => error,
+    }
 }
 
 /// Reads a decimal constant, 0 to 65535; a gap ends it.
