@@ -37,6 +37,9 @@ fn pmi_breaks_steps_back_over_scans_and_finds_the_last_writer() {
     assert!(why.starts_with("LAMP has been 1 since tick 2 (0.04 s), because N is 3.\n"), "{why}");
     let reason = client.refused("evaluate", json!({"expression": "why L", "context": "repl"}));
     assert!(reason.contains("no variable named `L`"), "{reason}");
+    // An editor that asks for values by itself shows no notice of what has none.
+    let answer = client.answer("evaluate", json!({"expression": "L", "context": "hover"}));
+    assert_eq!(answer["body"]["error"]["showUser"], false, "{answer}");
     assert_eq!(client.go("stepBack", json!({})), at("step", 2, 10));
     assert_eq!(client.go("plcc/scanBack", json!({})), at("step", 1, 6));
     assert_eq!(client.value("N"), "1");

@@ -136,7 +136,13 @@ impl<'a, W: Write> Server<'a, W> {
         {
             object.insert(field.into(), value);
             if let Err(error) = &answer {
-                let body = json!({"error": {"id": 1, "format": error.0, "showUser": true}});
+                // Editors ask by themselves for what they show, also once a step has made it old, and say in its place
+                // that there is nothing.
+                let shows = !matches!(
+                    request.command.as_str(),
+                    "evaluate" | "scopes" | "stackTrace" | "variables"
+                );
+                let body = json!({"error": {"id": 1, "format": error.0, "showUser": shows}});
                 object.insert("body".into(), body);
             }
         }
