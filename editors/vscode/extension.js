@@ -3,6 +3,8 @@
 
 const vscode = require('vscode');
 const { LanguageClient } = require('vscode-languageclient/node');
+const monitor = require('./monitor');
+const tasks = require('./tasks');
 const tests = require('./tests');
 const values = require('./values');
 
@@ -76,6 +78,8 @@ function activate(context) {
   let client = startServer(context);
   const add = (disposable) => context.subscriptions.push(disposable);
   add(tests.register(vscode, executable));
+  add(tasks.register(vscode, executable));
+  add(monitor.register(vscode, executable));
   add(values.register(vscode, async (method, params) => (await client).sendRequest(method, params)));
   add(vscode.debug.registerDebugAdapterDescriptorFactory('plcc', {
     createDebugAdapterDescriptor(session) {

@@ -82,6 +82,9 @@ function register(vscode, executable) {
     const results = resultsOf(output);
     for (const test of tests) {
       const result = results.get(test.label);
+      const what = result && (result.failure ? `failed\n${describe(result.failure)}` : `passed, ${result.ticks} ticks`);
+      // A terminal shows it.
+      session.appendOutput(`${test.label}: ${what || 'was not run'}\n`.replace(/\r?\n/g, '\r\n'), undefined, test);
       if (!result) {
         // The script or its program has mistakes, which are in standard output, or plcc can't be started.
         const why = [errors, output].map((it) => it.trim()).filter(Boolean).join('\n') || String(error);

@@ -170,11 +170,14 @@ test('problem matchers read what plcc prints', () => {
 });
 
 test('what the manifest names is there', () => {
-  const { languages, grammars, commands } = manifest.contributes;
+  const { languages, grammars, commands, walkthroughs } = manifest.contributes;
   for (const file of [...languages.map((one) => one.configuration), ...grammars.map((one) => one.path)]) {
     JSON.parse(fs.readFileSync(path.join(folder, file), 'utf8'));
   }
-  const code = ['extension.js', 'values.js'].map((name) => fs.readFileSync(path.join(folder, name), 'utf8')).join('\n');
+  for (const { media } of walkthroughs.flatMap((one) => one.steps)) {
+    assert.ok(fs.existsSync(path.join(folder, media.markdown)), media.markdown);
+  }
+  const code = ['extension.js', 'monitor.js', 'values.js'].map((name) => fs.readFileSync(path.join(folder, name), 'utf8')).join('\n');
   for (const { command } of commands) {
     assert.ok(code.includes(`command('${command.split('.')[1]}'`), command);
   }

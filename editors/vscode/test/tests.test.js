@@ -37,6 +37,7 @@ function editor(folder) {
   const items = new Map();
   items.add = (it) => items.set(it.id, it);
   let profile;
+  const written = [];
   let runTest;
   const token = { isCancellationRequested: false, onCancellationRequested() {} };
   const uri = (name) => ({ fsPath: path.join(folder, name), toString: () => `file://${path.join(folder, name)}` });
@@ -46,7 +47,7 @@ function editor(folder) {
         items,
         createTestItem: item,
         createRunProfile: (_, __, handler) => { profile = handler; },
-        createTestRun: () => ({ started: () => {}, passed: noted('passed'), failed: noted('failed'), errored: noted('errored'), end: () => told.push(['end']) }),
+        createTestRun: () => ({ appendOutput: (text) => written.push(text), started: () => {}, passed: noted('passed'), failed: noted('failed'), errored: noted('errored'), end: () => told.push(['end']) }),
       }),
     },
     workspace: {
@@ -67,7 +68,7 @@ function editor(folder) {
     commands: { registerCommand: (_, run) => { runTest = run; } },
     Disposable: { from: () => {} },
   };
-  return { vscode, items, told, run: (request) => profile(request, token), runTest: (...of) => runTest(...of) };
+  return { vscode, items, told, written, run: (request) => profile(request, token), runTest: (...of) => runTest(...of) };
 }
 
 test('tests are run and their results are shown', { skip: !process.env.PLCC && 'PLCC does not name plcc' }, async () => {
@@ -85,6 +86,7 @@ test('tests are run and their results are shown', { skip: !process.env.PLCC && '
     assert.deepStrictEqual(it.told.map((one) => one.slice(0, 2)), [['passed', 'on'], ['failed', 'off'], ['end']]);
     assert.match(it.told[1][2], /LAMP/);
     assert.strictEqual(it.told[1][3], 7);
+    assert.deepStrictEqual([it.written[0], it.written[1].split('\r\n')[0]], ['on: passed, 2 ticks\r\n', 'off: failed']);
     it.told.length = 0;
     await it.run({ include: [script.children.get('on')] });
     assert.deepStrictEqual(it.told, [['passed', 'on'], ['end']]);
