@@ -25,6 +25,8 @@ pub(crate) fn code_lens(at: At<'_>, is_shown: bool) -> Vec<CodeLens> {
         let (read, written) = at.program.words.uses_of(&declaration.name);
         let title = match declaration.kind {
             DeclarationKind::Constant => format!("read {}", times(read)),
+            // What the control itself calls, or a range of PLCs that is enabled, would be said to be called never.
+            DeclarationKind::Label | DeclarationKind::Program if read == 0 => return vec![],
             DeclarationKind::Label | DeclarationKind::Program => format!("called {}", times(read)),
             DeclarationKind::Definition | DeclarationKind::Key => return vec![],
             DeclarationKind::Input
