@@ -26,6 +26,7 @@ const SETTINGS = {
   "remote.autoForwardPorts": false,
   "security.workspace.trust.enabled": false,
   "telemetry.telemetryLevel": "off",
+  "terminal.integrated.gpuAcceleration": "off",
   "workbench.colorTheme": "Default Light Modern",
   "workbench.secondarySideBar.defaultVisibility": "hidden",
   "workbench.startupEditor": "none",
@@ -42,7 +43,9 @@ const KEYS = [
 
 /** A folder with examples of each language, in which tests may write. */
 export function makeWorkspace() {
-  const folder = mkdtempSync(path.join(tmpdir(), "plcc-vscode-"));
+  const home = mkdtempSync(path.join(tmpdir(), "plcc-vscode-"));
+  const folder = path.join(home, "machine");
+  mkdirSync(folder);
   const copy = (...names) => names.forEach((name) => {
     cpSync(path.join(root, "examples", name), path.join(folder, path.basename(name)), { recursive: true });
   });
@@ -58,7 +61,7 @@ export function makeWorkspace() {
       mkdirSync(path.dirname(path.join(folder, name)), { recursive: true });
       writeFileSync(path.join(folder, name), text);
     },
-    remove() { rmSync(folder, { recursive: true, force: true }); },
+    remove() { rmSync(home, { recursive: true, force: true }); },
   };
 }
 
@@ -128,6 +131,13 @@ export function startBrowser() {
   return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--force-device-scale-factor=1"] });
 }
 
+/** Shows the values of a run beside the names of a program. */
+export async function showValues(editor, program, run) {
+  await editor.open(program);
+  await editor.command("plcc: Show the Values of a Control or Record");
+  await editor.answerFile(run);
+}
+
 /** Opens a folder in VS Code. */
 export async function openEditor(browser, server, folder) {
   const context = await browser.newContext({ viewport: { width: 1400, height: 900 } });
@@ -169,6 +179,12 @@ class Editor {
     await input.fill(text);
   }
 
+  /** The rows of that list with this name and nothing else. */
+  named(name) {
+    const label = this.page.locator(".label-name", { hasText: new RegExp(`^\\W*${name.replaceAll(".", "\\.")}\\s*$`) });
+    return this.picks.filter({ has: label });
+  }
+
   /** Chooses the first of some rows of that list, once the rows have their places. */
   async pick(rows) {
     const row = rows.first();
@@ -194,8 +210,7 @@ class Editor {
   async open(name) {
     await this.press("Control+P");
     await this.answer(name);
-    const label = this.page.locator(".label-name", { hasText: new RegExp(`^\\W*${name.replaceAll(".", "\\.")}$`) });
-    await this.pick(this.picks.filter({ has: label }));
+    await this.pick(this.named(name));
     await this.page.locator(`.tab.active[data-resource-name="${name}"]`).waitFor();
     await this.page.locator(".editor-group-container.active .monaco-editor .view-line").first().waitFor();
   }
@@ -251,13 +266,13 @@ class Editor {
   }
 
   /** What VS Code shows at the cursor, as when the mouse rests there. */
-  async hover() {
+  async hover(stays = false) {
     const hover = this.page.locator(".monaco-editor .monaco-hover:not(.hidden)", { has: this.page.locator(".markdown-hover") });
     const text = await eventually(async () => {
       await this.press("Control+K", "Control+I");
       return hover.first().innerText({ timeout: 3000 }).catch(() => "");
     }, Boolean, "a hover");
-    await this.press("Escape");
+    if (!stays) await this.press("Escape");
     return text.replaceAll("\u00a0", " ");
   }
 
@@ -291,6 +306,12 @@ class Editor {
   /** The value that the status bar says of what is shown, once it says something that fits. */
   async status(pattern) {
     return eventually(() => this.page.locator(".statusbar").innerText(), (text) => pattern.test(text), String(pattern));
+  }
+
+  /** What stands in the terminal. */
+  async terminal() {
+    const texts = await this.page.locator(".xterm-rows").allInnerTexts();
+    return texts.join("\n").replaceAll("\u00a0", " ");
   }
 
   /** Messages at the lower right. */
