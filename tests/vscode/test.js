@@ -63,7 +63,7 @@ const LANGUAGES = {
     format: [["I510", "U521", "Z"], /^ +U521$/],
     folded: 30,
     symbol: [":009"],
-    calls: [":009"],
+    calls: true,
   },
   PMAC: {
     file: "mill.pmc",
@@ -81,8 +81,8 @@ const LANGUAGES = {
     rename: [[20, "ENCODER_LOST"], "ENC_LOST", { 20: "ENC_LOST" }],
     format: [["IF (P1=1)", "P2=1", "ENDIF"], /^ +P2=1/],
     folded: 19,
-    symbol: ["PLC3", 43],
-    calls: ["PLC2"],
+    symbol: ["PLC1", 18],
+    calls: true,
   },
 };
 
@@ -358,18 +358,18 @@ test("values of a running control move, and are forced after a question", async 
     const tick = async () => Number(/tick (\d+)/.exec(await editor.status(/tick \d+/))[1]);
     const first = await tick();
     await eventually(tick, (now) => now > first, "a later tick");
-    await editor.goTo(49, 1);
-    await eventually(() => editor.line(49), includes("MCHON= 0"), "MCHON is 0");
+    await editor.goTo(54, 1);
+    await eventually(() => editor.line(54), includes("PEDAL= 0"), "PEDAL is 0");
     await editor.command("plcc: Force a Variable of the Control…");
     await editor.page.locator(".quick-input-widget", { hasText: "Which variable?" }).waitFor();
-    await editor.answer("MCHON");
+    await editor.answer("PEDAL");
     await editor.press("Enter");
-    await editor.page.locator(".quick-input-widget", { hasText: "MCHON =" }).waitFor();
+    await editor.page.locator(".quick-input-widget", { hasText: "PEDAL =" }).waitFor();
     await editor.answer("1");
     await editor.press("Enter");
     const question = editor.page.locator(".monaco-dialog-box", { hasText: "This acts on the machine" });
-    await question.locator(".monaco-button", { hasText: "Force MCHON = 1" }).click();
-    await eventually(() => editor.line(49), includes("MCHON= 1"), "MCHON is forced");
+    await question.locator(".monaco-button", { hasText: "Force PEDAL = 1" }).click();
+    await eventually(() => editor.line(54), includes("PEDAL= 1"), "PEDAL is forced");
     await editor.command("plcc: Hide the Values");
   } finally {
     control.kill();
