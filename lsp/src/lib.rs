@@ -27,7 +27,7 @@
 //! struct NoCompiler;
 //!
 //! impl plcc_lsp::Compiler for NoCompiler {
-//!     fn code(&self, _: &dyn CheckedProgram) -> Option<Vec<u8>> {
+//!     fn code(&self, _: &dyn CheckedProgram, _: Option<(&str, &str)>) -> Option<Vec<u8>> {
 //!         None
 //!     }
 //!
