@@ -13,6 +13,11 @@ before(async () => {
   folder = makeWorkspace();
   const lathe = ["lathe.pmi", "--ticks", "300", "--stimulus", "lathe.csv", "--record", "lathe.plcrec"];
   execFileSync(PLCC, ["run", ...lathe], { cwd: folder.folder, stdio: "ignore" });
+  folder.write("wrong.pmi", "$OUTPUT\nLAMP = 2/0\n$END\nLAMP = DOR\n");
+  folder.write(".vscode/tasks.json", JSON.stringify({
+    version: "2.0.0",
+    tasks: [{ label: "check it", type: "plcc", args: ["check", "wrong.pmi"], problemMatcher: "$plcc" }],
+  }));
   [server, browser] = [await startServer(), await startBrowser()];
   editor = await openEditor(browser, server, folder.folder);
 });
@@ -268,11 +273,6 @@ test("the page of a problem is behind its code", async () => {
 
 test("a task's problems are those of plcc check", async () => {
   await editor.reset();
-  folder.write("wrong.pmi", "$OUTPUT\nLAMP = 2/0\n$END\nLAMP = DOR\n");
-  folder.write(".vscode/tasks.json", JSON.stringify({
-    version: "2.0.0",
-    tasks: [{ label: "check it", type: "plcc", args: ["check", "wrong.pmi"], problemMatcher: "$plcc" }],
-  }));
   await editor.open("sample.plc");
   await editor.command("Tasks: Run Task");
   await editor.pick(editor.picks.filter({ hasText: "check it" }));
