@@ -471,7 +471,7 @@ fn to_set_the_variable_itself_is_not_an_answer() {
 #[test]
 fn a_control_with_a_record_is_explained_at_the_present_tick() {
     let folder = chain();
-    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "write"];
+    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "force"];
     let mut run = folder.command(&options);
     run.args(["--record", "r.plcrec"]);
     let _control = Killed::spawn(run.stderr(Stdio::null()).stdout(Stdio::null()));
@@ -490,4 +490,18 @@ fn a_control_with_a_record_is_explained_at_the_present_tick() {
     // Who gives an input its value, a record does not say.
     assert_eq!((&why["value"], &why["since"]), (&json!(1), &json!(tick)));
     assert_eq!(why["changed_by"], json!({"kind": "input"}));
+    // A force holds the lines of an output, and not its variable.
+    let values = json!([{"name": "OUT", "value": "1"}]);
+    let forced = ask(&folder, json!({"version": 1, "request": "force", "values": values}));
+    assert!(forced.get("error").is_none(), "{forced}");
+    let said = folder.run(&["why", "socket", "OUT"]).exits(0).stderr;
+    assert!(said.contains("note: OUT is forced to 1"), "{said}");
+}
+
+#[test]
+fn a_line_is_asked_for_by_the_name_that_drawings_have() {
+    let folder = chain();
+    let by_line = json_of(&folder, "c.pmi PORT2.0 --ticks 9");
+    assert_eq!(by_line, json_of(&folder, "c.pmi OUT --ticks 9"));
+    assert_eq!(by_line["name"], "OUT");
 }

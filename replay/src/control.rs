@@ -132,6 +132,20 @@ pub fn forced_by(status: &Status, name: &str) -> Option<(String, u64)> {
     Some((by.clone(), *ticks))
 }
 
+/// Why lines do not have what the program gives a variable: a force on it, or the program is stopped. `None` where neither is so.
+pub fn not_as_given(status: &Status, name: &str) -> Option<String> {
+    if let Some(force) = status.forces.iter().find(|force| force.name == name) {
+        let by = forced_by(status, name).map_or_else(String::new, |(who, _)| format!(" by {who}"));
+        let value = &force.value;
+        return Some(format!(
+            "{name} is forced to {value}{by}: its lines have that value, whatever the program gives"
+        ));
+    }
+    let what =
+        "the program is stopped: outputs have their safe values, whatever it gave them before";
+    (status.state == "stopped").then(|| what.into())
+}
+
 /// The numbers of a value as the control sends it.
 fn numbers(value: &Json) -> Vec<f64> {
     match value {

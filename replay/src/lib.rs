@@ -40,7 +40,7 @@ pub mod variables;
 use thiserror::Error;
 
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
-pub use control::{ControlSocket, forced_by};
+pub use control::{ControlSocket, forced_by, not_as_given};
 pub use debugger::{
     Debugger, Direction, OpenVersion, Position, Session, StepKind, StopAt, Stopped,
 };

@@ -167,7 +167,7 @@ in_order() {
 }
 
 # The operator's screen, as the first console shows it.
-on_console() { soon "tr -cs '[:print:]' ' ' </dev/vcs1 | grep -F -- '$1'"; }
+on_console() { soon "tr -c '[:print:]' ' ' </dev/vcs1 | grep -F -- '$1'"; }
 # As when somebody presses Enter at the console's keyboard.
 enter="perl -e 'open T, q(+<), q(/dev/tty1) or die; \$c = chr 13; ioctl T, 0x5412, \$c or die'"
 

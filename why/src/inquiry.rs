@@ -240,8 +240,17 @@ impl<'a> Inquiry<'a> {
                 self.names.canonical(key)
             )));
         }
-        let variable = self.named(&self.names.canonical(key));
+        let name = self.of_line(self.names.canonical(key));
+        let variable = self.named(&name);
         self.tree(&variable, at, question.would)
+    }
+
+    /// The variable whose only line has a name, as drawings call it; else that name.
+    fn of_line(&self, name: String) -> String {
+        let points = self.checked().io_points(&[], &self.image);
+        let is_its_line = |lines: &[String]| matches!(lines, [line] if *line == name);
+        let of = points.into_iter().find(|point| point.bit && is_its_line(&point.lines));
+        of.map_or(name, |point| point.name)
     }
 
     /// What has a text: a fault or message, or statements that put it out; small and capital letters are the same. `None` if

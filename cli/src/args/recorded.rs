@@ -137,7 +137,7 @@ pub(crate) struct MonitorArgs {
     #[arg(value_name = "PROGRAM")]
     pub(crate) program: Vec<PathBuf>,
 
-    /// The file in which the control is being recorded, for its statements and its past
+    /// The file in which the control is being recorded, for its statements and its past; without it the control says where that is
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 

@@ -49,7 +49,7 @@ pub(crate) struct WhyArgs {
     #[arg(long, value_name = "FILE", requires = "simulate")]
     pub(crate) part_program: Option<PathBuf>,
 
-    /// A socket: the file in which the control is being recorded; without it the present is explained
+    /// A socket: the file in which the control is being recorded; without it the control says where that is
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 

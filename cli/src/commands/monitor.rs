@@ -2,13 +2,14 @@
 
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plcc_dap::LaunchArguments;
 use plcc_files::why_not_read;
 use plcc_monitor::view::TargetKind;
 use plcc_monitor::{Rebuilder, Session, Target, state_folder, terminal};
 use plcc_record::{RecordError, Recording};
+use plcc_replay::ControlSocket;
 use serde_json::json;
 
 use crate::args::{MonitorArgs, RunCommand};
@@ -63,13 +64,19 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
     let metadata = fs::metadata(path).map_err(|error| Failure::file(path, why_not_read(&error)))?;
     let mut rebuilder: Option<Box<dyn Rebuilder>> = None;
     let (kind, run, socket) = if metadata.file_type().is_socket() {
-        let run = match &args.record {
-            Some(record) => {
-                rebuilder = Some(Box::new(RecordRebuilder::new(record)));
-                Some(attach(&command(args, true)?, record, true)?)
+        let attach = |record: &Path| attach(&command(args, true)?, record, true);
+        let (record, run) = match &args.record {
+            Some(record) => (Some(record.clone()), Some(attach(record)?)),
+            None => {
+                // Of a record that can't be shown, since it holds no sources for example, the present values remain.
+                let own = own_record(&ControlSocket::new(path));
+                let run = own.as_deref().and_then(|record| attach(record).ok());
+                (own.filter(|_| run.is_some()), run)
             }
-            None => None,
         };
+        if let Some(record) = record {
+            rebuilder = Some(Box::new(RecordRebuilder::new(&record)));
+        }
         (TargetKind::Control, run, Some(path.clone()))
     } else if is_recording(path)? {
         (TargetKind::Recording, Some(attach(&command(args, true)?, path, false)?), None)
@@ -89,6 +96,12 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
         operator: args.operator,
         rebuilder,
     })
+}
+
+/// The file in which a control is being recorded, as it says itself, if that can be read here.
+pub(crate) fn own_record(control: &ControlSocket) -> Option<PathBuf> {
+    let record = PathBuf::from(control.status().ok()?.record?);
+    fs::File::open(&record).is_ok().then_some(record)
 }
 
 /// Whether a file is a record.

@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use plcc_abi::printable;
 use plcc_host::session;
-use plcc_replay::{ControlSocket, DebugError, Debugger, Session, forced_by};
-use plcc_why::{Explanation, Line, PieceKind, Question, explain};
+use plcc_replay::{ControlSocket, DebugError, Debugger, Session, forced_by, not_as_given};
+use plcc_why::{ChangedBy, Explanation, Line, PieceKind, Question, explain};
 
-use super::monitor::is_recording;
+use super::monitor::{is_recording, own_record};
 use crate::args::{Cli, Command, FormatArg, RunCommand, WhyArgs};
 use crate::debug_session::{attach, launch_checked};
 use crate::failure::{DONE, ERRORS, Failure};
@@ -31,10 +31,8 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
     let is_socket = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket());
     let explanation = if is_socket {
         let control = ControlSocket::new(path);
-        // The control names its record itself. Who names a source asks without one.
-        let status = control.status().ok().filter(|_| args.target.len() == 1);
-        let own = status.and_then(|status| status.record).map(PathBuf::from);
-        let own = own.filter(|record| fs::File::open(record).is_ok());
+        // Who names a source asks without a record.
+        let own = own_record(&control).filter(|_| args.target.len() == 1);
         let recorded = match (&args.record, own) {
             (Some(record), _) => Some(of_live_record(args, record, &control, report)?),
             // Of a record that can't explain it, since it holds no sources for example, the present values remain.
@@ -54,6 +52,11 @@ pub(crate) fn why(args: &WhyArgs, report: &Report) -> Result<u8, Failure> {
             && let Ok(status) = control.status()
         {
             explanation.note_forces(&|name| forced_by(&status, name));
+            // The answer tells a force on what is asked for by itself, where the program reads it.
+            let is_told = matches!(explanation.changed_by, ChangedBy::Force { .. });
+            if let Some(note) = not_as_given(&status, &explanation.name).filter(|_| !is_told) {
+                report.note(&note);
+            }
         }
         explanation
     } else if path.as_os_str() != "-" && is_recording(path)? {
