@@ -39,6 +39,9 @@ use walk::{Context, Exit, Happening, Version, Way};
 /// How many runs that the solver or the simulation suggests are tried in the interpreter.
 const MOST_TRIED: usize = 24;
 
+/// How many bytes, words and doubles of the image a function may access.
+const MOST_CELLS: usize = 20_000;
+
 /// How two versions of a function differ.
 #[derive(Clone, Debug)]
 pub struct Difference {
@@ -204,6 +207,11 @@ impl<'m> Validation<'m> {
         let [Some(before), Some(after)] = datas else { return Attempt::Differs(vec![]) };
         let first = representatives(before);
         let universe = Universe::of(self.before, &[before, after]);
+        if universe.cells.len() > MOST_CELLS {
+            let place = self.lines(before).map(|(file, from, _)| (file, from));
+            let text = "begins a function that may access more of the image than is followed";
+            return Attempt::Done(Verdict::Undecided(Reason { text: text.into(), place }));
+        }
         let mut context = Context {
             builder: Builder::default(),
             terms: Terms::new(exact),

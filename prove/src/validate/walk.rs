@@ -19,7 +19,7 @@ const ROUNDS: usize = 80;
 const MOST_BLOCKS: usize = 20_000;
 
 /// How large the graph of a function may become.
-const MOST_NODES: usize = 6_000_000;
+const MOST_NODES: usize = 3_000_000;
 
 /// How a function is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
