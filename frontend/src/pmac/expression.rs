@@ -24,8 +24,9 @@ use plcc_diag::{Diagnostic, SourceMap, Span};
 
 use super::Program;
 use super::ast::{Func, Op};
+use super::lower::lower_expression;
 use super::read::{expr::Reader, preprocess};
-use crate::common::{Evaluate, EvaluationError, Expression, Value};
+use crate::common::{Evaluate, EvaluationError, Expression, ExpressionCode, Value};
 
 /// The surroundings in which an expression is read: the program whose names it uses.
 #[expect(missing_debug_implementations, reason = "a source map has none")]
@@ -46,7 +47,40 @@ pub struct Context<'a> {
 /// The diagnostics of a text that is not an expression, at least one. Their places are in the file
 /// `expression` of the context's sources.
 pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
-    let Context { program, sources, system, compiled } = context;
+    let (program, system) = (context.program, context.system);
+    let Operations { ops, condition, definitions } = operations(text, context)?;
+    let layout = program.loaded.layout;
+    let variables = variables(&ops, system);
+    let evaluator = Postfix { ops, condition, layout, system, definitions };
+    Ok(Expression::new(text, variables, layout.size as usize, evaluator))
+}
+
+/// An expression as code, with the Q-variables of coordinate system 1 and the definitions of M-variables after load; `None` where
+/// something about it can't be lowered.
+///
+/// # Errors
+/// Those of [`parse_expression`].
+pub(super) fn expression_code(
+    text: &str,
+    context: Context<'_>,
+) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+    let program = context.program;
+    let Operations { ops, condition, .. } = operations(text, context)?;
+    Ok(lower_expression(&program.download, &program.loaded, ops, condition).ok())
+}
+
+/// The operations of an expression.
+struct Operations {
+    ops: Vec<Op>,
+    /// Whether its value is a truth value.
+    condition: bool,
+    /// The definitions of its L-variables.
+    definitions: BTreeMap<u32, Definition>,
+}
+
+/// Reads the operations of an expression.
+fn operations(text: &str, context: Context<'_>) -> Result<Operations, Vec<Diagnostic>> {
+    let Context { program, sources, compiled, .. } = context;
     let file = sources.add("expression", text.as_bytes());
     // A debugger reads an expression for each of very many variables, and most have no name in them.
     let names =
@@ -83,12 +117,9 @@ pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, 
         };
         definitions.insert(u32::from(number), *definition);
     }
-    let layout = program.loaded.layout;
     let end = expr.start.saturating_add(expr.len) as usize;
     let ops = reader.ops.get(expr.start as usize..end).unwrap_or(&[]).to_vec();
-    let variables = variables(&ops, system);
-    let evaluator = Postfix { ops, condition, layout, system, definitions };
-    Ok(Expression::new(text, variables, layout.size as usize, evaluator))
+    Ok(Operations { ops, condition, definitions })
 }
 
 /// The names of the variables that an expression reads, each once.

@@ -4,15 +4,15 @@ use plcc_abi::{Dialect, Engine, GivenName, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::ast::{Stmt, StmtKind};
-use super::expression::{Context, parse_expression};
+use super::expression::{Context, expression_code, parse_expression};
 use super::presentation;
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
 use super::tasks::tasks;
 use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Exported, Expression, FileLoader, Logic, LowerError, Lowered,
-    NumberFormat, Options, StatementInterpreter, Ways, Words,
+    Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
+    LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
 use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
 use crate::presentation::Terminal;
@@ -197,6 +197,14 @@ impl CheckedProgram for Program {
         };
         // As in a PLC; where that is refused, as in a PLCC, which may use L-variables.
         parse(false).or_else(|found| parse(true).map_err(|_| found))
+    }
+
+    fn expression_code(&self, text: &str) -> Result<Option<ExpressionCode>, Vec<Diagnostic>> {
+        let lower = |compiled| {
+            let sources = &mut SourceMap::new();
+            expression_code(text, Context { program: self, sources, system: 1, compiled })
+        };
+        lower(false).or_else(|found| lower(true).map_err(|_| found))
     }
 
     fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {

@@ -3,13 +3,67 @@
 //! too, operators in [`emit`].
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::Kind;
-use plcc_ir::{BinaryOp, InstBuilder, UnaryOp};
+use plcc_abi::Region;
+use plcc_abi::pmac::{Assumption, Kind, View};
+use plcc_diag::SourceMap;
+use plcc_ir::{Address, BinaryOp, ChunkBuilder, InstBuilder, Type, UnaryOp};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
-use crate::common::BrokenInvariant;
-use crate::pmac::ast::{Expr, Func, Op};
+use crate::common::{BrokenInvariant, ExpressionCode};
+use crate::pmac::analyse::assumptions;
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Download, Expr, Func, Op};
+
+/// Lowers an expression to a module that leaves its value, a double, behind the process image; of a condition it leaves whether it
+/// holds, an `i32`. Q-variables are those of coordinate system 1, M-variables are as they are defined after load.
+///
+/// # Errors
+/// If an operator lacks an operand, or a variable is not defined.
+pub(crate) fn lower_expression(
+    download: &Download,
+    loaded: &Loaded,
+    ops: Vec<Op>,
+    condition: bool,
+) -> Result<ExpressionCode, BrokenInvariant> {
+    let layout = loaded.layout;
+    let expr = Expr { start: 0, len: ops.len() as u32 };
+    let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };
+    let mut defined: Vec<Assumption> = vec![];
+    for op in &ops {
+        if let Op::Var(Kind::M, number) = *op {
+            let number = u32::from(number) & (layout.count - 1);
+            let definition = Some(view.definition(number));
+            defined.push(Assumption { number, definition });
+        }
+    }
+    let download = Download { ops, ..download.clone() };
+    let result = layout.size.next_multiple_of(8);
+    let mut regions = layout.regions();
+    regions.push(Region { name: "result".to_owned(), offset: result, size: 8, bits: false });
+    let builder = ChunkBuilder::new(result + 8, regions);
+    let region = builder.region("result");
+    let region = region.ok_or_else(|| BrokenInvariant::new("the image has no region `result`"))?;
+    let sources = SourceMap::new();
+    let places_of_m = assumptions::places(&layout, &defined);
+    let mut lowerer = Lowerer::new(&download, loaded, &sources, builder, places_of_m)?;
+    lowerer.specialised = true;
+    let start = lowerer.builder.place();
+    lowerer.builder.bind(start);
+    lowerer.builder.task("expression", start);
+    let value = lowerer.value(expr)?;
+    let b = lowerer.builder.func();
+    let (value, ty) = match condition {
+        true => {
+            let truth = value.truth(b);
+            (b.zextend_or_trunc(Type::I32, truth), Type::I32)
+        }
+        false => (value.stored(b), Type::F64),
+    };
+    b.store(Address::fixed(region, 0), value);
+    lowerer.builder.ret();
+    Ok(ExpressionCode { module: lowerer.builder.finish(), result, ty })
+}
 
 impl Lowerer<'_> {
     /// The value of an expression, or the truth value of a condition.

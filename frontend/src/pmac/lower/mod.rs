@@ -21,7 +21,7 @@ mod motion;
 mod variables;
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::layout::{exec, region};
+use plcc_abi::pmac::layout::exec;
 use plcc_abi::pmac::{DirectAccess, Field, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, InstBuilder, Module, Place, Statement, Type, Value};
@@ -34,6 +34,7 @@ use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
 use crate::pmac::host_statements;
 use crate::pmac::tasks::{TaskKind, resume_points, tasks};
 
+pub(crate) use self::expression::lower_expression;
 use self::variables::Regions;
 
 /// The number of instructions after which a new function begins.
@@ -92,45 +93,8 @@ pub(crate) fn lower(
 ) -> Result<Module, LowerError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
-    let find = |name: &str| {
-        builder
-            .region(name)
-            .ok_or_else(|| BrokenInvariant::new(format!("the image has no region `{name}`")))
-    };
-    let regions = Regions {
-        p: find(region::P)?,
-        q: find(region::Q)?,
-        i: find(region::I)?,
-        mdef: find(region::MDEF)?,
-        words: find(region::WORDS)?,
-        differing_definitions: find(region::DIFFERING_DEFINITIONS)?,
-        exec: find(region::EXEC)?,
-    };
-    let mut builder = builder;
-    for region in [regions.p, regions.q, regions.i] {
-        builder.finite_region(region);
-    }
-    builder.word_region(regions.words);
-    let mut lowerer = Lowerer {
-        download,
-        layout,
-        builder,
-        regions,
-        sources,
-        ranges: &loaded.ranges,
-        places_of_m: assumptions::places(&layout, &loaded.assumed),
-        task_count: 0,
-        context: 0,
-        has_address_statements: false,
-        specialised: false,
-        has_specialised_code: false,
-        may_change_definitions: false,
-        is_motion: false,
-        single_bits: SingleBits::default(),
-        host_statements: Vec::new(),
-        next_host_statement: 0,
-        stack: Vec::new(),
-    };
+    let places_of_m = assumptions::places(&layout, &loaded.assumed);
+    let mut lowerer = Lowerer::new(download, loaded, sources, builder, places_of_m)?;
     for id in (0..sources.len() as u32).map(FileId) {
         lowerer.builder.add_file(sources.path(id), sources.text(id));
     }
@@ -198,6 +162,43 @@ impl StatementPlaces {
 /// The error for an expression whose operators take more operands than there are.
 pub(crate) fn lacks_operand() -> BrokenInvariant {
     BrokenInvariant::new("an expression lacks an operand")
+}
+
+impl<'a> Lowerer<'a> {
+    /// A lowerer that writes to a builder. `places_of_m` are the places of M-variables.
+    fn new(
+        download: &'a Download,
+        loaded: &'a Loaded,
+        sources: &'a SourceMap,
+        mut builder: ChunkBuilder,
+        places_of_m: Vec<Option<DirectAccess>>,
+    ) -> Result<Self, BrokenInvariant> {
+        let regions = Regions::of(&builder)?;
+        for region in [regions.p, regions.q, regions.i] {
+            builder.finite_region(region);
+        }
+        builder.word_region(regions.words);
+        Ok(Lowerer {
+            download,
+            layout: loaded.layout,
+            builder,
+            regions,
+            sources,
+            ranges: &loaded.ranges,
+            places_of_m,
+            task_count: 0,
+            context: 0,
+            has_address_statements: false,
+            specialised: false,
+            has_specialised_code: false,
+            may_change_definitions: false,
+            is_motion: false,
+            single_bits: SingleBits::default(),
+            host_statements: Vec::new(),
+            next_host_statement: 0,
+            stack: Vec::new(),
+        })
+    }
 }
 
 impl Lowerer<'_> {

@@ -3,11 +3,13 @@
 //! for M-variables whose definition is assumed. Everything else goes through the host.
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
+use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec, region};
 use plcc_abi::pmac::{
     Controller, Definition, DirectAccess, Field, Format, Kind, Layout, Place, Range, Space,
 };
-use plcc_ir::{Address, BinaryOp, ExtractOp, InstBuilder, IntCond, RegionId, Type, Value};
+use plcc_ir::{
+    Address, BinaryOp, ChunkBuilder, ExtractOp, InstBuilder, IntCond, RegionId, Type, Value,
+};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
@@ -31,6 +33,26 @@ pub(crate) struct Regions {
     pub(crate) words: RegionId,
     pub(crate) differing_definitions: RegionId,
     pub(crate) exec: RegionId,
+}
+
+impl Regions {
+    /// The regions of a module that is built.
+    pub(super) fn of(builder: &ChunkBuilder) -> Result<Self, BrokenInvariant> {
+        let find = |name: &str| {
+            builder
+                .region(name)
+                .ok_or_else(|| BrokenInvariant::new(format!("the image has no region `{name}`")))
+        };
+        Ok(Self {
+            p: find(region::P)?,
+            q: find(region::Q)?,
+            i: find(region::I)?,
+            mdef: find(region::MDEF)?,
+            words: find(region::WORDS)?,
+            differing_definitions: find(region::DIFFERING_DEFINITIONS)?,
+            exec: find(region::EXEC)?,
+        })
+    }
 }
 
 /// Whether an address is that of a hardware register, not of memory.
