@@ -105,6 +105,7 @@ fn settings(
         level2_ms: control.nct.control.unwrap_or(nct.control).period_ms(),
         boards: nct.boards.unwrap_or(4).min(4),
         level0_safepoints: control.nct.level0_safepoints.unwrap_or(10_000).max(1),
+        background_steps: control.pmac.background_steps.unwrap_or(1),
         as_declared,
     }
 }

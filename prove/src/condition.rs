@@ -26,8 +26,11 @@ pub(crate) fn literal(
     };
     if condition.expression().is_none() {
         let value = condition.comparison().and_then(|comparison| {
-            let place = names.properties(comparison.key).value?;
-            compare(builder, memory, comparison, place)
+            let place = names.properties(comparison.key).value;
+            let found = place.and_then(|place| compare(builder, memory, comparison, place));
+            found.or_else(|| {
+                compare_double(builder, memory, comparison, &names.canonical(comparison.key))
+            })
         });
         return match value {
             Some(value) => value,
@@ -60,6 +63,29 @@ fn evaluate(builder: &mut Builder, memory: &Memory, code: &ExpressionCode, text:
     let Some((_, memory)) = ends.end else { return FALSE };
     let value = memory.load(code.result as usize, code.ty.bytes() as usize);
     builder.graph.is_not_zero(&value)
+}
+
+/// The literal that a variable of a PMAC, as a double, compares with a number as is asked; `None` where its value is not known.
+fn compare_double(
+    builder: &mut Builder,
+    memory: &Memory,
+    comparison: Comparison,
+    name: &str,
+) -> Option<Lit> {
+    let pmac = builder.pmac.clone()?;
+    let graph = &mut builder.graph;
+    let value = pmac.value(graph, memory, name)?;
+    let number = graph.number(64, comparison.number.to_bits() as i64);
+    let (equal, less, _) = graph.compare_floats(&value, &number);
+    let at_most = graph.or(equal, less);
+    Some(match comparison.relation {
+        Relation::Equal => equal,
+        Relation::Different => !equal,
+        Relation::Less => less,
+        Relation::AtMost => at_most,
+        Relation::Greater => !at_most,
+        Relation::AtLeast => !less,
+    })
 }
 
 /// The literal that a variable compares with a number as is asked; `None` where its form is not known here.

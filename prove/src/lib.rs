@@ -25,6 +25,7 @@
 //!     level2_ms: 1,
 //!     boards: 4,
 //!     level0_safepoints: 10_000,
+//!     background_steps: 1,
 //!     as_declared: false,
 //! };
 //! let image = vec![0; lowered.program.image_size as usize];

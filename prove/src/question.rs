@@ -97,6 +97,7 @@ impl Subject<'_> {
         let named: BTreeSet<String> = question.variables().collect();
         let exact_only = question.claim.conditions().any(|it| it.canonical.contains('#'));
         let mut known = 0;
+        let mut exact = None;
         if !exact_only {
             let mut system = self.source.system(Time::Abstract, &named)?;
             let bad = self.bad(&mut system, question, Time::Abstract);
@@ -116,10 +117,19 @@ impl Subject<'_> {
                         }
                     }
                 }
+            } else {
+                // Nothing is left open, so that it is the same.
+                exact = Some((system, bad));
             }
         }
-        let mut system = self.source.system(Time::Exact, &named)?;
-        let bad = self.bad(&mut system, question, Time::Exact);
+        let (mut system, bad) = match exact {
+            Some(exact) => exact,
+            None => {
+                let mut system = self.source.system(Time::Exact, &named)?;
+                let bad = self.bad(&mut system, question, Time::Exact);
+                (system, bad)
+            }
+        };
         let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
             Found::Open(ticks) if ticks == FIRST_TICKS => {
                 known = ticks;

@@ -21,7 +21,7 @@ const FEW: (usize, u64) = (200, 3_000);
 pub(crate) struct Row {
     pub(crate) tick: u64,
     name: String,
-    value: i64,
+    value: String,
 }
 
 impl Row {
@@ -33,7 +33,7 @@ impl Row {
     /// The row with the name that its variable has in another version.
     pub(crate) fn renamed(&self, names: &BTreeMap<String, String>) -> Self {
         let name = names.get(&self.name).unwrap_or(&self.name);
-        Self { tick: self.tick, name: name.clone(), value: self.value }
+        Self { tick: self.tick, name: name.clone(), value: self.value.clone() }
     }
 }
 
@@ -48,7 +48,8 @@ pub(crate) fn rows(system: &System, trace: &Trace, ticks: &[u64]) -> Vec<Row> {
         is_known.then(|| variable.number(|bit| trace.value(at, bit).unwrap_or(false)))
     };
     for variable in &system.retained {
-        if let Some(value) = value_of(variable, 0).filter(|value| *value != 0) {
+        if let Some(value) = value_of(variable, 0).filter(|value| *value != variable.first) {
+            let value = variable.text(value);
             rows.push(Row { tick: 0, name: variable.name.clone(), value });
         }
     }
@@ -57,10 +58,11 @@ pub(crate) fn rows(system: &System, trace: &Trace, ticks: &[u64]) -> Vec<Row> {
             let Some(value) = value_of(variable, at) else { continue };
             let before = match variable.is_pulse {
                 true => 0,
-                false => known.get(variable.name.as_str()).copied().unwrap_or(0),
+                false => known.get(variable.name.as_str()).copied().unwrap_or(variable.first),
             };
             if before != value {
-                rows.push(Row { tick, name: variable.name.clone(), value });
+                let text = variable.text(value);
+                rows.push(Row { tick, name: variable.name.clone(), value: text });
                 known.insert(&variable.name, value);
             }
         }

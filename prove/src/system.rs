@@ -37,6 +37,8 @@ pub enum Form {
     Unsigned,
     /// In two's complement.
     Signed,
+    /// A double. It is finite, and what would be -0 is 0.
+    Double,
 }
 
 /// A variable that comes from outside: in each tick, or at power-up.
@@ -52,6 +54,8 @@ pub struct Variable {
     pub form: Form,
     /// Whether the control puts it back to 0 in each tick, before it comes from outside.
     pub is_pulse: bool,
+    /// The number that it is until something comes from outside.
+    pub first: i64,
 }
 
 impl Variable {
@@ -65,6 +69,19 @@ impl Variable {
         match self.form {
             Form::Unsigned => number,
             Form::Signed => number.wrapping_shl(spare).wrapping_shr(spare),
+            Form::Double => {
+                let special = 0x7FF_i64 << 52;
+                let number = if number & special == special { number & !(1 << 52) } else { number };
+                if number.wrapping_shl(1) == 0 { 0 } else { number }
+            }
+        }
+    }
+
+    /// The number as a stimulus has it; of a double it is its bits.
+    pub fn text(&self, number: i64) -> String {
+        match self.form {
+            Form::Double => f64::from_bits(number as u64).to_string(),
+            Form::Unsigned | Form::Signed => number.to_string(),
         }
     }
 }
@@ -207,7 +224,14 @@ impl Maker {
     pub(crate) fn input(&mut self, name: String, width: usize, form: Form) -> Vec<Lit> {
         let bits = self.builder.graph.inputs(width);
         let key = name.clone();
-        self.inputs.push(Variable { name, key, bits: bits.clone(), form, is_pulse: false });
+        self.inputs.push(Variable {
+            name,
+            key,
+            bits: bits.clone(),
+            form,
+            is_pulse: false,
+            first: 0,
+        });
         bits
     }
 

@@ -10,9 +10,12 @@ use std::time::Duration;
 
 use fastrand::Rng;
 use plcc_abi::Dialect;
-use plcc_prove::system::{First, Time};
+use plcc_abi::Tables;
+use plcc_abi::pmac::Layout;
+use plcc_prove::logic::TRUE;
+use plcc_prove::system::{First, Form, Time};
 use plcc_prove::{Answer, Station};
-use plcc_runtime::{Purpose, Setting};
+use plcc_runtime::Purpose;
 use support::Bench;
 
 /// Runs programs in both ways for some ticks and compares the whole image after each.
@@ -31,17 +34,44 @@ fn compare(dialect: Dialect, make: fn(&mut Rng) -> (String, String), seeds: std:
         for latch in &system.latches {
             state.insert(latch.lit.node(), latch.first == First::Constant(true));
         }
+        // What is always the same, and where other bytes lie.
+        let mut ours: Vec<u8> = vec![];
+        let mut others: Vec<usize> = vec![];
+        for offset in 0..executive.image().len() {
+            let byte = system.memory.byte(offset);
+            if byte.iter().any(|bit| bit.value().is_none()) {
+                others.push(offset);
+            }
+            ours.push((0..8).fold(0, |sum, bit| sum | u8::from(byte[bit] == TRUE) << bit));
+        }
+        // What the control keeps of the module that ran, and what engines use in their own way.
+        let own = ["context", "scratch", "waiting"];
+        let own: Vec<_> = bench
+            .lowered
+            .program
+            .regions
+            .iter()
+            .filter(|it| own.contains(&it.name.as_str()))
+            .collect();
         for tick in 0..30 {
             let mut inputs = state.clone();
             for variable in &system.inputs {
-                let mut value = 0_i64;
+                let double = match rng.u8(..4) {
+                    0 => f64::from_bits(rng.u64(..)),
+                    1 => f64::from(rng.i8(..)) / 4.0,
+                    _ => f64::from(rng.i8(-3..5)),
+                };
                 for (place, bit) in variable.bits.iter().enumerate() {
-                    let on = rng.u8(..3) == 0;
+                    let on = match variable.form {
+                        Form::Double => double.to_bits() >> place & 1 == 1,
+                        _ => rng.u8(..3) == 0,
+                    };
                     inputs.insert(bit.node(), on);
-                    value |= i64::from(on) << place;
                 }
+                let value = variable.number(|bit| inputs[&bit.node()]);
                 let key = names.find(&variable.name, Purpose::Stimulus).unwrap();
-                executive.write(key, Setting::Int(value));
+                let setting = names.parse(key, &variable.text(value)).unwrap();
+                executive.write(key, setting);
             }
             let values = support::values(&system.builder.graph, &inputs);
             let get =
@@ -52,17 +82,38 @@ fn compare(dialect: Dialect, make: fn(&mut Rng) -> (String, String), seeds: std:
                 break;
             }
             let stopped = executive.tick(engine.as_mut(), &mut vec![]).is_err();
-            for (offset, &byte) in executive.image().iter().enumerate() {
-                let ours = system.memory.byte(offset);
-                let ours = (0..8).fold(0_u8, |sum, bit| sum | u8::from(get(ours[bit])) << bit);
+            for &offset in &others {
+                let byte = system.memory.byte(offset);
+                ours[offset] = (0..8).fold(0, |sum, bit| sum | u8::from(get(byte[bit])) << bit);
+            }
+            let image = executive.image();
+            for region in &own {
+                let bytes = region.offset as usize..(region.offset + region.size) as usize;
+                ours[bytes.clone()].copy_from_slice(&image[bytes]);
+            }
+            if let Tables::Pmac(tables) = &bench.lowered.program.tables {
+                // The states of its PLCs lie behind the image.
+                let states = (Layout::new(tables.controller).size as usize).next_multiple_of(64);
+                for (at, plc) in tables.programs.iter().enumerate() {
+                    let name = format!("PLC{}{}", if plc.compiled { "C" } else { "" }, plc.number);
+                    let key = names.find(&name, Purpose::Watch).unwrap();
+                    let bit = |bit| u8::from(get(system.memory.bit(states + 4 * at, bit)));
+                    let (status, ours) = (executive.read(key).number(), bit(0) + 2 * bit(1));
+                    assert_eq!(
+                        status,
+                        Some(ours.into()),
+                        "seed {seed}, tick {tick}: {name}\n{text}"
+                    );
+                }
+            }
+            if ours != image {
+                let offset = (0..image.len()).find(|&at| ours[at] != image[at]).unwrap();
                 let region = bench.lowered.program.regions.iter().find(|region| {
                     (region.offset..region.offset + region.size).contains(&(offset as u32))
                 });
                 let region = region.map_or("", |region| region.name.as_str());
-                // What the control keeps of the module that ran, and what engines use in their own way.
-                let own = ["context", "scratch", "waiting"].contains(&region);
-                assert!(
-                    own || ours == byte,
+                let (byte, ours) = (image[offset], ours[offset]);
+                panic!(
                     "seed {seed}, tick {tick}: byte {offset} of {region} is {byte}, not {ours}\n{text}"
                 );
             }
@@ -85,6 +136,15 @@ fn a_tick_of_pmi_is_what_the_executive_does() {
 #[test]
 fn a_tick_of_nct_is_what_the_executive_does() {
     compare(Dialect::Nct, support::nct, support::seeds(40));
+}
+
+#[test]
+fn a_tick_of_pmac_is_what_the_executive_does() {
+    compare(
+        Dialect::Pmac,
+        |rng| support::pmac::program(rng, support::pmac::Kind::All),
+        support::seeds(40),
+    );
 }
 
 /// Compares answers with a search of all states.
@@ -147,6 +207,17 @@ fn answers_about_responses_agree_with_a_search_of_all_states() {
 #[test]
 fn answers_about_pmi_agree_with_a_search_of_all_states() {
     answers(Dialect::Pmi, never_pmi, &["A", "B", "C"], support::seeds(60));
+}
+
+/// The same of PMAC.
+fn never_pmac(rng: &mut Rng) -> (String, String) {
+    let (text, condition) = support::pmac::program(rng, support::pmac::Kind::Few);
+    (text, format!("never {condition}"))
+}
+
+#[test]
+fn answers_about_pmac_agree_with_a_search_of_all_states() {
+    answers(Dialect::Pmac, never_pmac, &["M1", "M2"], support::seeds(40));
 }
 
 #[test]

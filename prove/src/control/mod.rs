@@ -1,6 +1,7 @@
 //! What the executives do in a tick, written once more as logic.
 
 mod nct;
+mod pmac;
 mod pmi;
 mod writes;
 
@@ -12,6 +13,11 @@ use plcc_ir::Module;
 
 use crate::scan::Code;
 use crate::system::{System, Time};
+
+pub(crate) use pmac::Pmac;
+
+/// How many background steps of a PMAC are followed in a tick.
+const MOST_STEPS: u32 = 32;
 
 /// What a system is made of.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +45,8 @@ pub struct Settings {
     pub boards: u8,
     /// NCT: the safepoints after which `:000` is suspended.
     pub level0_safepoints: u32,
+    /// PMAC: background steps in each servo cycle.
+    pub background_steps: u32,
     /// Whether what survives power-off is as after a first start, rather than anything.
     pub as_declared: bool,
 }
@@ -47,13 +55,16 @@ impl Source<'_> {
     /// The control with its program. Variables `named` come from outside also where the program does not name them.
     ///
     /// # Errors
-    /// When programs of the language can't be taken.
+    /// When a control with these settings can't be taken.
     pub fn system(&self, time: Time, named: &BTreeSet<String>) -> Result<System, String> {
         let code = Code::new(self.module, self.returns);
         match &self.program.tables {
             Tables::Pmi(tables) => Ok(pmi::system(self, tables, &code, time, named)),
             Tables::Nct(tables) => Ok(nct::system(self, tables, &code)),
-            other => Err(format!("programs in {} are not followed yet", other.dialect().name())),
+            Tables::Pmac(_) if self.settings.background_steps > MOST_STEPS => {
+                Err(format!("more than {MOST_STEPS} background steps in a tick are not followed"))
+            }
+            Tables::Pmac(tables) => Ok(pmac::system(self, tables, &code, named)),
         }
     }
 }

@@ -163,7 +163,14 @@ impl Slice<'_> {
                 let bits = vec![bit_of(&self.memory, location, bit)];
                 let form = Form::Unsigned;
                 let key = name.clone();
-                self.maker.retained.push(Variable { name, key, bits, form, is_pulse: false });
+                self.maker.retained.push(Variable {
+                    name,
+                    key,
+                    bits,
+                    form,
+                    is_pulse: false,
+                    first: 0,
+                });
             }
         }
     }

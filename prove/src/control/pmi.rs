@@ -171,7 +171,7 @@ fn keep(
             };
             let form = if symbol.ty == Type::Logical { Form::Unsigned } else { Form::Signed };
             let key = name.clone();
-            maker.retained.push(Variable { name, key, bits, form, is_pulse: false });
+            maker.retained.push(Variable { name, key, bits, form, is_pulse: false, first: 0 });
         }
     }
     let counters = tables.timers.iter().map(|&timer| {

@@ -4,6 +4,8 @@ mod bits;
 mod float;
 mod graph;
 mod memory;
+mod table;
 
 pub use graph::{FALSE, Graph, Lit, Node, TRUE};
 pub use memory::Memory;
+pub(crate) use table::Tables;

@@ -12,7 +12,7 @@ use super::{Arrival, Builder, Code};
 use crate::logic::{FALSE, Graph, Lit, TRUE};
 
 /// How many elements of an array an access at a computed index may have.
-const MOST_ELEMENTS: u32 = 4096;
+pub(crate) const MOST_ELEMENTS: u32 = 4096;
 
 /// A block that is being executed.
 pub(crate) struct State<'c, 'm> {
@@ -79,6 +79,9 @@ impl State<'_, '_> {
     fn result(&mut self, builder: &mut Builder, inst: Inst) -> Vec<Lit> {
         let func = self.func;
         let data = func.inst(inst);
+        if let Some(found) = self.by_table(builder, inst) {
+            return found;
+        }
         let graph = &mut builder.graph;
         match *data {
             InstData::Iconst { ty, value } => graph.number(ty.bits() as usize, value),
@@ -218,6 +221,13 @@ impl State<'_, '_> {
                         FALSE => open,
                         _ => builder.graph.choose_bits(known, &result, &open),
                     };
+                }
+                if let Some(pmac) = builder.pmac.clone() {
+                    let mut args = vec![];
+                    data.for_each_arg(|value| args.push(self.bits(value)));
+                    let reason = self.code.reason(HOST, func.loc(inst));
+                    let Arrival { cond, memory, .. } = &mut self.arrival;
+                    return pmac.call(builder, *cond, memory, (function, &args), &reason);
                 }
                 self.call(builder, inst, function.name());
                 let width = func.result(inst).map_or(0, |value| func.ty(value).bits() as usize);

@@ -8,15 +8,20 @@
 pub(crate) mod functions;
 pub(crate) mod instruction;
 mod paths;
+mod tables;
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use plcc_frontend::common::ReturnStack;
-use plcc_ir::{Func, FuncData, Module, StatementId, Terminator, Value};
+use plcc_ir::{Block, Func, FuncData, Module, StatementId, Terminator, Value};
 use rustc_hash::FxHashMap;
 
-use crate::logic::{FALSE, Graph, Lit, Memory, TRUE};
+use crate::control::Pmac;
+use crate::logic::{FALSE, Graph, Lit, Memory, TRUE, Tables};
 
+pub(crate) use functions::range as pmac_range;
+pub(crate) use instruction::{MOST_ELEMENTS, number};
 pub use paths::Paths;
 
 /// How often a way that goes round is unrolled.
@@ -48,6 +53,10 @@ pub struct Builder {
     pub reasons: Vec<Reason>,
     /// Conditions on which the program does what the logic does not follow, with the numbers of their reasons.
     pub escapes: Vec<(Lit, u32)>,
+    /// What a PMAC does where its programs ask it for something.
+    pub(crate) pmac: Option<Rc<Pmac>>,
+    /// Numbers about which a few literals decide.
+    pub(crate) tables: Tables,
     /// Results of operations that are not computed, so that equal operands give equal results.
     known: FxHashMap<(String, Vec<Lit>), Vec<Lit>>,
 }
@@ -163,6 +172,18 @@ impl<'m> Code<'m> {
         self.crossing.get(func.index()).map_or(&[], Vec::as_slice)
     }
 
+    /// The blocks of tasks, each once.
+    pub(crate) fn blocks(&self, tasks: impl Iterator<Item = usize>) -> Vec<(Func, Block)> {
+        let mut all = vec![];
+        for task in tasks {
+            let paths = self.paths.of_task(self.module, task);
+            all.extend(paths.nodes.iter().map(|node| (node.func, node.block)));
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
     pub(crate) fn place(&self, loc: StatementId) -> Option<(String, u32)> {
         let line = self.module.line(loc)?;
         let file = self.module.files.get(line.file as usize)?;
@@ -182,17 +203,30 @@ impl<'m> Code<'m> {
         memory: &Memory,
         fuel: u32,
     ) -> Ends {
+        self.scan_from(builder, task, &[cond], memory, fuel)
+    }
+
+    /// The scan of a task that begins at its entry on the first of the conditions, and goes on at its resume points on the
+    /// others. Only one of them holds.
+    pub fn scan_from(
+        &self,
+        builder: &mut Builder,
+        task: usize,
+        conds: &[Lit],
+        memory: &Memory,
+        fuel: u32,
+    ) -> Ends {
         let mut ends = Ends { end: None, trap: None };
         let graph = self.paths.of_task(self.module, task);
-        let Some(start) = graph.start else {
-            ends.end = Some((cond, memory.clone()));
-            return ends;
-        };
         let mut now: Vec<Option<Arrival>> = vec![None; graph.nodes.len()];
         let mut next = now.clone();
-        let first = Arrival { cond, memory: memory.clone(), values: BTreeMap::new(), passed: 0 };
-        if let Some(slot) = now.get_mut(start) {
-            *slot = Some(first);
+        for (at, &cond) in conds.iter().enumerate().filter(|(_, cond)| **cond != FALSE) {
+            let memory = memory.clone();
+            let arrival = Arrival { cond, memory, values: BTreeMap::new(), passed: 0 };
+            match graph.starts.get(at).copied().flatten().and_then(|start| now.get_mut(start)) {
+                Some(slot) => join(&mut builder.graph, slot, arrival),
+                None => join_end(&mut builder.graph, &mut ends.end, cond, arrival.memory),
+            }
         }
         let mut executed = 0;
         for round in 0.. {
@@ -229,12 +263,19 @@ impl<'m> Code<'m> {
                 for &inst in &func.block(node.block).insts {
                     state.instruction(builder, inst);
                 }
-                self.leave(builder, state, node, &mut ends, &mut |to, is_back, arrival, graph| {
-                    let slots = if is_back { &mut next } else { &mut now };
-                    if let Some(slot) = slots.get_mut(to) {
-                        join(graph, slot, arrival);
-                    }
-                });
+                self.leave(
+                    builder,
+                    task,
+                    state,
+                    node,
+                    &mut ends,
+                    &mut |to, is_back, arrival, graph| {
+                        let slots = if is_back { &mut next } else { &mut now };
+                        if let Some(slot) = slots.get_mut(to) {
+                            join(graph, slot, arrival);
+                        }
+                    },
+                );
             }
             if next.iter().all(Option::is_none) {
                 break;
@@ -248,6 +289,7 @@ impl<'m> Code<'m> {
     fn leave(
         &self,
         builder: &mut Builder,
+        task: usize,
         state: instruction::State<'_, '_>,
         node: &paths::PathNode,
         ends: &mut Ends,
@@ -263,12 +305,22 @@ impl<'m> Code<'m> {
             Some(Terminator::Trap(_) | Terminator::TrapAt { .. }) => {
                 join_end(&mut builder.graph, &mut ends.trap, cond, state.arrival.memory);
             }
-            Some(Terminator::Suspend(_)) => {
+            Some(Terminator::Suspend(label)) => {
+                let mut memory = state.arrival.memory;
+                if let Some(pmac) = builder.pmac.clone()
+                    && let Some(task_data) = self.module.tasks.get(task)
+                    && let Some(point) =
+                        task_data.resume_points.iter().position(|it| *it == label.0)
+                {
+                    pmac.suspend(&builder.graph, &mut memory, task, point);
+                    join_end(&mut builder.graph, &mut ends.end, cond, memory);
+                    return;
+                }
                 let loc = paths::statement(self.module, node);
                 let text = "waits here until a later scan";
                 let reason = builder.reason(self.reason(text, loc));
                 builder.escapes.push((cond, reason));
-                join_end(&mut builder.graph, &mut ends.end, cond, state.arrival.memory);
+                join_end(&mut builder.graph, &mut ends.end, cond, memory);
             }
             Some(
                 terminator @ (Terminator::Jump(_)

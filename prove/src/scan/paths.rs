@@ -71,7 +71,8 @@ pub(super) struct PathNode {
 /// The ways through a task.
 #[derive(Debug, Default)]
 pub(super) struct TaskPaths {
-    pub(super) start: Option<usize>,
+    /// The node at which it begins, and those at which it goes on after it was suspended.
+    pub(super) starts: Vec<Option<usize>>,
     pub(super) nodes: Vec<PathNode>,
     /// The nodes, each after all that lead to it but by edges that close a round.
     pub(super) order: Vec<usize>,
@@ -137,11 +138,7 @@ impl Paths {
 
     fn find(&self, module: &Module, task: usize) -> TaskPaths {
         let mut paths = TaskPaths::default();
-        let entry = module.tasks.get(task).map(|task| Label(task.entry));
-        let Some(Some((func, block))) = entry.and_then(|label| self.targets.get(label)).copied()
-        else {
-            return paths;
-        };
+        let Some(task) = module.tasks.get(task) else { return paths };
         let mut known: FxHashMap<(Func, Block, Control), usize> = FxHashMap::default();
         let mut node = |paths: &mut TaskPaths, func, block, control: Control| {
             *known.entry((func, block, control.clone())).or_insert_with(|| {
@@ -156,7 +153,12 @@ impl Paths {
                 paths.nodes.len() - 1
             })
         };
-        paths.start = Some(node(&mut paths, func, block, Control::default()));
+        for &label in std::iter::once(&task.entry).chain(&task.resume_points) {
+            let target = self.targets.get(Label(label)).copied().flatten();
+            let start =
+                target.map(|(func, block)| node(&mut paths, func, block, Control::default()));
+            paths.starts.push(start);
+        }
         let mut at = 0;
         while at < paths.nodes.len() {
             let Some(PathNode { func, block, control, .. }) = paths.nodes.get(at).cloned() else {
@@ -337,12 +339,20 @@ fn order(paths: &mut TaskPaths) {
         Done,
     }
     let mut seen = vec![Seen::New; paths.nodes.len()];
-    let Some(start) = paths.start else { return };
-    let mut open = vec![(start, 0)];
-    if let Some(slot) = seen.get_mut(start) {
-        *slot = Seen::Open;
-    }
-    while let Some((at, which)) = open.last_mut() {
+    let mut starts: Vec<usize> = paths.starts.iter().copied().flatten().collect();
+    let mut open: Vec<(usize, usize)> = vec![];
+    loop {
+        if open.is_empty() {
+            let Some(start) = starts.pop() else { break };
+            if seen.get(start).copied() != Some(Seen::New) {
+                continue;
+            }
+            if let Some(slot) = seen.get_mut(start) {
+                *slot = Seen::Open;
+            }
+            open.push((start, 0));
+        }
+        let Some((at, which)) = open.last_mut() else { break };
         let (node, number) = (*at, *which);
         *which += 1;
         let edge = paths.nodes.get_mut(node).and_then(|it| it.edges.get_mut(number));
