@@ -255,19 +255,83 @@ fn two_versions_are_proved_the_same_or_told_apart() {
     assert_eq!(done.stdout, "same       LAMP\nsame       X\nsame       Y\n");
 }
 
+/// A PMAC whose slide goes up while a key is pressed, and down when it has been let go for ten servo cycles.
+const SLIDE: &str = "I5=2\nM1->Y:$FFC2,0\nM11->Y:$FFC2,8\nM12->Y:$FFC2,9\nM70->X:$700,0,24,S\n#define UP M11\n#define DOWN M12\n\
+                     OPEN PLC 1 CLEAR\nIF (M1=1)\nDISABLE PLC 2\nDOWN=0\nUP=1\nELSE\nIF (UP=1)\nUP=0\nENABLE PLC 2\nENDIF\nENDIF\nCLOSE\n\
+                     OPEN PLC 2 CLEAR\nM70=10\nWHILE (M70>0)\nENDWHILE\nDOWN=1\nDISABLE PLC 2\nCLOSE\nDISABLE PLC 2\n";
+
 #[test]
-fn a_language_that_is_not_followed_is_undecided() {
-    let folder = Folder::with(&[("a.pmc", "M1->Y:$FFC2,8\nI5=2\nOPEN PLC 1 CLEAR\nM1=1\nCLOSE\n")]);
-    let done = folder.plcc("prove a.pmc --never M1=1").exits(5);
+fn a_pmac_is_asked_as_the_others_are() {
+    let folder = Folder::with(&[("slide.pmc", SLIDE)]);
+    let command = ["prove", "slide.pmc", "--never", "UP=1 AND DOWN=1", "--always", "M70<41"];
+    let after = ["--after", "M1=1, UP=1 OR M1=0 within 1 tick", "--contrary=ask"];
+    let done = folder.run(&[&command[..], &after[..]].concat()).exits(0);
     assert_eq!(
         done.stdout,
-        "undecided  never M1=1\n           a.pmc:1 programs in pmac are not followed yet\n"
+        "proved     never UP=1 AND DOWN=1\nproved     always M70<41\nproved     after M1=1, UP=1 OR M1=0 within 1 tick\n\
+         proved     never M11=1 AND M12=1\n           UP and DOWN in the names\n"
     );
-    let done = folder.plcc("diff a.pmc a.pmc --prove").exits(5);
-    assert!(done.stdout.starts_with("undecided  "), "{}", done.stdout);
+}
+
+#[test]
+fn what_refutes_a_pmac_comes_about_when_it_is_run() {
+    let hasty = SLIDE.replacen("DISABLE PLC 2\n", "", 1);
+    let folder = Folder::with(&[("slide.pmc", &hasty)]);
+    let conditions = "--never DOWN=1 --never PLC2=1 --always P1=0";
+    let all = answers(&folder, &format!("slide.pmc {conditions}"), 1);
+    for (answer, watched) in all.iter().zip(["M12", "PLC2", "P1"]) {
+        assert_eq!(answer["result"], "refuted", "{answer}");
+        let (scans, stimulus) = (&answer["scans"], answer["stimulus"].as_str().unwrap());
+        let run = format!("run slide.pmc --ticks {scans} --watch {watched} --stimulus {stimulus}");
+        let last =
+            folder.plcc(&run).exits(0).stdout.trim_end().rsplit(',').next().unwrap().to_owned();
+        assert_ne!(last, "0", "{answer}");
+    }
+    let command = ["prove", "slide.pmc", "--never", "UP=1 AND DOWN=1"];
+    let done = folder.run(&command).exits(1);
     assert!(
-        done.stdout.contains("a.pmc:1 programs in pmac are not followed yet"),
+        done.stdout.starts_with("refuted    never UP=1 AND DOWN=1\n           in scan 1"),
         "{}",
         done.stdout
     );
+}
+
+#[test]
+fn what_a_pmac_does_that_is_not_followed_is_told_with_its_line() {
+    let text = "I5=2\nM1->Y:$FFC2,0\nM11->Y:$FFC2,8\nM12->Y:$FFC2,9\nOPEN PLC 1 CLEAR\nIF (M1=1)\nCMD\"M11->Y:$FFC2,10\"\nENDIF\n\
+                M11=0\nIF (SIN(P1)>2)\nM12=1\nENDIF\nCLOSE\n";
+    let folder = Folder::with(&[("a.pmc", text)]);
+    let command = ["prove", "a.pmc", "--never", "M11=1", "--never", "M12=1"];
+    let done = folder.run(&command).exits(5);
+    let lines: Vec<&str> = done.stdout.lines().collect();
+    assert!(lines[1].contains("a.pmc:7 defines an M-variable anew"), "{}", done.stdout);
+    assert!(lines[3].contains("a.pmc:10 computes a function"), "{}", done.stdout);
+    let done = folder.plcc("prove a.pmc --never M11=1 --background-steps 100").exits(5);
+    assert!(done.stdout.contains("more than 32 background steps"), "{}", done.stdout);
+}
+
+#[test]
+fn two_versions_for_a_pmac_are_compared() {
+    let short = SLIDE.replace("M70=10", "M70=2");
+    let folder = Folder::with(&[("old.pmc", &short)]);
+    folder.write("same.pmc", short.replace("M1=1", "M1!=0"));
+    folder.write("new.pmc", short.replacen("DOWN=0\n", "", 1));
+    folder.plcc("diff old.pmc same.pmc --prove").exits(0);
+    let done = folder.plcc("diff old.pmc new.pmc --prove").exits(1);
+    let found = |line: &str| done.stdout.lines().any(|it| it == line);
+    assert!(found("same       M11") && found("different  M12"), "{}", done.stdout);
+}
+
+#[test]
+fn what_a_pmac_keeps_by_a_command_save_is_anything_at_first() {
+    let text = "I5=2\nM1->Y:$FFC2,0\nM30->*\nOPEN PLC 1 CLEAR\nIF (M1=1) P1=2 M30=-1 CMD\"SAVE\" ENDIF\nCLOSE\n";
+    let folder = Folder::with(&[("a.pmc", text)]);
+    folder.write("b.pmc", text.replace("CMD\"SAVE\"", ""));
+    for (condition, row) in [("P1=1", "0,P1,1\n"), ("M30=-7", "0,M30,-7\n")] {
+        let answer = answers(&folder, &format!("a.pmc --never {condition}"), 1).remove(0);
+        let stimulus = folder.read(answer["stimulus"].as_str().unwrap());
+        assert!(stimulus.ends_with(row), "{stimulus}");
+        answers(&folder, &format!("a.pmc --never {condition} --retained-as-declared"), 0);
+        answers(&folder, &format!("b.pmc --never {condition}"), 0);
+    }
 }
