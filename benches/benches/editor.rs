@@ -3,7 +3,7 @@
 //! reads anew for it. The server is in the same process, and writes and reads messages as it does for an editor.
 //!
 //! `cargo bench -p plcc-benches --bench editor -- ROUNDS` (100 without a number)
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::indexing_slicing)]
 
 use std::fmt::Write;
 use std::thread;

@@ -26,6 +26,7 @@ const SETTINGS = {
   "remote.autoForwardPorts": false,
   "security.workspace.trust.enabled": false,
   "telemetry.telemetryLevel": "off",
+  "terminal.integrated.confirmOnKill": "never",
   "terminal.integrated.gpuAcceleration": "off",
   "workbench.colorTheme": "Default Light Modern",
   "workbench.secondarySideBar.defaultVisibility": "hidden",

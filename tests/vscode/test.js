@@ -383,6 +383,9 @@ test("the monitor opens beside the program", async () => {
   await editor.pick(editor.picks.filter({ hasText: "Run the program here with its stimulus" }));
   await editor.page.locator(".tab.active", { hasText: "plcc monitor" }).waitFor();
   await eventually(() => editor.terminal(), includes("lathe.pmi (PMI)", "tick"), "the monitor's first line");
+  // The tab goes with the monitor.
+  await editor.press("q");
+  await editor.page.locator(".tab", { hasText: "plcc monitor" }).waitFor({ state: "detached" });
 });
 
 test("the walkthrough has its steps", async () => {
