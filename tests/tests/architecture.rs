@@ -155,6 +155,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-ir",
     "plcc-ir-tests",
     "plcc-load",
+    "plcc-lsp",
     "plcc-monitor",
     "plcc-motion",
     "plcc-protocol",
