@@ -384,6 +384,7 @@ test("the monitor opens beside the program", async () => {
   await editor.page.locator(".tab.active", { hasText: "plcc monitor" }).waitFor();
   await eventually(() => editor.terminal(), includes("lathe.pmi (PMI)", "tick"), "the monitor's first line");
   // The tab goes with the monitor.
+  await editor.page.locator(".editor-container .xterm-screen").first().click();
   await editor.press("q");
   await editor.page.locator(".tab", { hasText: "plcc monitor" }).waitFor({ state: "detached" });
 });
