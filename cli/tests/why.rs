@@ -471,7 +471,7 @@ fn to_set_the_variable_itself_is_not_an_answer() {
 #[test]
 fn a_control_with_a_record_is_explained_at_the_present_tick() {
     let folder = chain();
-    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "force"];
+    let options = ["run", "c.pmi", "--realtime", "--socket", "socket", "--allow", "write,force"];
     let mut run = folder.command(&options);
     run.args(["--record", "r.plcrec"]);
     let _control = Killed::spawn(run.stderr(Stdio::null()).stdout(Stdio::null()));
