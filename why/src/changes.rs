@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use plcc_abi::place::Direction;
 use plcc_frontend::common::Value;
-use plcc_replay::{ActKind, DebugError};
+use plcc_replay::{Act, ActKind, DebugError};
 
 use crate::explanation::ChangedBy;
 use crate::inquiry::{Inquiry, Moment};
@@ -34,6 +34,11 @@ struct Sought {
     /// The last tick that is looked at.
     until: u64,
     found: Option<Found>,
+}
+
+/// Whether an act gives the variable that it names a value. A force on an output holds its lines alone.
+fn gives(act: &Act, variable: &Variable) -> bool {
+    !matches!(act.kind, ActKind::Force) || variable.direction != Direction::Output
 }
 
 /// When a value came.
@@ -105,6 +110,7 @@ impl Inquiry<'_> {
                 // What was set from outside may have been set back in the same tick.
                 let was_set = acts.iter().any(|act| {
                     Some(act.variable) == one.variable.key
+                        && gives(act, &one.variable)
                         && act.value.is_some_and(|value| value.number() != one.value)
                 });
                 if (before != after || was_set) && !(is_own && *after != Some(one.value)) {
@@ -206,7 +212,8 @@ impl Inquiry<'_> {
             let same = variable.key == Some(key);
             same || self.new_variable(self.names.canonical(key), None).meets(variable)
         };
-        if let Some(act) = acts.iter().rev().find(|act| of_this(act.variable)) {
+        let act = acts.iter().rev().find(|act| gives(act, variable) && of_this(act.variable));
+        if let Some(act) = act {
             let by = match act.kind {
                 ActKind::Stimulus => ChangedBy::Stimulus,
                 ActKind::Write => ChangedBy::Write,
