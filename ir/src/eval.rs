@@ -7,7 +7,12 @@
 //! A value of any type is an `i64` here: an integer in the form of [`Type::wrap`], a truth value
 //! as 0 or 1, a double as its bits.
 
-use crate::{BinaryOp, ConvertOp, ExtractOp, Field, FloatCond, IntCond, Type, UnaryOp};
+use plcc_abi::{HostFn, HostType};
+
+use crate::{
+    BinaryOp, ConvertOp, ExtractOp, Field, FloatCond, FuncData, InstData, IntCond, Type, UnaryOp,
+    Value,
+};
 
 fn float(bits: i64) -> f64 {
     f64::from_bits(bits as u64)
@@ -22,6 +27,51 @@ fn unsigned(ty: Type, value: i64) -> u64 {
     match ty.bits() {
         64 => value as u64,
         width => value as u64 & ((1 << width) - 1),
+    }
+}
+
+/// The result of an instruction whose operands alone decide about it; `None` for one that works on memory or asks the host.
+/// `get` gives the values of operands.
+pub fn instruction(func: &FuncData, inst: &InstData, get: impl Fn(Value) -> i64) -> Option<i64> {
+    Some(match *inst {
+        InstData::Iconst { ty: _, value } => value,
+        InstData::Fconst { bits } => bits as i64,
+        InstData::Unary { op, arg } => unary(op, func.ty(arg), get(arg)),
+        InstData::Binary { op, args: [a, b] } => binary(op, func.ty(a), get(a), get(b)),
+        InstData::Icmp { cond, args: [a, b] } => icmp(cond, func.ty(a), get(a), get(b)).into(),
+        InstData::Fcmp { cond, args: [a, b] } => fcmp(cond, get(a), get(b)).into(),
+        InstData::Select { cond, args: [a, b] } => match get(cond) {
+            0 => get(b),
+            _ => get(a),
+        },
+        InstData::Convert { op, to, arg } => convert(op, func.ty(arg), to, get(arg)),
+        InstData::Bit { arg, number } => bit(get(arg), number),
+        InstData::Extract { op, arg, field } => extract(op, func.ty(arg), field, get(arg)),
+        InstData::Insert { args: [word, bits], field } => {
+            insert(func.ty(word), field, get(word), get(bits))
+        }
+        InstData::Load { .. }
+        | InstData::Store { .. }
+        | InstData::Unpack { .. }
+        | InstData::Pack { .. }
+        | InstData::IsLate
+        | InstData::HostCall { .. } => return None,
+    })
+}
+
+/// An argument of a host function, of type `ty`.
+pub fn host_word(ty: Type, value: i64) -> u64 {
+    match ty {
+        Type::I64 | Type::F64 => value as u64,
+        Type::I1 | Type::I8 | Type::I16 | Type::I32 => u64::from(value as u32),
+    }
+}
+
+/// The result of a host function that has given a word.
+pub fn host_result(function: HostFn, word: u64) -> i64 {
+    match function.signature().1 {
+        Some(HostType::I32) => i64::from(word as i32),
+        _ => word as i64,
     }
 }
 

@@ -5,11 +5,12 @@
 
 use std::sync::Arc;
 
-use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image};
+use plcc_abi::{Engine, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode};
 
+use crate::memory::{pack, read, unpack, write};
 use crate::{
     Address, Block, Func, FuncData, InstData, Label, Module, PrimaryMap, RegionId, SecondaryMap,
-    Terminator, Type, Value, eval,
+    Terminator, Value, eval,
 };
 
 /// An engine that interprets a module.
@@ -132,109 +133,53 @@ impl Interpreter {
         self.values[value]
     }
 
+    fn image_offset(&self, at: &Address) -> u32 {
+        self.module.image_offset(at, |value| self.get(value))
+    }
+
     /// Executes an instruction and returns its result, or 0 if it has none.
     fn execute(&mut self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
         match *data {
-            InstData::Iconst { ty: _, value } => value,
-            InstData::Fconst { bits } => bits as i64,
-            InstData::Unary { op, arg } => eval::unary(op, func.ty(arg), self.get(arg)),
-            InstData::Binary { op, args: [a, b] } => {
-                eval::binary(op, func.ty(a), self.get(a), self.get(b))
-            }
-            InstData::Icmp { cond, args: [a, b] } => {
-                i64::from(eval::icmp(cond, func.ty(a), self.get(a), self.get(b)))
-            }
-            InstData::Fcmp { cond, args: [a, b] } => {
-                i64::from(eval::fcmp(cond, self.get(a), self.get(b)))
-            }
-            InstData::Select { cond, args: [a, b] } => {
-                if self.get(cond) != 0 {
-                    self.get(a)
-                } else {
-                    self.get(b)
-                }
-            }
-            InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
-            InstData::Bit { arg, number } => eval::bit(self.get(arg), number),
-            InstData::Extract { op, arg, field } => {
-                eval::extract(op, func.ty(arg), field, self.get(arg))
-            }
-            InstData::Insert { args: [word, bits], field } => {
-                eval::insert(func.ty(word), field, self.get(word), self.get(bits))
+            InstData::Iconst { .. }
+            | InstData::Fconst { .. }
+            | InstData::Unary { .. }
+            | InstData::Binary { .. }
+            | InstData::Icmp { .. }
+            | InstData::Fcmp { .. }
+            | InstData::Select { .. }
+            | InstData::Convert { .. }
+            | InstData::Bit { .. }
+            | InstData::Extract { .. }
+            | InstData::Insert { .. } => {
+                eval::instruction(func, data, |value| self.get(value)).unwrap_or_default()
             }
             InstData::Load { ty, at } => match at.region {
                 RegionId::LOCAL_BITS => read(&self.local_bits, at.offset, ty),
-                _ => read(scan.image, self.image_offset(at), ty),
+                _ => read(scan.image, self.image_offset(&at), ty),
             },
             InstData::Store { at, value } => {
                 let (ty, number) = (func.ty(value), self.get(value));
                 match at.region {
                     RegionId::LOCAL_BITS => write(&mut self.local_bits, at.offset, ty, number),
-                    _ => write(scan.image, self.image_offset(at), ty, number),
+                    _ => write(scan.image, self.image_offset(&at), ty, number),
                 }
                 0
             }
             InstData::Unpack { word, to } => {
                 let word = self.get(word);
-                for group in to.iter() {
-                    for (bit, number) in to.bits(group).zip(8 * group..) {
-                        write(&mut self.local_bits, bit as u32, Type::I1, word >> number & 1);
-                    }
-                }
+                unpack(&mut self.local_bits, word, &to);
                 0
             }
-            InstData::Pack { from } => {
-                let bits = from.iter().flat_map(|group| from.bits(group).zip(8 * group..));
-                let bit = |(bit, number)| read(&self.local_bits, bit as u32, Type::I1) << number;
-                Type::I32.wrap(bits.map(bit).fold(0, |word, bit| word | bit))
-            }
+            InstData::Pack { from } => pack(&self.local_bits, &from),
             InstData::IsLate => i64::from(scan.limit.is_late()),
             InstData::HostCall { function, args } => {
                 let mut words = [0; 4];
                 for (word, &arg) in words.iter_mut().zip(args.as_slice()) {
-                    let value = self.get(arg);
-                    *word = match func.ty(arg) {
-                        Type::I64 | Type::F64 => value as u64,
-                        _ => u64::from(value as u32),
-                    };
+                    *word = eval::host_word(func.ty(arg), self.get(arg));
                 }
-                let result = scan.host.call(scan.image, function, words);
-                match function.signature().1 {
-                    Some(HostType::I32) => i64::from(result as i32),
-                    _ => result as i64,
-                }
+                eval::host_result(function, scan.host.call(scan.image, function, words))
             }
         }
-    }
-
-    /// The offset of an address in the process image.
-    fn image_offset(&self, at: Address) -> u32 {
-        let region = self.module.region(at.region).map_or(0, |region| region.offset);
-        let moved = at.index.map_or(0, |index| {
-            let number = self.get(index.value) as u32;
-            if number < index.count { number.wrapping_mul(index.scale) } else { 0 }
-        });
-        region.wrapping_add(at.offset).wrapping_add(moved)
-    }
-}
-
-fn read(image: &[u8], offset: u32, ty: Type) -> i64 {
-    match ty {
-        Type::I1 => i64::from(image::read_u8(image, offset) & 1),
-        Type::I8 => i64::from(image::read_u8(image, offset) as i8),
-        Type::I16 => i64::from(image::read_i16(image, offset)),
-        Type::I32 => i64::from(image::read_i32(image, offset)),
-        Type::I64 | Type::F64 => image::read_i64(image, offset),
-    }
-}
-
-fn write(image: &mut [u8], offset: u32, ty: Type, value: i64) {
-    match ty {
-        Type::I1 => image::write_u8(image, offset, value as u8 & 1),
-        Type::I8 => image::write_u8(image, offset, value as u8),
-        Type::I16 => image::write_i16(image, offset, value as i16),
-        Type::I32 => image::write_i32(image, offset, value as i32),
-        Type::I64 | Type::F64 => image::write_i64(image, offset, value),
     }
 }
 

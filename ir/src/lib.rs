@@ -66,6 +66,7 @@ pub mod func;
 pub mod inst;
 mod inst_builder;
 pub mod interp;
+pub mod memory;
 pub mod module;
 pub mod operation;
 mod parts;

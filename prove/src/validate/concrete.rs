@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use plcc_abi::{HostType, Trap, TrapCode, image};
+use plcc_abi::{Trap, TrapCode};
+use plcc_ir::memory::{pack, read, unpack, write};
 use plcc_ir::{
     Address, Block, Func, FuncData, InstData, Label, Module, PrimaryMap, RegionId, StatementId,
-    Terminator, Type, Value, eval,
+    Terminator, Value, eval,
 };
 
 use super::terms::Function;
@@ -188,29 +189,18 @@ impl<'m> Run<'m> {
 
     fn execute(&mut self, func: &FuncData, inst: &InstData) -> i64 {
         match *inst {
-            InstData::Iconst { ty: _, value } => value,
-            InstData::Fconst { bits } => bits as i64,
-            InstData::Unary { op, arg } => eval::unary(op, func.ty(arg), self.get(arg)),
-            InstData::Binary { op, args: [a, b] } => {
-                eval::binary(op, func.ty(a), self.get(a), self.get(b))
-            }
-            InstData::Icmp { cond, args: [a, b] } => {
-                eval::icmp(cond, func.ty(a), self.get(a), self.get(b)).into()
-            }
-            InstData::Fcmp { cond, args: [a, b] } => {
-                eval::fcmp(cond, self.get(a), self.get(b)).into()
-            }
-            InstData::Select { cond, args: [a, b] } => match self.get(cond) {
-                0 => self.get(b),
-                _ => self.get(a),
-            },
-            InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
-            InstData::Bit { arg, number } => eval::bit(self.get(arg), number),
-            InstData::Extract { op, arg, field } => {
-                eval::extract(op, func.ty(arg), field, self.get(arg))
-            }
-            InstData::Insert { args: [word, bits], field } => {
-                eval::insert(func.ty(word), field, self.get(word), self.get(bits))
+            InstData::Iconst { .. }
+            | InstData::Fconst { .. }
+            | InstData::Unary { .. }
+            | InstData::Binary { .. }
+            | InstData::Icmp { .. }
+            | InstData::Fcmp { .. }
+            | InstData::Select { .. }
+            | InstData::Convert { .. }
+            | InstData::Bit { .. }
+            | InstData::Extract { .. }
+            | InstData::Insert { .. } => {
+                eval::instruction(func, inst, |value| self.get(value)).unwrap_or_default()
             }
             InstData::Load { ty, at } if at.region == RegionId::LOCAL_BITS => {
                 read(&self.local, at.offset, ty)
@@ -248,33 +238,19 @@ impl<'m> Run<'m> {
             }
             InstData::Unpack { word, to } => {
                 let word = self.get(word);
-                for group in to.iter() {
-                    for (bit, number) in to.bits(group).zip(8 * group..) {
-                        write(&mut self.local, bit as u32, Type::I1, word >> number & 1);
-                    }
-                }
+                unpack(&mut self.local, word, &to);
                 0
             }
-            InstData::Pack { from } => {
-                let bits = from.iter().flat_map(|group| from.bits(group).zip(8 * group..));
-                let bit = |(bit, number)| read(&self.local, bit as u32, Type::I1) << number;
-                Type::I32.wrap(bits.map(bit).fold(0, |word, bit| word | bit))
-            }
+            InstData::Pack { from } => pack(&self.local, &from),
             InstData::IsLate => self.happen(Function::Late, vec![]) & 1,
             InstData::HostCall { function, args } => {
-                let word = |&arg: &Value| match func.ty(arg) {
-                    Type::I64 | Type::F64 => self.get(arg) as u64,
-                    _ => u64::from(self.get(arg) as u32),
-                };
+                let word = |&arg: &Value| eval::host_word(func.ty(arg), self.get(arg));
                 let words: Vec<u64> = args.as_slice().iter().map(word).collect();
                 let result = match Function::Pure(function).value(&words) {
-                    Some(value) if function.is_pure() => value as i64,
-                    _ => self.happen(Function::Call(function), words),
+                    Some(value) if function.is_pure() => value,
+                    _ => self.happen(Function::Call(function), words) as u64,
                 };
-                match function.signature().1 {
-                    Some(HostType::I32) => i64::from(result as i32),
-                    _ => result,
-                }
+                eval::host_result(function, result)
             }
         }
     }
@@ -291,33 +267,7 @@ impl<'m> Run<'m> {
         (make(region.wrapping_add(at.offset) as usize, scale, count), index.into_iter().collect())
     }
 
-    /// The offset of an address in the process image.
     fn offset(&self, at: &Address) -> u32 {
-        let region = self.module.region(at.region).map_or(0, |region| region.offset);
-        let moved = at.index.map_or(0, |index| {
-            let number = self.get(index.value) as u32;
-            if number < index.count { number.wrapping_mul(index.scale) } else { 0 }
-        });
-        region.wrapping_add(at.offset).wrapping_add(moved)
-    }
-}
-
-fn read(image: &[u8], offset: u32, ty: Type) -> i64 {
-    match ty {
-        Type::I1 => i64::from(image::read_u8(image, offset) & 1),
-        Type::I8 => i64::from(image::read_u8(image, offset) as i8),
-        Type::I16 => i64::from(image::read_i16(image, offset)),
-        Type::I32 => i64::from(image::read_i32(image, offset)),
-        Type::I64 | Type::F64 => image::read_i64(image, offset),
-    }
-}
-
-fn write(image: &mut [u8], offset: u32, ty: Type, value: i64) {
-    match ty {
-        Type::I1 => image::write_u8(image, offset, value as u8 & 1),
-        Type::I8 => image::write_u8(image, offset, value as u8),
-        Type::I16 => image::write_i16(image, offset, value as i16),
-        Type::I32 => image::write_i32(image, offset, value as i32),
-        Type::I64 | Type::F64 => image::write_i64(image, offset, value),
+        self.module.image_offset(at, |value| self.get(value))
     }
 }
