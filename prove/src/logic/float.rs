@@ -1,6 +1,8 @@
 //! Doubles as lists of literals, with the operations of the IR on them: IEEE 754 binary64, rounded to the nearest, to even
 //! between two. A result that is not a number has the bits that processors of x86-64 give it.
 
+use plcc_ir::FloatCond;
+
 use super::{FALSE, Graph, Lit, TRUE};
 
 /// Bits of the fraction.
@@ -152,6 +154,24 @@ impl Graph {
         let number = self.choose_bits(is_large, &infinity, &number);
         let zero = join(&self.number(63, 0), &[sign]);
         self.choose_bits(is_zero, &zero, &number)
+    }
+
+    /// Whether a condition holds, by what [`compare_floats`](Self::compare_floats) gives.
+    pub fn float_condition(
+        &mut self,
+        cond: FloatCond,
+        (equal, less, unordered): (Lit, Lit, Lit),
+    ) -> Lit {
+        let at_most = self.or(less, equal);
+        match cond {
+            FloatCond::Eq => equal,
+            FloatCond::Ne => !equal,
+            FloatCond::Lt => less,
+            FloatCond::Le => at_most,
+            FloatCond::Gt => self.and(!at_most, !unordered),
+            FloatCond::Ge => self.and(!less, !unordered),
+            FloatCond::EqOrNan => self.or(equal, unordered),
+        }
     }
 
     /// Whether two doubles are equal, and whether the first is less. Neither holds of what is not a number; the third says that

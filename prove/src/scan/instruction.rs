@@ -1,8 +1,8 @@
 //! Single instructions of the IR on literals; what each gives is what [`plcc_ir::eval`] says.
 
 use plcc_ir::{
-    Address, BinaryOp, ConvertOp, ExtractOp, FloatCond, Func, FuncData, Inst, InstData, IntCond,
-    RegionId, Type, UnaryOp, Value, eval,
+    Address, BinaryOp, ConvertOp, ExtractOp, Func, FuncData, Inst, InstData, IntCond, RegionId,
+    Type, UnaryOp, Value, eval,
 };
 use rustc_hash::FxHashMap;
 
@@ -133,17 +133,8 @@ impl State<'_, '_> {
             }
             InstData::Fcmp { cond, args: [a, b] } => {
                 let (x, y) = (self.bits(a), self.bits(b));
-                let (equal, less, unordered) = graph.compare_floats(&x, &y);
-                let at_most = graph.or(less, equal);
-                vec![match cond {
-                    FloatCond::Eq => equal,
-                    FloatCond::Ne => !equal,
-                    FloatCond::Lt => less,
-                    FloatCond::Le => at_most,
-                    FloatCond::Gt => graph.and(!at_most, !unordered),
-                    FloatCond::Ge => graph.and(!less, !unordered),
-                    FloatCond::EqOrNan => graph.or(equal, unordered),
-                }]
+                let compared = graph.compare_floats(&x, &y);
+                vec![graph.float_condition(cond, compared)]
             }
             InstData::Select { cond, args: [a, b] } => {
                 let cond = self.bits(cond).first().copied().unwrap_or(FALSE);

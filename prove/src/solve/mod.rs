@@ -4,10 +4,12 @@ mod correspondence;
 mod induction;
 mod reachability;
 mod sat;
+mod told;
 mod unroll;
 
 pub use correspondence::correspond;
 pub use induction::{Found, search};
 pub use reachability::invariant;
 pub use sat::{Answer, Deadline, Sat};
+pub(crate) use told::Told;
 pub use unroll::{Start, Trace, Unrolling};

@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 use rustsat::types::Lit as SatLit;
 
 use super::sat::{Answer, Deadline, Sat};
+use super::told::Told;
 use crate::logic::{Graph, Lit, Node};
 use crate::system::{First, System};
 
@@ -44,7 +45,7 @@ pub struct Unrolling<'s> {
     graph: Graph,
     /// For each tick the literals of the system's nodes.
     ticks: Vec<FxHashMap<u32, Lit>>,
-    known: FxHashMap<u32, SatLit>,
+    told: Told,
     sat: Sat,
 }
 
@@ -58,7 +59,7 @@ impl<'s> Unrolling<'s> {
             latches,
             graph: Graph::default(),
             ticks: vec![],
-            known: FxHashMap::default(),
+            told: Told::default(),
             sat: Sat::new(deadline),
         }
     }
@@ -144,50 +145,7 @@ impl<'s> Unrolling<'s> {
 
     /// Tells the solver about a literal of the unrolled graph.
     fn tell(&mut self, lit: Lit) -> SatLit {
-        let mut open = vec![lit.node()];
-        while let Some(&node) = open.last() {
-            if self.known.contains_key(&node) {
-                open.pop();
-                continue;
-            }
-            match self.graph.node(node) {
-                Node::False => {
-                    let it = self.sat.variable();
-                    self.sat.add(&[!it]);
-                    self.known.insert(node, it);
-                }
-                Node::Input => {
-                    let it = self.sat.variable();
-                    self.known.insert(node, it);
-                }
-                Node::And(a, b) => {
-                    let told = |lit: Lit| {
-                        let it = *self.known.get(&lit.node())?;
-                        Some(if lit.is_complement() { !it } else { it })
-                    };
-                    match (told(a), told(b)) {
-                        (Some(x), Some(y)) => {
-                            let it = self.sat.variable();
-                            self.sat.define_and(it, x, y);
-                            self.known.insert(node, it);
-                        }
-                        (x, y) => {
-                            if x.is_none() {
-                                open.push(a.node());
-                            }
-                            if y.is_none() {
-                                open.push(b.node());
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        match self.known.get(&lit.node()) {
-            Some(&it) if lit.is_complement() => !it,
-            Some(&it) => it,
-            None => self.sat.variable(),
-        }
+        self.told.tell(&mut self.sat, &self.graph, lit)
     }
 
     /// Whether two literals of the system can differ in a tick.
@@ -236,7 +194,7 @@ impl<'s> Unrolling<'s> {
             for (&node, &lit) in known {
                 let is_input = self.system.builder.graph.node(node) == Node::Input;
                 let value = lit.value().or_else(|| {
-                    let sat = *self.known.get(&lit.node())?;
+                    let sat = self.told.node(lit.node())?;
                     Some(self.sat.value(sat) != lit.is_complement())
                 });
                 if let Some(value) = value.filter(|_| is_input) {

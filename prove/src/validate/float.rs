@@ -229,16 +229,7 @@ impl Terms {
             equal = graph.choose(both, same, equal);
             less = graph.choose(both, below, less);
         }
-        let at_most = graph.or(less, equal);
-        match cond {
-            FloatCond::Eq => equal,
-            FloatCond::Ne => !equal,
-            FloatCond::Lt => less,
-            FloatCond::Le => at_most,
-            FloatCond::Gt => graph.and(!at_most, !unordered),
-            FloatCond::Ge => graph.and(!less, !unordered),
-            FloatCond::EqOrNan => graph.or(equal, unordered),
-        }
+        graph.float_condition(cond, (equal, less, unordered))
     }
 
     /// A host function that depends on its arguments alone.

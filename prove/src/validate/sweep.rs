@@ -13,7 +13,7 @@ use rustsat::types::Lit as SatLit;
 use super::simulate::Simulation;
 use super::terms::{Function, Terms};
 use crate::logic::{FALSE, Graph, Lit, Node};
-use crate::solve::{Answer, Deadline, Sat};
+use crate::solve::{Answer, Deadline, Sat, Told};
 
 /// How many nodes a solver sees at most, one after the other, to show that two nodes are equal.
 const WINDOWS: [usize; 3] = [60, 400, 2_500];
@@ -331,7 +331,7 @@ impl<'g> Sweep<'g> {
     fn values(&self, whole: &Whole) -> FxHashMap<u32, bool> {
         let inputs = self.made.iter().filter(|(node, _)| self.graph.node(**node) == Node::Input);
         let value = |lit: Lit| {
-            let known = whole.known.get(&lit.node()).is_some_and(|&it| whole.sat.value(it));
+            let known = whole.told.node(lit.node()).is_some_and(|it| whole.sat.value(it));
             lit.value().unwrap_or(known != lit.is_complement())
         };
         inputs.map(|(&node, &lit)| (node, value(lit))).collect()
@@ -397,55 +397,15 @@ impl<'g> Sweep<'g> {
 /// A solver that is told of a graph as far as it is asked about.
 struct Whole {
     sat: Sat,
-    known: FxHashMap<u32, SatLit>,
+    told: Told,
 }
 
 impl Whole {
     fn new(deadline: Deadline) -> Self {
-        Self { sat: Sat::new(deadline), known: FxHashMap::default() }
+        Self { sat: Sat::new(deadline), told: Told::default() }
     }
 
     fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
-        let mut open = vec![lit.node()];
-        while let Some(&node) = open.last() {
-            if self.known.contains_key(&node) {
-                open.pop();
-                continue;
-            }
-            let told = |known: &FxHashMap<u32, SatLit>, lit: Lit| {
-                known.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it })
-            };
-            match graph.node(node) {
-                Node::False => {
-                    let it = self.sat.variable();
-                    self.sat.add(&[!it]);
-                    self.known.insert(node, it);
-                }
-                Node::Input => {
-                    let it = self.sat.variable();
-                    self.known.insert(node, it);
-                }
-                Node::And(a, b) => match (told(&self.known, a), told(&self.known, b)) {
-                    (Some(x), Some(y)) => {
-                        let it = self.sat.variable();
-                        self.sat.define_and(it, x, y);
-                        self.known.insert(node, it);
-                    }
-                    (x, y) => {
-                        if x.is_none() {
-                            open.push(a.node());
-                        }
-                        if y.is_none() {
-                            open.push(b.node());
-                        }
-                    }
-                },
-            }
-        }
-        match self.known.get(&lit.node()) {
-            Some(&it) if lit.is_complement() => !it,
-            Some(&it) => it,
-            None => self.sat.variable(),
-        }
+        self.told.tell(&mut self.sat, graph, lit)
     }
 }

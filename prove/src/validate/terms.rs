@@ -17,9 +17,9 @@ pub(super) enum Function {
     Binary(BinaryOp),
     /// A host function that depends on its arguments alone.
     Pure(HostFn),
-    /// The product of integers of so many bits.
+    /// The product of integers with this number of bits.
     Multiply(u8, u8),
-    /// The quotient of an integer of so many bits by a constant, rounded towards 0.
+    /// The quotient of an integer with this number of bits by a constant, rounded towards 0.
     Quotient(u8, i64),
     /// A call of the host.
     Call(HostFn),

@@ -21,13 +21,13 @@ pub(super) enum Values {
     Integer(Interval),
 }
 
-/// So many values are few.
+/// The most values that are kept one by one.
 const FEW: usize = 16;
 
 /// The largest number of an interval.
 const LIMIT: i64 = (1 << 31) - 1;
 
-/// After so many rounds a variable whose values are still more may be anything.
+/// The rounds after which a variable that still gets further values may be anything.
 const ROUNDS: usize = 24;
 
 /// How deep expressions are looked into.
