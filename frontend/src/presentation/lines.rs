@@ -136,7 +136,7 @@ impl Cut<'_> {
         self.column += width as u32;
     }
 
-    /// Adds the text up to an offset, in which there are no words: white space, and characters that mean nothing to the language.
+    /// Adds the text between words, up to an offset: white space, and characters that mean nothing to the language.
     fn up_to(&mut self, to: u32) {
         let text = self.text.get(self.at as usize..to as usize).unwrap_or_default();
         for part in text.split_inclusive(|c: char| !c.is_whitespace()) {

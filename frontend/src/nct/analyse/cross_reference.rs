@@ -1,7 +1,7 @@
 //! The cross-reference (NCT 5, STAT): where each variable is read, written and tested, and what
 //! looks forgotten.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use plcc_abi::nct::NctName;
 use plcc_diag::{Diagnostic, Span};
@@ -18,12 +18,15 @@ type Key = (String, usize, String);
 
 /// Makes the cross-reference of a program.
 pub(crate) fn cross_reference(program: &Program) -> CrossReference {
-    let mut rows = BTreeMap::new();
-    each_use(program, |at, variable, uses| add_to_row(program, &mut rows, at, variable, uses));
+    let mut rows = Rows::default();
+    each_use(program, |at, variable, uses| {
+        let line = program.lines.get(at).copied().unwrap_or(1);
+        rows.of(program, variable).into_iter().for_each(|row| add(row, line, uses));
+    });
     let mut warnings = BitUses::of(program).never_read();
     warnings.extend(outputs_of_several_modules(program));
     warnings.sort_by_key(|w| w.span.start);
-    CrossReference { rows: rows.into_values().collect(), warnings }
+    CrossReference { rows: rows.sorted(), warnings }
 }
 
 /// `read-never-written`: bits of flags and outputs that are read and never written.
@@ -80,35 +83,64 @@ fn area_uses(op: AreaOp, area: u16, mut note: impl FnMut(Variable, Use)) {
     }
 }
 
-/// Adds uses of a variable in the statement with the index `at`.
-fn add_to_row(
-    program: &Program,
-    rows: &mut BTreeMap<Key, CrossReferenceRow>,
-    at: usize,
-    variable: Variable,
-    uses: &[Use],
-) {
-    let line = program.lines.get(at).copied().unwrap_or(1);
-    let text = match variable {
-        Variable::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
-        variable => variable.to_string(),
-    };
-    // A bit without a name is one of V; it means what the input means whose changes it shows.
-    let known = name(variable).or(match variable {
-        Variable::Bit(Bit { byte, bit, .. }) => {
-            Some(NctName::I { byte: byte as u8, bit: Some(bit) })
-        }
-        Variable::Word(_) => None,
-    });
-    let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
-    let (letters, number) = text.split_at(digits);
-    let key = (letters.to_owned(), number.len(), number.to_owned());
-    let row = rows.entry(key).or_insert_with(|| CrossReferenceRow {
-        name: text.clone(),
-        file: program.name.clone(),
-        meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
-        ..CrossReferenceRow::default()
-    });
+/// The rows that are being made.
+#[derive(Default)]
+struct Rows {
+    rows: Vec<CrossReferenceRow>,
+    /// The row of each variable; a word by its own name and one by the name of its address share one.
+    of_variable: HashMap<Variable, usize>,
+    order: BTreeMap<Key, usize>,
+}
+
+impl Rows {
+    /// The row of a variable.
+    fn of(&mut self, program: &Program, variable: Variable) -> Option<&mut CrossReferenceRow> {
+        let at = match self.of_variable.get(&variable) {
+            Some(&at) => at,
+            None => {
+                let at = self.enter(program, variable);
+                self.of_variable.insert(variable, at);
+                at
+            }
+        };
+        self.rows.get_mut(at)
+    }
+
+    fn enter(&mut self, program: &Program, variable: Variable) -> usize {
+        let text = match variable {
+            Variable::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
+            variable => variable.to_string(),
+        };
+        // A bit without a name is one of V; it means what the input means whose changes it shows.
+        let known = name(variable).or(match variable {
+            Variable::Bit(Bit { byte, bit, .. }) => {
+                Some(NctName::I { byte: byte as u8, bit: Some(bit) })
+            }
+            Variable::Word(_) => None,
+        });
+        let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
+        let (letters, number) = text.split_at(digits);
+        let key = (letters.to_owned(), number.len(), number.to_owned());
+        *self.order.entry(key).or_insert_with(|| {
+            self.rows.push(CrossReferenceRow {
+                name: text.clone(),
+                file: program.name.clone(),
+                meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
+                ..CrossReferenceRow::default()
+            });
+            self.rows.len() - 1
+        })
+    }
+
+    /// The rows in their order.
+    fn sorted(mut self) -> Vec<CrossReferenceRow> {
+        let rows = self.order.into_values();
+        rows.filter_map(|at| self.rows.get_mut(at).map(std::mem::take)).collect()
+    }
+}
+
+/// Adds uses in a line to a row.
+fn add(row: &mut CrossReferenceRow, line: u32, uses: &[Use]) {
     for used in uses {
         let lines = match used {
             Use::Read => &mut row.read,

@@ -1,5 +1,7 @@
 //! The statements of a program, as PMI 5.1 displays them: "Specification statements are not displayed".
 
+use std::collections::HashSet;
+
 use plcc_abi::pmi::{PmiTables, Type};
 use plcc_diag::SourceMap;
 
@@ -13,6 +15,8 @@ pub(super) fn text(
     words: &Words,
     places: &StatementPlaces,
 ) -> Vec<Row> {
+    let symbols = tables.symbols.iter().filter(|symbol| symbol.ty == Type::Logical);
+    let logical: HashSet<&str> = symbols.map(|symbol| symbol.name.as_str()).collect();
     let wording = Wording {
         continued_by: Some("#"),
         statements_are_tokens: false,
@@ -20,7 +24,7 @@ pub(super) fn text(
             // The specification section ends with $END.
             let first = lines.iter().rposition(|line| line.is_directive).map_or(0, |at| at + 1);
             lines.drain(..first);
-            lines.iter_mut().for_each(|line| join_negations(line, tables));
+            lines.iter_mut().for_each(|line| join_negations(line, &logical));
         },
         block: &block,
         begins_part: &Row::begins_with_label,
@@ -29,15 +33,12 @@ pub(super) fn text(
 }
 
 /// Makes one token of `/SOL1`, which is a unit (PMI 5.1).
-fn join_negations(line: &mut Line, tables: &PmiTables) {
-    let is_single = |name: &str| {
-        tables.symbols.iter().any(|symbol| symbol.name == name && symbol.ty == Type::Logical)
-    };
+fn join_negations(line: &mut Line, logical: &HashSet<&str>) {
     let mut at = 1;
     while let (Some(sign), Some(variable)) = (line.pieces.get(at - 1), line.pieces.get(at)) {
         let is_element = line.pieces.get(at + 1).is_some_and(|next| next.text == "[");
         let negates = sign.text == "/" && variable.role == Role::Variable && !is_element;
-        if negates && variable.name.as_deref().is_some_and(is_single) {
+        if negates && variable.name.as_deref().is_some_and(|name| logical.contains(name)) {
             let Piece { text, .. } = line.pieces.remove(at - 1);
             if let Some(variable) = line.pieces.get_mut(at - 1) {
                 variable.text.insert_str(0, &text);
