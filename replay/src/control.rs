@@ -172,6 +172,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lines_do_not_have_what_the_program_gives_under_a_force_and_after_a_stop() {
+        let mut status = Status { state: "running".into(), ..Status::default() };
+        assert_eq!(not_as_given(&status, "LAMP"), None);
+        status.state = "stopped".into();
+        assert!(not_as_given(&status, "LAMP").unwrap().starts_with("the program is stopped"));
+        let force = r#"{"forces":[{"name":"LAMP","value":"1"}],"forced_by":[{"name":"LAMP","by":"ann","ticks":7}]}"#;
+        let status: Status = serde_json::from_str(force).unwrap();
+        let said = not_as_given(&status, "LAMP").unwrap();
+        assert!(said.starts_with("LAMP is forced to 1 by ann: "), "{said}");
+        assert_eq!(not_as_given(&status, "PUMP"), None);
+    }
+
+    #[test]
     fn a_change_is_a_request_and_a_refusal_an_error() {
         let path = std::env::temp_dir().join(format!("plcc-control-{}", std::process::id()));
         let _ = std::fs::remove_file(&path);
