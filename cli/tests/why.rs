@@ -498,6 +498,19 @@ fn a_control_with_a_record_is_explained_at_the_present_tick() {
     assert!(said.contains("note: OUT is forced to 1"), "{said}");
 }
 
+/// Line 13 holds the 0, though the variable had it before: it would overwrite what line 10 gives.
+#[test]
+fn what_gives_the_value_again_that_was_there_is_explained_by_its_condition() {
+    let source = "$INPUT\nSAFE=0/0\nREQ=0/1\n$OUTPUT\nOUT=2/0\n$INTEGER\nDIR\n$END\nIF (REQ & SAFE)\n DIR = 1\n\
+                  ENDIF\nIF (/SAFE)\n DIR = 0\nENDIF\nOUT = DIR /= 0\n";
+    let folder = Folder::with(&[("d.pmi", source), ("d.csv", "tick,name,value\n2,REQ,1\n")]);
+    let why = json_of(&folder, "d.pmi OUT --stimulus d.csv --ticks 9");
+    assert_eq!(names(&why), [("DIR", 0.0)]);
+    assert_eq!(why["because"][0]["line"], 13);
+    assert_eq!(names(&why["because"][0]), [("SAFE", 0.0)]);
+    assert_eq!(why["would"], json!([[{"name": "SAFE", "value": 1}]]));
+}
+
 #[test]
 fn a_line_is_asked_for_by_the_name_that_drawings_have() {
     let folder = chain();

@@ -72,6 +72,11 @@ impl Inquiry<'_> {
             self.add_guards(of, (step, statement), &round, &mut reasons)?;
         }
         self.add_others(variable, value, (&image, &round), &mut reasons)?;
+        // A statement that gives a constant which was there already holds it nevertheless: what would give another one before it, it
+        // would overwrite.
+        if let Some(written) = reasons.written.filter(|_| reasons.operands.is_empty()) {
+            self.add_guards(None, written, &round, &mut reasons)?;
+        }
         Ok(reasons)
     }
 
