@@ -1,7 +1,7 @@
 //! What the end-to-end tests have in common: [`compile`] makes every engine of a source file,
 //! [`drive`] runs a control with a stimulus tick by tick, the modules `gen_…` and [`arithmetic`]
 //! make random programs, [`shrink`] reduces a failing program to the lines that matter, [`loader`]
-//! runs `plcrt` as a process, and
+//! runs `plcrt` as a process, [`programs`] builds the workspace's programs,
 //! [`promises`] checks what the compiler promises for any input, and [`tools`] finds the tools of other makes. The tests are in `tests/tests/`;
 //! `tests/README.md` says what each folder there holds.
 //!
@@ -33,6 +33,7 @@ pub mod idioms;
 pub mod loader;
 pub mod mutate;
 pub mod no_fault;
+pub mod programs;
 pub mod promises;
 pub mod shrink;
 pub mod tools;

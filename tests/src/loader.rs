@@ -14,9 +14,8 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, ChildStderr, Command, ExitStatus, Output, Stdio};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -28,6 +27,8 @@ use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Machine, Options};
 
+use crate::programs::program;
+
 /// How long a test waits for something that happens soon, on a machine that does much else.
 const PATIENCE: Duration = Duration::from_secs(600);
 
@@ -36,8 +37,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// # Panics
 /// When it can't be built.
 pub fn plcrt() -> Command {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    Command::new(BUILT.get_or_init(|| build("plcrt")))
+    Command::new(program("plcrt"))
 }
 
 /// A command that starts `plcc`, which is built once from the sources under test.
@@ -45,8 +45,7 @@ pub fn plcrt() -> Command {
 /// # Panics
 /// When it can't be built.
 pub fn plcc() -> Command {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    Command::new(BUILT.get_or_init(|| build("plcc")))
+    Command::new(program("plcc"))
 }
 
 /// A command that starts `plcio`, which is built once from the sources under test.
@@ -54,23 +53,7 @@ pub fn plcc() -> Command {
 /// # Panics
 /// When it can't be built.
 pub fn plcio() -> Command {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    Command::new(BUILT.get_or_init(|| build("plcio")))
-}
-
-/// Builds a program of the workspace, and gives its path.
-fn build(package: &str) -> PathBuf {
-    let test = std::env::current_exe().unwrap();
-    let profile = test.parent().and_then(Path::parent).unwrap();
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--offline", "--package", package, "--target-dir"]);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    cargo.arg(profile.parent().unwrap()).current_dir(root);
-    if profile.ends_with("release") {
-        cargo.arg("--release");
-    }
-    assert!(cargo.status().unwrap().success());
-    profile.join(package)
+    Command::new(program("plcio"))
 }
 
 /// A folder for one test, which goes away with it.

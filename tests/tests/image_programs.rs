@@ -10,6 +10,7 @@ use std::process::Command;
 use plcc_abi::Dialect;
 use plcc_image::ImageReader;
 use plcc_tests::loader::{Folder, wait_until};
+use plcc_tests::programs::build;
 
 /// The pump runs while the door is closed.
 const PMI: &str = "$INPUT\nDOOR = 0/0\n$OUTPUT\nPUMP = 2/0\n$END\nPUMP = /DOOR\n";
@@ -64,15 +65,6 @@ fn the_program_in_c_drives_a_control() {
 
 #[test]
 fn the_program_in_rust_drives_a_control() {
-    // The test lies in the folder `deps` of its profile.
-    let test = std::env::current_exe().unwrap();
-    let profile = test.parent().and_then(Path::parent).unwrap();
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--locked", "--offline", "-p", "plcc-image"]);
-    cargo.args(["--example", "driver", "--target-dir"]).arg(profile.parent().unwrap());
-    if profile.ends_with("release") {
-        cargo.arg("--release");
-    }
-    assert!(cargo.current_dir(root()).status().unwrap().success());
+    let profile = build(&["--example", "driver"]);
     drives("image-rust", &profile.join("examples/driver"));
 }

@@ -8,7 +8,6 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -23,28 +22,11 @@ use plcc_host::image_file::{ImageReader, State};
 use plcc_host::session::replay::recorded_executive;
 use plcc_load::Attached;
 use plcc_record::{Recording, Replayer};
+use plcc_tests::programs::program;
 use serde_json::{Value as Json, json};
 
 /// After this time something that was to happen is taken not to come. Where all is well nothing waits for it.
 const HANGS: Duration = Duration::from_secs(600);
-
-/// A program of the workspace, built once from the sources under test.
-fn program(name: &str) -> PathBuf {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    let folder = BUILT.get_or_init(|| {
-        let test = std::env::current_exe().unwrap();
-        let profile = test.parent().and_then(Path::parent).unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--package", "plcctl"]);
-        cargo.arg("--target-dir").arg(profile.parent().unwrap());
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.to_owned()
-    });
-    folder.join(name)
-}
 
 /// A folder with artifacts, which goes away with the test.
 struct Shop(PathBuf);

@@ -13,6 +13,8 @@
 pub(crate) mod browser;
 pub(crate) mod debug_client;
 pub(crate) mod process;
+#[path = "../../../tests/src/programs.rs"]
+mod programs;
 #[cfg(target_os = "linux")]
 pub(crate) mod terminal;
 
@@ -20,7 +22,6 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
 
 /// Counts, with an output; B is broken off by an index that leaves its array in tick 3.
 pub(crate) const COUNTER: &str = "$OUTPUT\nOUT=1/0\n$INTEGER\nN\n$END\nN=N+1\nOUT=N>3\n";
@@ -134,20 +135,5 @@ impl Done {
 
 /// A folder in which `plcc`, `plcrt`, `plcctl` and `plcio` lie, made from the sources under test.
 pub(crate) fn programs() -> &'static Path {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let profile = Path::new(env!("CARGO_BIN_EXE_plcc")).parent().unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline"]);
-        cargo.args(["--package", "plcrt", "--package", "plcctl", "--package", "plcio"]);
-        cargo
-            .arg("--target-dir")
-            .arg(profile.parent().unwrap())
-            .current_dir(env!("CARGO_MANIFEST_DIR"));
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.to_owned()
-    })
+    programs::folder_of_programs()
 }

@@ -6,7 +6,6 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use plcc::compile;
@@ -15,26 +14,10 @@ use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
+use plcc_tests::loader::plcrt;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
-}
-
-/// The loader, built once from the sources under test.
-fn plcrt() -> Command {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    Command::new(BUILT.get_or_init(|| {
-        let test = std::env::current_exe().unwrap();
-        let profile = test.parent().and_then(Path::parent).unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
-        cargo.arg(profile.parent().unwrap()).current_dir(root());
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.join("plcrt")
-    }))
 }
 
 /// A folder with the lathe's artifact, which goes away with the test.

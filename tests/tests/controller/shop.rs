@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use plcc::compile;
@@ -12,25 +11,14 @@ use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
+use plcc_tests::programs::program;
 
 /// After this time a process that was to end is taken to hang. Where all is well nothing waits for it.
 const HANGS: Duration = Duration::from_secs(600);
 
 /// The loader, built once from the sources under test.
-pub(crate) fn loader() -> &'static Path {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let test = std::env::current_exe().unwrap();
-        let profile = test.parent().and_then(Path::parent).unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
-        cargo.arg(profile.parent().unwrap()).current_dir(env!("CARGO_MANIFEST_DIR"));
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.join("plcrt")
-    })
+pub(crate) fn loader() -> PathBuf {
+    program("plcrt")
 }
 
 /// A folder of a test, which goes away with it.
