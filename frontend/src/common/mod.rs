@@ -3,7 +3,6 @@
 
 mod accessed;
 mod broken_invariant;
-mod comment_behind;
 mod contacts;
 mod cross_reference;
 mod exported;
@@ -21,13 +20,13 @@ mod options;
 mod other_languages;
 mod surroundings;
 pub mod tokens;
+mod trailing_comment;
 pub mod tsv;
 mod ways;
 pub mod words;
 
 pub use accessed::Accessed;
 pub use broken_invariant::{BrokenInvariant, OrMissing};
-pub(crate) use comment_behind::{comment_behind, split_comment};
 pub(crate) use contacts::LogicBuilder;
 pub use contacts::{Contact, Gate, Logic, Seen};
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
@@ -49,5 +48,6 @@ pub(crate) use other_languages::{
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
 pub(crate) use surroundings::Surroundings;
+pub(crate) use trailing_comment::{split_comment, trailing_comment};
 pub use ways::Ways;
 pub use words::Words;

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use plcc_diag::{FileId, SourceMap, Span};
 
-use super::comment_behind::{comment_behind, split_comment};
+use super::trailing_comment::{split_comment, trailing_comment};
 
 /// What a word is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -209,7 +209,7 @@ impl Words {
     /// The comment that stands after a place on the same line, without its mark; else the comment that fills the line above.
     /// `signs` are what begins a comment in the language.
     pub fn comment_beside(&self, sources: &SourceMap, at: Span, signs: &[&str]) -> Option<String> {
-        if let Some(beside) = comment_behind(sources, at, signs) {
+        if let Some(beside) = trailing_comment(sources, at, signs) {
             return Some(beside);
         }
         let above = sources.line(at.file, at.start).checked_sub(1)?;

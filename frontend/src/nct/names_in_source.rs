@@ -5,6 +5,7 @@ use plcc_abi::GivenName;
 use plcc_abi::nct::NctName;
 
 use super::Program;
+use super::analyse::cross_reference;
 use super::language::COMMENT_SIGNS;
 use crate::common::split_comment;
 
@@ -27,14 +28,14 @@ impl Program {
         }
         let alone = lines.iter().filter(|(statement, _)| statement.trim().is_empty());
         let mut names: Vec<GivenName> = alone.filter_map(|(_, comment)| listed(comment)).collect();
-        let behind = |line: &u32| {
-            let (statement, comment) = lines.get((*line as usize).checked_sub(1)?)?;
-            let is_behind = !statement.trim().is_empty() && !comment.is_empty();
-            is_behind.then(|| (*comment).to_owned())
+        let behind = |line: u32| {
+            let (statement, comment) = *lines.get((line as usize).checked_sub(1)?)?;
+            (!statement.trim().is_empty() && !comment.is_empty()).then_some(comment)
         };
-        names.extend(self.cross_reference().rows.into_iter().filter_map(|row| {
-            let mut uses = [&row.written, &row.read, &row.tested].into_iter().flatten();
-            let text = uses.find_map(behind)?;
+        let rows = cross_reference::rows(&self.checked, |_| None, |line| behind(line).is_some());
+        names.extend(rows.into_iter().filter_map(|row| {
+            let line = [&row.written, &row.read, &row.tested].into_iter().flatten().next()?;
+            let text = behind(*line)?.to_owned();
             Some(GivenName { name: row.name, text, ..GivenName::default() })
         }));
         names

@@ -4,7 +4,7 @@ use plcc_abi::GivenName;
 
 use super::Program;
 use super::language::COMMENT_SIGNS;
-use crate::common::comment_behind;
+use crate::common::trailing_comment;
 
 impl Program {
     /// The comments behind the declarations, in the order of the symbols.
@@ -12,7 +12,7 @@ impl Program {
         let symbols = self.checked.symbols.iter();
         symbols
             .filter_map(|symbol| {
-                let text = comment_behind(&self.sources, symbol.declared?, COMMENT_SIGNS)?;
+                let text = trailing_comment(&self.sources, symbol.declared?, COMMENT_SIGNS)?;
                 Some(GivenName { name: symbol.name.clone(), text, ..GivenName::default() })
             })
             .collect()

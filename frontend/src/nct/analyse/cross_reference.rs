@@ -9,6 +9,7 @@ use plcc_diag::{Diagnostic, Span};
 use crate::common::{CrossReference, CrossReferenceRow, Use};
 use crate::nct::{
     ast::{AreaOp, Bit, Op, Program, Space, Variable, Word},
+    reference::names::meaning,
     tables::{each_variable, name, tested_variable},
 };
 
@@ -18,15 +19,28 @@ type Key = (String, usize, String);
 
 /// Makes the cross-reference of a program.
 pub(crate) fn cross_reference(program: &Program) -> CrossReference {
-    let mut rows = Rows::default();
-    each_use(program, |at, variable, uses| {
-        let line = program.lines.get(at).copied().unwrap_or(1);
-        rows.of(program, variable).into_iter().for_each(|row| add(row, line, uses));
-    });
     let mut warnings = BitUses::of(program).never_read();
     warnings.extend(outputs_of_several_modules(program));
     warnings.sort_by_key(|w| w.span.start);
-    CrossReference { rows: rows.sorted(), warnings }
+    CrossReference { rows: rows(program, meaning, |_| true), warnings }
+}
+
+/// The rows of the cross-reference, with what `meaning` says of their names, made of the uses in lines of which
+/// `is_asked` holds.
+pub(crate) fn rows(
+    program: &Program,
+    meaning: fn(NctName) -> Option<&'static str>,
+    is_asked: impl Fn(u32) -> bool,
+) -> Vec<CrossReferenceRow> {
+    let mut rows =
+        Rows { rows: Vec::new(), of_variable: HashMap::new(), order: BTreeMap::new(), meaning };
+    each_use(program, |at, variable, uses| {
+        let line = program.lines.get(at).copied().unwrap_or(1);
+        if is_asked(line) {
+            rows.of(program, variable).into_iter().for_each(|row| add(row, line, uses));
+        }
+    });
+    rows.sorted()
 }
 
 /// `read-never-written`: bits of flags and outputs that are read and never written.
@@ -84,12 +98,12 @@ fn area_uses(op: AreaOp, area: u16, mut note: impl FnMut(Variable, Use)) {
 }
 
 /// The rows that are being made.
-#[derive(Default)]
 struct Rows {
     rows: Vec<CrossReferenceRow>,
     /// The row of each variable; a word by its own name and one by the name of its address share one.
     of_variable: HashMap<Variable, usize>,
     order: BTreeMap<Key, usize>,
+    meaning: fn(NctName) -> Option<&'static str>,
 }
 
 impl Rows {
@@ -125,7 +139,7 @@ impl Rows {
             self.rows.push(CrossReferenceRow {
                 name: text.clone(),
                 file: program.name.clone(),
-                meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
+                meaning: known.and_then(self.meaning).map(str::to_owned),
                 ..CrossReferenceRow::default()
             });
             self.rows.len() - 1

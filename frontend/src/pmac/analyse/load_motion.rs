@@ -140,8 +140,13 @@ impl LoadedMotion {
 
     /// By how the image where motion is simulated differs from the other one.
     pub(crate) fn differs(plain: &[u8], simulated: &[u8]) -> Vec<Run> {
+        /// Most of the image is the same, and lines of this size are compared at once.
+        const LINE: usize = 64;
         let mut runs: Vec<Run> = Vec::new();
-        for (offset, (old, new)) in (0u32..).zip(plain.iter().zip(simulated)) {
+        let lines = plain.chunks(LINE).zip(simulated.chunks(LINE)).zip((0u32..).step_by(LINE));
+        let differing = lines.filter(|((old, new), _)| old != new);
+        let bytes = differing.flat_map(|((old, new), start)| (start..).zip(old.iter().zip(new)));
+        for (offset, (old, new)) in bytes {
             if old == new {
                 continue;
             }

@@ -75,7 +75,7 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
         let Some(symbol) = checked.symbol(symbol) else { continue };
         let Some(left) = steps_left.checked_sub(last - first + 1) else { break };
         steps_left = left;
-        let of_group: HashSet<usize> = group.iter().map(|(_, index)| *index).collect();
+        let mut of_group = group.iter().rev().map(|(_, index)| *index).peekable();
         // For each step between the first assignment and the last: the assignment that every way
         // from there meets next.
         let mut met: Vec<Option<usize>> = vec![None; last - first + 1];
@@ -88,7 +88,7 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
                 (Some(Some(a)), Some(Some(b))) => Some(a.min(b)),
                 _ => None,
             };
-            let is_assignment = of_group.contains(&index);
+            let is_assignment = of_group.next_if_eq(&index).is_some();
             if is_assignment && let Some(later) = after.and_then(|later| checked.steps.get(later)) {
                 let message = format!(
                     "what is assigned to the output {} here never shows: it is assigned again in \

@@ -1,4 +1,4 @@
-//! Comments that stand behind something in its line, by which people said what a variable is.
+//! Comments after something in its line, by which people said what a variable is.
 
 use plcc_diag::{SourceMap, Span};
 
@@ -6,12 +6,15 @@ use plcc_diag::{SourceMap, Span};
 /// is none. `signs` are what begins one; those in quotes begin none.
 pub(crate) fn split_comment<'t>(line: &'t str, signs: &[&str]) -> (&'t str, &'t str) {
     let mut quoted = false;
-    for (at, c) in line.char_indices() {
-        let tail = line.get(at..).unwrap_or("");
-        if c == '"' {
+    for (at, byte) in line.bytes().enumerate() {
+        if byte == b'"' {
             quoted = !quoted;
-        } else if !quoted && let Some(sign) = signs.iter().find(|sign| tail.starts_with(**sign)) {
-            let comment = tail.get(sign.len()..).unwrap_or("").trim();
+        } else if !quoted
+            && signs.iter().any(|sign| sign.as_bytes().first() == Some(&byte))
+            && let Some(tail) = line.get(at..)
+            && let Some(comment) = signs.iter().find_map(|sign| tail.strip_prefix(sign))
+        {
+            let comment = comment.trim();
             let comment = comment.strip_suffix("*/").unwrap_or(comment);
             let comment = comment.trim_matches(is_rule);
             // What is said to the compiler says nothing of a variable.
@@ -27,8 +30,8 @@ fn is_rule(c: char) -> bool {
     c.is_whitespace() || matches!(c, '*' | '-' | '=' | ';' | '/' | '?' | '#')
 }
 
-/// The comment behind a place in its line; `None` where there is none.
-pub(crate) fn comment_behind(sources: &SourceMap, place: Span, signs: &[&str]) -> Option<String> {
+/// The comment after a place in its line; `None` where there is none.
+pub(crate) fn trailing_comment(sources: &SourceMap, place: Span, signs: &[&str]) -> Option<String> {
     let rest = sources.text(place.file).get(place.end as usize..)?;
     let line = rest.split(['\n', '\r']).next()?;
     let (_, comment) = split_comment(line, signs);
