@@ -27,6 +27,10 @@ pub fn language(dialect: Dialect) -> &'static dyn Language {
     LANGUAGES[dialect as usize]
 }
 
+/// What is left of a check when the words of the sources have been found: it gives the program and the diagnostics.
+pub type RestOfCheck =
+    Box<dyn FnOnce(&SourceMap) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>)>;
+
 /// Gives the title of a variable's class, by the variable's name.
 pub type Titles<'t> = Box<dyn Fn(&str) -> &'static str + 't>;
 
@@ -105,6 +109,19 @@ pub trait Language: Sync {
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words);
 
+    /// The same in two parts, since editors ask for words more often than for the rest: first the words, then what
+    /// [`check`](Self::check) gives. A language may do all at first.
+    fn words_and_rest(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Words, RestOfCheck) {
+        let (program, diagnostics, words) = self.check_with_words(sources, files, loader, options);
+        (words, Box::new(move |_| (program, diagnostics)))
+    }
+
     /// The words alone.
     fn words(
         &self,
@@ -113,7 +130,7 @@ pub trait Language: Sync {
         loader: &dyn FileLoader,
         options: &Options,
     ) -> Words {
-        self.check_with_words(sources, files, loader, options).2
+        self.words_and_rest(sources, files, loader, options).0
     }
 
     /// Whether the warning with this code tells of something that is missing in a program and that

@@ -44,5 +44,7 @@ pub mod pmac;
 pub mod pmi;
 pub mod presentation;
 
-pub use language::{CheckedProgram, LANGUAGES, Language, LengthCodes, Titles, Topic, language};
+pub use language::{
+    CheckedProgram, LANGUAGES, Language, LengthCodes, RestOfCheck, Titles, Topic, language,
+};
 pub use presentation::Presentation;

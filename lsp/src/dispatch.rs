@@ -16,6 +16,7 @@ use gen_lsp_types::{
 };
 use lsp_server::{ErrorCode, Request, Response};
 use plcc_diag::{FileId, Span};
+use serde_json::Value;
 
 use crate::documents::path_of;
 use crate::features::machine_file::{MachineText, is_machine_file, source_of};
@@ -33,6 +34,16 @@ fn respond<R: gen_lsp_types::Request>(
     request: Request,
     answer: impl FnOnce(R::Params) -> Result<R::Result, String>,
 ) -> Response {
+    respond_with::<R>(request, |params| {
+        serde_json::to_value(answer(params)?).map_err(|error| error.to_string())
+    })
+}
+
+/// Does the same where the answer has the protocol's form already.
+fn respond_with<R: gen_lsp_types::Request>(
+    request: Request,
+    answer: impl FnOnce(R::Params) -> Result<Value, String>,
+) -> Response {
     let Request { id, params, .. } = request;
     let params: R::Params = match serde_json::from_value(params) {
         Ok(params) => params,
@@ -41,7 +52,7 @@ fn respond<R: gen_lsp_types::Request>(
         }
     };
     match answer(params) {
-        Ok(result) => Response::new_ok(id, result),
+        Ok(result) => Response { id, response_result: Ok(result) },
         Err(why) => Response::new_err(id, ErrorCode::RequestFailed as i32, why),
     }
 }
@@ -148,11 +159,11 @@ impl Server<'_> {
                 })
             }
             Method::TextDocumentSemanticTokensFull => {
-                respond::<SemanticTokensRequest>(request, |it| {
+                respond_with::<SemanticTokensRequest>(request, |it| {
                     let mut sent = std::mem::take(&mut self.sent_tokens);
                     let tokens = self.file(&it.text_document, |at| sent.full(at));
                     self.sent_tokens = sent;
-                    Ok(tokens)
+                    Ok(tokens.as_ref().map_or(Value::Null, semantic_tokens::json))
                 })
             }
             Method::TextDocumentSemanticTokensFullDelta => {

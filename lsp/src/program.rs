@@ -1,5 +1,6 @@
 //! A program that has been read, and a place in it.
 
+use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -8,25 +9,36 @@ use plcc_abi::{Dialect, GivenName};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::words::Word;
 use plcc_frontend::common::{FileLoader, Options, Words};
-use plcc_frontend::{CheckedProgram, language};
+use plcc_frontend::{CheckedProgram, RestOfCheck, language};
 
 use crate::documents::{Document, Documents};
 use crate::position::Encoding;
 
+/// The program, if it has no error, and its diagnostics.
+type Checked = (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
+
 /// A program that has been read: of one file, or of several that are one download.
-#[derive(Debug)]
+///
+/// Most of what an editor asks while its user types is answered from the words. So the words are found at first, and the rest of
+/// the check is done when something needs it, the problems at the latest.
 pub(crate) struct Program {
     pub(crate) dialect: Dialect,
     pub(crate) sources: SourceMap,
     /// How many of the sources were named; the others are included.
     pub(crate) named: usize,
     pub(crate) words: Words,
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    pub(crate) checked: Option<Box<dyn CheckedProgram>>,
-    /// What people call the variables and say of them: in the machine file, then in the source.
-    pub(crate) given: Vec<GivenName>,
     pub(crate) options: Options,
     pub(crate) encoding: Encoding,
+    /// What gives the program and its diagnostics, until they have been asked for.
+    rest: Cell<Option<RestOfCheck>>,
+    checked: OnceCell<Checked>,
+    given: OnceCell<Vec<GivenName>>,
+}
+
+impl std::fmt::Debug for Program {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Program").field("dialect", &self.dialect).finish_non_exhaustive()
+    }
 }
 
 impl Program {
@@ -44,11 +56,43 @@ impl Program {
             sources.add(path.to_string_lossy(), &bytes)
         };
         let ids: Vec<FileId> = files.iter().map(load).collect();
-        let (checked, diagnostics, words) =
-            language(dialect).check_with_words(&mut sources, &ids, documents, &options);
-        let named = files.len();
-        let given = checked.as_deref().map_or_else(Vec::new, |checked| given(checked, &options));
-        Self { dialect, sources, named, words, diagnostics, checked, given, options, encoding }
+        let (words, rest) =
+            language(dialect).words_and_rest(&mut sources, &ids, documents, &options);
+        Self {
+            dialect,
+            sources,
+            named: files.len(),
+            words,
+            options,
+            encoding,
+            rest: Cell::new(Some(rest)),
+            checked: OnceCell::new(),
+            given: OnceCell::new(),
+        }
+    }
+
+    fn rest(&self) -> &Checked {
+        self.checked.get_or_init(|| match self.rest.take() {
+            Some(rest) => rest(&self.sources),
+            // It has panicked, and whoever asked has been told.
+            None => (None, vec![]),
+        })
+    }
+
+    /// The checked program, if it has no error.
+    pub(crate) fn checked(&self) -> Option<&dyn CheckedProgram> {
+        self.rest().0.as_deref()
+    }
+
+    pub(crate) fn diagnostics(&self) -> &[Diagnostic] {
+        &self.rest().1
+    }
+
+    /// What people call the variables and say of them: in the machine file, then in the source.
+    pub(crate) fn given(&self) -> &[GivenName] {
+        self.given.get_or_init(|| {
+            self.checked().map_or_else(Vec::new, |checked| given(checked, &self.options))
+        })
     }
 
     /// The program that it would be with other texts in some of its files.

@@ -3,7 +3,9 @@
 //! They are made by the readers that the compiler itself uses, and also of a program with errors. Where a statement can't be
 //! read, its words are there nevertheless.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::iter::Peekable;
+use std::sync::OnceLock;
 
 use plcc_diag::{FileId, SourceMap, Span};
 
@@ -119,8 +121,10 @@ pub struct Words {
     pub blocks: Vec<Span>,
     /// The places of all statements.
     pub statements: Vec<Span>,
-    /// Where names are in the lists.
-    index: Index,
+    /// What words name beside their own name, by the places of the words: the points of `2..5` name the programs 3 and 4.
+    pub further: Vec<(Span, String)>,
+    /// Where names are in the lists. Much that editors ask does without.
+    index: OnceLock<Index>,
 }
 
 /// The places of names in the lists of words and declarations.
@@ -135,7 +139,8 @@ struct Index {
 }
 
 impl Index {
-    fn of(words: &[Word], declarations: &[Declaration]) -> Self {
+    fn of(words: &Words) -> Self {
+        let Words { words, declarations, further, .. } = words;
         let mut index = Self::default();
         let enter = |map: &mut HashMap<String, Vec<usize>>, name: &str, at| match map.get_mut(name)
         {
@@ -148,10 +153,44 @@ impl Index {
             word.name.iter().for_each(|name| enter(&mut index.named, name, at));
             word.defined_as.iter().for_each(|name| enter(&mut index.defined, name, at));
         }
+        for (span, name) in further {
+            if let Ok(at) = words.binary_search_by_key(span, |word| word.span) {
+                enter(&mut index.named, name, at);
+            }
+        }
+        let further: HashSet<&String> = further.iter().map(|(_, name)| name).collect();
+        for name in further {
+            index.named.entry(name.clone()).or_default().sort_unstable();
+        }
         for (at, declaration) in declarations.iter().enumerate() {
             enter(&mut index.declared, &declaration.name, at);
         }
         index
+    }
+}
+
+/// A word that names nothing.
+pub(crate) fn plain(span: Span, kind: WordKind) -> Word {
+    Word { span, kind, name: None, defined_as: None, appearance: None }
+}
+
+/// The comments of a file, to be put among its words in their order.
+pub(crate) struct Comments {
+    file: FileId,
+    places: Peekable<std::vec::IntoIter<(usize, usize)>>,
+}
+
+impl Comments {
+    /// Comments by where they begin and end, in their order.
+    pub(crate) fn new(file: FileId, places: Vec<(usize, usize)>) -> Self {
+        Self { file, places: places.into_iter().peekable() }
+    }
+
+    /// Adds those that begin before an offset.
+    pub(crate) fn add_before(&mut self, offset: u32, words: &mut Vec<Word>) {
+        while let Some((start, end)) = self.places.next_if(|&(start, _)| start < offset as usize) {
+            words.push(plain(Span::new(self.file, start, end), WordKind::Comment));
+        }
     }
 }
 
@@ -161,7 +200,9 @@ impl Words {
     pub(crate) fn sorted(mut self, sources: &SourceMap) -> Self {
         let order =
             |word: &Word| (word.span.file, word.span.start, std::cmp::Reverse(word.span.end));
-        self.words.sort_by_key(order);
+        if !self.words.is_sorted_by_key(order) {
+            self.words.sort_by_key(order);
+        }
         let mut end = (FileId(0), 0);
         self.words.retain(|word| {
             let overlaps = word.span.file == end.0 && word.span.start < end.1;
@@ -178,8 +219,12 @@ impl Words {
             .map(FileId)
             .filter_map(|file| Some((sources.included_from(file)?, file)))
             .collect();
-        self.index = Index::of(&self.words, &self.declarations);
+        self.further.sort_unstable();
         self
+    }
+
+    fn index(&self) -> &Index {
+        self.index.get_or_init(|| Index::of(self))
     }
 
     /// The words of a file.
@@ -217,16 +262,31 @@ impl Words {
         (statement.trim().is_empty() && !comment.is_empty()).then(|| comment.to_owned())
     }
 
+    /// All that a word names.
+    pub fn names_of<'w>(&'w self, word: &'w Word) -> impl Iterator<Item = &'w str> {
+        let from = self.further.partition_point(|(span, _)| *span < word.span);
+        let further = self.further.get(from..).unwrap_or_default().iter();
+        let further = further.take_while(|(span, _)| *span == word.span);
+        word.name.as_deref().into_iter().chain(further.map(|(_, name)| name.as_str()))
+    }
+
     /// All words that name the same variable, constant or label as a word, in their order. A name of a `#define` is another one
     /// than the variable that it stands for.
     pub fn same_as<'w>(&'w self, word: &Word) -> Vec<&'w Word> {
-        let (by, name) = match (&word.defined_as, &word.name) {
-            (Some(defined), _) => (&self.index.defined, defined),
-            (None, Some(name)) => (&self.index.named, name),
-            (None, None) => return vec![],
+        let places: Vec<usize> = match &word.defined_as {
+            Some(defined) => self.index().defined.get(defined).cloned().unwrap_or_default(),
+            None => {
+                let names = self.names_of(word);
+                let places = names.filter_map(|name| self.index().named.get(name)).flatten();
+                let mut places: Vec<usize> = places.copied().collect();
+                // Of several names some may be named by the same words.
+                places.sort_unstable();
+                places.dedup();
+                places
+            }
         };
         let is_label = word.kind == WordKind::Label;
-        let same = by.get(name).into_iter().flatten().filter_map(|&at| self.words.get(at));
+        let same = places.into_iter().filter_map(|at| self.words.get(at));
         same.filter(|other| {
             word.defined_as.is_some() || (other.kind == WordKind::Label) == is_label
         })
@@ -235,28 +295,29 @@ impl Words {
 
     /// The declarations of a name, in their order.
     pub fn declared(&self, name: &str) -> impl Iterator<Item = &Declaration> {
-        let found = self.index.declared.get(name).into_iter().flatten();
+        let found = self.index().declared.get(name).into_iter().flatten();
         found.filter_map(|&at| self.declarations.get(at))
     }
 
     /// The declarations of what a word names: of the name itself, else of what it stands for.
     pub fn declarations_of(&self, word: &Word) -> Vec<&Declaration> {
-        let of = |name: &Option<String>| -> Vec<&Declaration> {
-            name.iter().flat_map(|name| self.declared(name)).collect()
-        };
-        let own = of(&word.defined_as);
-        if own.is_empty() { of(&word.name) } else { own }
+        let own = word.defined_as.iter().flat_map(|name| self.declared(name));
+        let own: Vec<&Declaration> = own.collect();
+        if !own.is_empty() {
+            return own;
+        }
+        self.names_of(word).flat_map(|name| self.declared(name)).collect()
     }
 
     /// How often a variable is read or tested, and how often it is written.
     pub fn uses_of(&self, name: &str) -> (usize, usize) {
-        let own = self.index.named.get(name).into_iter().flatten();
+        let own = self.index().named.get(name).into_iter().flatten();
         count(own.filter_map(|&at| self.words.get(at)))
     }
 
     /// The same of each variable, in no order.
     pub fn uses(&self) -> impl Iterator<Item = (&str, (usize, usize))> {
-        self.index.named.keys().map(|name| (name.as_str(), self.uses_of(name)))
+        self.index().named.keys().map(|name| (name.as_str(), self.uses_of(name)))
     }
 }
 

@@ -63,16 +63,16 @@ pub fn check(
     finish(read, sources, file, options)
 }
 
-/// Does the same, and finds the words of the source.
-pub(crate) fn check_with_words(
-    sources: &mut SourceMap,
+/// Finds the words of the source, and then does the same.
+pub(crate) fn words_and_rest(
+    sources: &SourceMap,
     file: FileId,
     options: &Options,
-) -> (Option<Program>, Vec<Diagnostic>, Words) {
+) -> (Words, impl FnOnce(&SourceMap) -> (Option<Program>, Vec<Diagnostic>) + use<>) {
     let read = read_statements(sources, file, options);
     let words = words::words(sources, file, &read.parsed.stmts);
-    let (program, found) = finish(read, sources, file, options);
-    (program, found, words)
+    let options = options.clone();
+    (words, move |sources: &SourceMap| finish(read, sources, file, &options))
 }
 
 /// The statements of a program, with the ends of their conditions.

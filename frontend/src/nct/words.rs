@@ -5,7 +5,9 @@
 
 use plcc_diag::{FileId, SourceMap, Span};
 
-use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
+use crate::common::words::{
+    Appearance, Comments, Declaration, DeclarationKind, Word, WordKind, Words, plain,
+};
 use crate::nct::ast::{Op, Opens, Stmt};
 use crate::nct::read::cursor::{comments, is_blank};
 
@@ -13,14 +15,13 @@ use crate::nct::read::cursor::{comments, is_blank};
 pub(super) fn words(sources: &SourceMap, file: FileId, statements: &[Stmt]) -> Words {
     let text = sources.text(file);
     let mut words = Words::default();
-    for (start, end) in comments(text) {
-        words.words.push(plain(Span::new(file, start, end), WordKind::Comment));
-    }
+    let mut comments = Comments::new(file, comments(text));
     let mut open: Vec<Span> = vec![];
     let mut module: Option<Module> = None;
     let mut last = Span::new(file, 0, 0);
     for stmt in statements {
         words.statements.push(stmt.span);
+        comments.add_before(stmt.span.start, &mut words.words);
         statement(text, stmt, &mut words.words);
         match stmt.op {
             Op::If { .. } => open.push(stmt.span),
@@ -39,6 +40,7 @@ pub(super) fn words(sources: &SourceMap, file: FileId, statements: &[Stmt]) -> W
         }
         last = stmt.span;
     }
+    comments.add_before(u32::MAX, &mut words.words);
     if let Some(module) = module {
         module.end(last, &mut words);
     }
@@ -70,11 +72,6 @@ impl Module {
         words.blocks.push(extent);
         words.declarations.push(Declaration { name, at, extent, kind, detail: detail.into() });
     }
-}
-
-/// A word that names nothing.
-fn plain(span: Span, kind: WordKind) -> Word {
-    Word { span, kind, name: None, defined_as: None, appearance: None }
 }
 
 /// Adds the words of a statement.
@@ -201,7 +198,7 @@ mod tests {
     use crate::common::Options;
 
     fn words_of(sources: &mut SourceMap, file: FileId) -> Words {
-        crate::nct::check_with_words(sources, file, &Options::default()).2
+        crate::nct::words_and_rest(sources, file, &Options::default()).0
     }
 
     /// The words of a program that name something: text, name, what is done with it.

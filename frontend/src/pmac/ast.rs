@@ -322,10 +322,15 @@ impl Download {
 
     /// All statements: of PLCs, of PLCCs, of motion programs, of kinematic programs, and those that COMMANDs execute.
     pub(crate) fn statements(&self) -> impl Iterator<Item = &Stmt> {
+        self.statements_of_buffers().chain(self.commands.iter().flatten())
+    }
+
+    /// The same without those that COMMANDs execute, whose places are those of the COMMANDs.
+    pub(crate) fn statements_of_buffers(&self) -> impl Iterator<Item = &Stmt> {
         let plcs = self.programs().map(|(_, _, buffer)| &buffer.code);
         let buffers = self.progs.values().chain(self.kinematics.values());
         let motion = buffers.map(|buffer| &buffer.code);
-        plcs.chain(motion).chain(&self.commands).flatten()
+        plcs.chain(motion).flatten()
     }
 
     /// All assignments, those of on-line commands first: target, value and place.

@@ -29,6 +29,7 @@ mod names_in_source;
 mod oracle;
 mod origin;
 mod outputs;
+mod plc_lists;
 mod presentation;
 mod read;
 pub mod reference;
@@ -36,6 +37,7 @@ mod tables;
 mod tasks;
 #[cfg(test)]
 mod tests;
+mod uses;
 mod words;
 
 use plcc_abi::Engine;

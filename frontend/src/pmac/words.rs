@@ -8,14 +8,17 @@ use std::collections::HashMap;
 use plcc_abi::pmac::{Layout, PmacName};
 use plcc_diag::{FileId, SourceMap, Span};
 
-use super::ast::{Action, Download, FUNCTIONS, StmtKind};
-use super::presentation::opened_plc;
+use super::ast::{Download, FUNCTIONS};
+use super::plc_lists::{Part, Switched, list, number, plc_name, program_word};
 use super::read::comments::comments;
 use super::read::cursor::Cursor;
 use super::read::preprocess::DefinedName;
 use super::read::words::{MOTION, ONLINE, PLC, find};
+use super::uses::{Does, Statements};
 use crate::common::tokens::{Raw, raw};
-use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
+use crate::common::words::{
+    Appearance, Declaration, DeclarationKind, Word, WordKind, Words, plain,
+};
 
 /// The words of a download and of all files that it includes.
 pub(super) fn words(
@@ -32,8 +35,9 @@ pub(super) fn words(
         words: Words::default(),
         open: vec![],
         program: None,
+        until: 0,
     };
-    cutter.words.statements = statements.0.iter().map(|(span, _)| *span).collect();
+    cutter.words.statements = statements.places().collect();
     for id in (0..sources.len() as u32).map(FileId) {
         cutter.file(sources, id, &statements);
     }
@@ -45,82 +49,36 @@ pub(super) fn words(
     cutter.words.sorted(sources)
 }
 
-/// What a statement does with the variables that it names.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Does {
-    /// The first one gets a value.
-    Assigns,
-    /// The first one is defined.
-    Defines,
-    /// A condition looks at them.
-    Tests,
-    /// Programs are started or stopped: bit n is PLC n.
-    Switches { compiled: bool, programs: u32 },
-    /// They are read.
-    Reads,
-}
-
-/// The statements and on-line commands, by their places in the sources.
-struct Statements(Vec<(Span, Does)>);
-
-impl Statements {
-    fn of(download: &Download) -> Self {
-        let place = |at| download.origins.place(at).0;
-        let online = download.online.iter().map(|online| {
-            let does = match &online.action {
-                Action::Assign(..) | Action::Defaults(..) => Does::Assigns,
-                Action::Define(..) => Does::Defines,
-                Action::Plc(_, set) => {
-                    Does::Switches { compiled: set.compiled, programs: set.bits }
-                }
-                Action::System(_)
-                | Action::Write(..)
-                | Action::Save
-                | Action::DeletePlcc(_)
-                | Action::Motion(_) => Does::Reads,
-            };
-            (place(online.at), does)
-        });
-        let statements = download.statements().map(|stmt| {
-            let does = match stmt.kind {
-                StmtKind::Assign(..) => Does::Assigns,
-                StmtKind::Define(_) => Does::Defines,
-                StmtKind::If(..) | StmtKind::While(..) => Does::Tests,
-                StmtKind::Plc(_, set) => {
-                    Does::Switches { compiled: set.compiled, programs: set.bits }
-                }
-                StmtKind::Jump(_)
-                | StmtKind::EndWhile(_)
-                | StmtKind::Address(..)
-                | StmtKind::AddressBy(..)
-                | StmtKind::Text(..)
-                | StmtKind::Word(..)
-                | StmtKind::Save
-                | StmtKind::Motion(..)
-                | StmtKind::Loop(..) => Does::Reads,
-            };
-            (place(stmt.at), does)
-        });
-        let mut found: Vec<(Span, Does)> = online.chain(statements).collect();
-        found.sort_by_key(|(span, _)| (span.file, span.start, std::cmp::Reverse(span.end)));
-        Self(found)
-    }
-
-    /// The statement at a place: where it begins, and what it does.
-    fn at(&self, file: FileId, offset: u32) -> Option<(Span, Does)> {
-        let next = self.0.partition_point(|(span, _)| (span.file, span.start) <= (file, offset));
-        // The shortest of those that begin at the same place comes last.
-        let mut earlier = self.0.get(..next)?.iter().rev().take(4);
-        earlier.find(|(span, _)| span.file == file && span.end > offset).copied()
-    }
-}
-
 /// What a word means.
 #[derive(Clone, Debug)]
 struct Meaning {
     kind: WordKind,
     name: Option<String>,
     defined_as: Option<String>,
+    structure: Option<Structure>,
+}
+
+/// What a word of the language begins or ends.
+#[derive(Clone, Copy, Debug)]
+enum Structure {
+    Open,
+    Close,
+    Begin,
+    Else,
+    End,
+}
+
+impl Structure {
+    fn of(word: &str) -> Option<Self> {
+        Some(match word.to_ascii_uppercase().as_str() {
+            "OPEN" | "OPE" => Self::Open,
+            "CLOSE" | "CLO" | "CLS" => Self::Close,
+            "IF" | "WHILE" => Self::Begin,
+            "ELSE" => Self::Else,
+            "ENDIF" | "ENDI" | "ENDWHILE" | "ENDW" => Self::End,
+            _ => return None,
+        })
+    }
 }
 
 struct Cutter<'a> {
@@ -134,19 +92,18 @@ struct Cutter<'a> {
     open: Vec<Span>,
     /// The buffer that is open: its name, and where OPEN stands.
     program: Option<(String, Span)>,
+    /// Up to where the words of the file have been added.
+    until: u32,
 }
 
 impl Cutter<'_> {
     /// Adds the words of a file.
     fn file(&mut self, sources: &SourceMap, file: FileId, statements: &Statements) {
         let text = sources.text(file);
-        let comments = comments(text);
-        for &(start, end) in &comments {
-            self.words.words.push(plain(Span::new(file, start, end), WordKind::Comment));
-        }
-        let (mut at, mut comments) = (0, comments.into_iter().peekable());
+        let (mut at, mut comments) = (0, comments(text).into_iter().peekable());
         self.open.clear();
         self.program = None;
+        self.until = 0;
         while at < text.len() {
             // Up to the next comment or the line's end.
             let line_end = text
@@ -159,7 +116,8 @@ impl Cutter<'_> {
                 at == 0 || text.get(..at).is_some_and(|before| before.ends_with(['\r', '\n']));
             self.segment(text, Span::new(file, at, end), begins_line, statements);
             at = match comment {
-                Some((_, end)) => {
+                Some((start, end)) => {
+                    self.push(plain(Span::new(file, start, end), WordKind::Comment));
                     comments.next();
                     end
                 }
@@ -178,19 +136,88 @@ impl Cutter<'_> {
         let mut at = span.start;
         for token in raw(line) {
             let end = at + token.text().len() as u32;
-            let place = Span { start: at, end, ..span };
-            match token {
-                Raw::Blank(_) => {}
-                Raw::Text(_) => self.push(plain(place, WordKind::Text)),
-                Raw::Sign(_) => self.push(plain(place, WordKind::Operator)),
-                Raw::Number(number) => self.number(number, place, statements),
-                Raw::Word(word) => {
-                    let rest = line.get((at - span.start) as usize..).unwrap_or_default();
-                    self.word(word, place, rest, statements);
-                }
-            }
+            // A list of programs is taken at once, and may end in a token: `ENAPLC1..3DISPLC4`.
+            let start = at.max(self.until);
             at = end;
+            let place = Span { start, end, ..span };
+            let rest = line.get((start - span.start) as usize..).unwrap_or_default();
+            let text = rest.get(..end.saturating_sub(start) as usize).unwrap_or_default();
+            match token {
+                _ if text.is_empty() => {}
+                Raw::Blank(_) => {}
+                Raw::Text(_) => self.text(text, place, statements),
+                Raw::Sign(_) => self.push(plain(place, WordKind::Operator)),
+                Raw::Number(_) if !text.starts_with(char::is_alphabetic) => {
+                    self.number(text, place, rest, statements);
+                }
+                Raw::Number(_) | Raw::Word(_) => self.word(text, place, rest, statements),
+            }
         }
+    }
+
+    /// A text in quotes. Those programs are words of it which it starts or stops as a COMMAND.
+    fn text(&mut self, text: &str, at: Span, statements: &Statements) {
+        let does = statements.at(at.file, at.start);
+        let Some((_, Does::Commands(switched))) = does.filter(|_| text.len() > 2) else {
+            return self.push(plain(at, WordKind::Text));
+        };
+        let (mut start, mut from) = (at.start, 0);
+        while let Some(rest) = text.get(from..).filter(|_| !switched.is_empty()) {
+            let Some((end, compiled)) = program_word(rest) else { break };
+            from += end;
+            for part in self.list(text.get(from..).unwrap_or_default(), compiled, switched) {
+                let span = part_of(at, from, &part);
+                let before = Span { start, end: span.start, ..at };
+                self.push(plain(before, WordKind::Text));
+                self.push_part(text, from, span, part, WordKind::Text);
+                start = span.end;
+            }
+        }
+        self.push(plain(Span { start, ..at }, WordKind::Text));
+    }
+
+    /// The parts of the list of programs with which a text begins.
+    fn list(&self, text: &str, compiled: bool, switched: Switched) -> Vec<Part> {
+        list(text, compiled, switched, |name| self.program_number(name))
+    }
+
+    /// The number of a program that a name of `#define` stands for.
+    fn program_number(&self, name: &str) -> Option<u32> {
+        self.names.get(name)?.body.trim().parse().ok()
+    }
+
+    /// Adds the words of the list of programs that begins `from` bytes after a place, with the word in front of it, and
+    /// returns whether there is a list.
+    fn programs(
+        &mut self,
+        at: Span,
+        from: usize,
+        rest: &str,
+        compiled: bool,
+        of: Switched,
+    ) -> bool {
+        let parts = self.list(rest.get(from..).unwrap_or_default(), compiled, of);
+        let is_there = !parts.is_empty();
+        if is_there && from > 0 {
+            self.push(plain(Span { end: at.start + from as u32, ..at }, WordKind::Keyword));
+        }
+        for part in parts {
+            let span = part_of(at, from, &part);
+            self.push_part(rest, from, span, part, WordKind::Operator);
+            self.until = span.end;
+        }
+        is_there
+    }
+
+    /// Adds a part of the list of programs that begins at an offset of a text. One that names none is of the kind `otherwise`.
+    fn push_part(&mut self, text: &str, from: usize, at: Span, part: Part, otherwise: WordKind) {
+        let mut programs = part.programs.into_iter();
+        let Some(name) = programs.next() else { return self.push(plain(at, otherwise)) };
+        self.words.further.extend(programs.map(|name| (at, name)));
+        let written = text.get(from + part.from..from + part.to).unwrap_or_default();
+        let defined_as = self.names.contains_key(written).then(|| written.to_owned());
+        let (name, appearance) = (Some(name), Some(Appearance::Called));
+        self.push(Word { span: at, kind: WordKind::Label, name, defined_as, appearance });
     }
 
     fn push(&mut self, word: Word) {
@@ -258,55 +285,63 @@ impl Cutter<'_> {
     }
 
     /// A number, a name that begins with a digit, or a number with a word glued to it.
-    fn number(&mut self, text: &str, at: Span, statements: &Statements) {
+    fn number(&mut self, text: &str, at: Span, rest: &str, statements: &Statements) {
+        // A comment may be between PLC and the number.
+        if let Some((_, Does::Switches(switched))) = statements.at(at.file, at.start)
+            && self.programs(at, 0, rest, switched.is_compiled(), switched)
+        {
+            return self.rest_of(text, at, rest, statements);
+        }
         let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.' || c == '$'));
         let end = end.filter(|_| !text.starts_with('$') && self.meaning(text).name.is_none());
         let (number, word) = end.and_then(|end| text.split_at_checked(end)).unwrap_or((text, ""));
         let split = at.start + number.len() as u32;
-        let place = Span { end: split, ..at };
         if !number.is_empty() {
-            let program = number.parse().ok().and_then(|number| switched(statements, at, number));
-            self.push(match program {
-                Some(name) => called(place, name),
-                None => plain(place, WordKind::Number),
-            });
+            self.push(plain(Span { end: split, ..at }, WordKind::Number));
         }
         if !word.is_empty() {
-            self.word(word, Span { start: split, ..at }, "", statements);
+            let rest = rest.get(number.len()..).unwrap_or_default();
+            self.word(word, Span { start: split, ..at }, rest, statements);
         }
+    }
+
+    /// What is left of a token after a list of programs.
+    fn rest_of(&mut self, token: &str, at: Span, rest: &str, statements: &Statements) {
+        let from = (self.until.max(at.start) - at.start) as usize;
+        let Some(word) = token.get(from..).filter(|left| !left.is_empty()) else { return };
+        let at = Span { start: at.start + from as u32, ..at };
+        self.word(word, at, rest.get(from..).unwrap_or_default(), statements);
     }
 
     /// A word; `rest` is the text from it on.
     fn word(&mut self, text: &str, at: Span, rest: &str, statements: &Statements) {
-        let letters = text.trim_end_matches(|c: char| c.is_ascii_digit());
-        let upper = text.to_ascii_uppercase();
-        // `PLC3` and `ENAPLC3` end with the number of a program.
-        let number = text.get(letters.len()..).and_then(|digits| digits.parse().ok());
-        if let Some(name) = number.and_then(|number| switched(statements, at, number)) {
-            let split = at.start + letters.len() as u32;
-            self.push(plain(Span { end: split, ..at }, WordKind::Keyword));
-            return self.push(called(Span { start: split, ..at }, name));
+        let does = statements.at(at.file, at.start);
+        if let Some((_, Does::Switches(switched))) = does
+            && let Some((end, compiled)) = program_word(text)
+            && self.programs(at, end, rest, compiled, switched)
+        {
+            return self.rest_of(text, at, rest, statements);
         }
-        if number.is_some() && ["PLC", "PLCC"].iter().any(|it| it.eq_ignore_ascii_case(letters)) {
+        let letters = text.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_program = || ["PLC", "PLCC"].iter().any(|it| it.eq_ignore_ascii_case(letters));
+        if letters.len() < text.len() && is_program() {
             let split = at.start + letters.len() as u32;
             self.push(plain(Span { end: split, ..at }, WordKind::Keyword));
             return self.push(plain(Span { start: split, ..at }, WordKind::Number));
         }
-        match upper.as_str() {
-            "OPEN" | "OPE" => {
+        let Meaning { kind, name, defined_as, structure } = self.meaning(text);
+        match structure {
+            Some(Structure::Open) => {
                 self.end_program(at);
-                self.program = opened_plc(rest).map(|name| (name, at));
+                self.program = self.opened(rest).map(|name| (name, at));
             }
-            "CLOSE" | "CLO" | "CLS" => self.end_program(at),
-            "IF" | "WHILE" => self.open.push(at),
-            "ELSE" => self.end_block(at, true),
-            "ENDIF" | "ENDI" | "ENDWHILE" | "ENDW" => self.end_block(at, false),
-            _ => {}
+            Some(Structure::Close) => self.end_program(at),
+            Some(Structure::Begin) => self.open.push(at),
+            Some(Structure::Else) => self.end_block(at, true),
+            Some(Structure::End) => self.end_block(at, false),
+            None => {}
         }
-        let meaning = self.meaning(text);
-        let Meaning { kind, name, defined_as } = meaning;
         let is_variable = name.is_some();
-        let does = statements.at(at.file, at.start);
         let is_first = |span: Span| {
             let before = self.words.words.iter().rev().take_while(|word| {
                 word.span.file == at.file
@@ -328,6 +363,18 @@ impl Cutter<'_> {
             self.words.declarations.push(Declaration { name, at, extent, kind, detail });
         }
         self.push(Word { span: at, kind, name, defined_as, appearance });
+    }
+
+    /// The PLC or PLCC that a text opens which begins with OPEN.
+    fn opened(&self, text: &str) -> Option<String> {
+        let mut cur = Cursor::new(text);
+        if !(cur.eat_abbreviated("OPEN", 3) && cur.eat_word("PLC")) {
+            return None;
+        }
+        let compiled = matches!(cur.byte(), b'C' | b'c');
+        cur.pos += usize::from(compiled);
+        let number = number(&mut cur, |name| self.program_number(name))?;
+        Some(plc_name(compiled, number))
     }
 
     /// Ends an IF or WHILE at a word; `again` says that another body begins there.
@@ -359,23 +406,21 @@ impl Cutter<'_> {
     }
 
     fn look_up(&self, text: &str) -> Meaning {
+        let structure = Structure::of(text);
         if self.names.contains_key(text) {
             let name = self.variable_of(text);
             let kind = if name.is_some() { WordKind::Variable } else { WordKind::Constant };
-            return Meaning { kind, name, defined_as: Some(text.to_owned()) };
+            return Meaning { kind, name, defined_as: Some(text.to_owned()), structure };
         }
         if let Ok(name @ PmacName::Variable(_)) = PmacName::parse(text, &self.layout) {
-            return Meaning {
-                kind: WordKind::Variable,
-                name: Some(name.to_string()),
-                defined_as: None,
-            };
+            let (kind, name) = (WordKind::Variable, Some(name.to_string()));
+            return Meaning { kind, name, defined_as: None, structure };
         }
         let is_function = FUNCTIONS.iter().any(|(name, _)| name.eq_ignore_ascii_case(text));
         let is_program = ["PLC", "PLCC"].iter().any(|it| it.eq_ignore_ascii_case(text));
         let is_word = || is_program || find(Cursor::new(text), PLC.or(ONLINE).or(MOTION)).is_some();
         let kind = if is_function || is_word() { WordKind::Keyword } else { WordKind::Constant };
-        Meaning { kind, name: None, defined_as: None }
+        Meaning { kind, name: None, defined_as: None, structure }
     }
 
     /// The variable that a name of `#define` stands for, if its whole replacement is one.
@@ -391,23 +436,10 @@ impl Cutter<'_> {
     }
 }
 
-/// A word that names nothing.
-fn plain(span: Span, kind: WordKind) -> Word {
-    Word { span, kind, name: None, defined_as: None, appearance: None }
-}
-
-/// A word that names a program which is started or stopped.
-fn called(span: Span, name: String) -> Word {
-    Word { name: Some(name), appearance: Some(Appearance::Called), ..plain(span, WordKind::Label) }
-}
-
-/// The program with a number, if the statement at a place starts or stops it.
-fn switched(statements: &Statements, at: Span, number: u32) -> Option<String> {
-    let Some((_, Does::Switches { compiled, programs })) = statements.at(at.file, at.start) else {
-        return None;
-    };
-    let is_named = number < 32 && programs & (1 << number) != 0;
-    is_named.then(|| format!("{}{number}", if compiled { "PLCC" } else { "PLC" }))
+/// The place of a part of a list which begins `from` bytes after a place.
+fn part_of(at: Span, from: usize, part: &Part) -> Span {
+    let place = |offset: usize| at.start + (from + offset) as u32;
+    Span { start: place(part.from), end: place(part.to), ..at }
 }
 
 #[cfg(test)]
@@ -467,6 +499,45 @@ mod tests {
                 ("PLC3", plc),
             ]
         );
+    }
+
+    #[test]
+    fn programs_are_named_by_lists_ranges_and_texts_of_commands() {
+        let text = "#define OIL 9\nOPEN PLC 1 CLEAR\nENABLE PLC 2..5, $6,OIL DISPLC7..8P1=2\n\
+                    CMD\"DIS PLC 2,4..5 P2=3 ENAPLCC1\"PAUSE PLC /* x */ 3\nRESUME PLC3\n\
+                    SEND\"ENA PLC2\"CLOSE\nOPEN PLC OIL\nCLOSE\nENABLE PLC 1\n";
+        let (sources, words) = found(text);
+        let called = words.words.iter().filter(|it| it.appearance == Some(Appearance::Called));
+        let named: Vec<(&str, Vec<&str>)> =
+            called.map(|it| (sources.slice(it.span), words.names_of(it).collect())).collect();
+        assert_eq!(
+            named,
+            [
+                ("2", vec!["PLC2"]),
+                ("..", vec!["PLC3", "PLC4"]),
+                ("5", vec!["PLC5"]),
+                ("$6", vec!["PLC6"]),
+                ("OIL", vec!["PLC9"]),
+                ("7", vec!["PLC7"]),
+                ("8", vec!["PLC8"]),
+                ("2", vec!["PLC2"]),
+                ("4", vec!["PLC4"]),
+                ("5", vec!["PLC5"]),
+                ("1", vec!["PLCC1"]),
+                ("3", vec!["PLC3"]),
+                ("3", vec!["PLC3"]),
+                ("1", vec!["PLC1"]),
+            ]
+        );
+        assert_eq!(words.uses_of("PLC3"), (3, 0));
+        let of_4 = words.words.iter().find(|it| it.name.as_deref() == Some("PLC4")).unwrap();
+        assert_eq!(words.same_as(of_4).len(), 2);
+        // Nothing of the lines is left out.
+        let shown: String = words.words.iter().map(|it| sources.slice(it.span)).collect();
+        let dense = text.replace(char::is_whitespace, "");
+        assert_eq!(shown.replace(char::is_whitespace, ""), dense);
+        let opened = words.declarations.iter().filter(|it| it.kind == DeclarationKind::Program);
+        assert_eq!(opened.map(|it| it.name.as_str()).collect::<Vec<_>>(), ["PLC1", "PLC9"]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::common::{
     Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
     LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
-use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, RestOfCheck, Titles, Topic};
 
 /// The PMI language.
 #[derive(Clone, Copy, Debug)]
@@ -85,9 +85,26 @@ impl Language for Pmi {
         loader: &dyn FileLoader,
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
+        let (words, rest) = self.words_and_rest(sources, files, loader, options);
+        let (program, diagnostics) = rest(sources);
+        (program, diagnostics, words)
+    }
+
+    fn words_and_rest(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Words, RestOfCheck) {
         let file = files.first().copied().unwrap_or(FileId(0));
-        let (program, diagnostics, words) = super::check_with_words(sources, file, loader, options);
-        (program.map(|program| Box::new(program) as _), diagnostics, words)
+        let (words, rest) = super::words_and_rest(sources, file, loader, options);
+        let boxed = |program| Box::new(program) as Box<dyn CheckedProgram>;
+        let rest = move |sources: &SourceMap| {
+            let (program, diagnostics) = rest(sources);
+            (program.map(boxed), diagnostics)
+        };
+        (words, Box::new(rest))
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {

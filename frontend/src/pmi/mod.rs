@@ -68,17 +68,17 @@ pub fn check(
     finish((checked, text), diagnostics, sources, options)
 }
 
-/// Does the same, and finds the words of the sources.
-pub(crate) fn check_with_words(
+/// Finds the words of the sources, and then does the same.
+pub(crate) fn words_and_rest(
     sources: &mut SourceMap,
     file: FileId,
     loader: &dyn FileLoader,
     options: &Options,
-) -> (Option<Program>, Vec<Diagnostic>, Words) {
+) -> (Words, impl FnOnce(&SourceMap) -> (Option<Program>, Vec<Diagnostic>) + use<>) {
     let (checked, text, diagnostics) = analyse::check(sources, file, loader, options);
     let words = words::words(&checked, &text, sources);
-    let (program, diagnostics) = finish((checked, text), diagnostics, sources, options);
-    (program, diagnostics, words)
+    let options = options.clone();
+    (words, move |sources: &SourceMap| finish((checked, text), diagnostics, sources, &options))
 }
 
 /// The program that was read, if no diagnostic is an error, and the diagnostics with the lints.

@@ -5,7 +5,9 @@ use std::collections::HashMap;
 use plcc_abi::pmi::{Format, Lines, Type};
 use plcc_diag::{FileId, SourceMap, Span};
 
-use crate::common::words::{Appearance, Declaration, DeclarationKind, Word, WordKind, Words};
+use crate::common::words::{
+    Appearance, Comments, Declaration, DeclarationKind, Word, WordKind, Words, plain,
+};
 use crate::pmi::ast::{Checked, Meaning, Symbol};
 use crate::pmi::read::cursor::Cursor;
 use crate::pmi::read::split;
@@ -16,27 +18,38 @@ use crate::pmi::reference::executive;
 /// The words of a program and of all files that it includes.
 pub(super) fn words(checked: &Checked, text: &Text, sources: &SourceMap) -> Words {
     let symbols = checked.symbols.iter().map(|symbol| (symbol.name.as_str(), symbol)).collect();
-    let mut finder = Finder { symbols, words: Words::default(), open: vec![], section: None };
+    let mut finder = Finder {
+        symbols,
+        words: Words::default(),
+        open: vec![],
+        section: None,
+        appearances: vec![],
+    };
+    let files = (0..sources.len() as u32).map(FileId);
+    let of_file = |id| Comments::new(id, split::comments(sources.text(id)).collect());
+    let mut comments: Vec<Comments> = files.clone().map(of_file).collect();
     for statement in &text.statements {
-        finder.words.statements.push(statement_span(
-            statement.extent.file,
-            statement.cursor(sources, &text.tokens).tokens,
-        ));
         let cursor = statement.cursor(sources, &text.tokens);
-        let appearances = match &statement.form {
+        let span = statement_span(statement.extent.file, cursor.tokens);
+        finder.words.statements.push(span);
+        finder.appearances.clear();
+        finder.appearances.resize(cursor.tokens.len(), None);
+        match &statement.form {
             Form::Declaration(declaration) => finder.declaration(&declaration.form, &cursor),
             Form::Logic(logic) => finder.logic(logic, &cursor),
-        };
-        for &token in cursor.tokens {
-            finder.token(&cursor, token, appearances.get(&token.start).copied());
+        }
+        let mut comments = comments.get_mut(span.file.0 as usize);
+        for (at, &token) in cursor.tokens.iter().enumerate() {
+            if let Some(comments) = &mut comments {
+                comments.add_before(token.start, &mut finder.words.words);
+            }
+            finder.token(&cursor, token, finder.appearances.get(at).copied().flatten());
         }
     }
     finder.end_section();
     let mut words = finder.words;
-    for id in (0..sources.len() as u32).map(FileId) {
-        for (start, end) in split::comments(sources.text(id)) {
-            words.words.push(plain(Span::new(id, start, end), WordKind::Comment));
-        }
+    for (id, mut comments) in files.zip(comments) {
+        comments.add_before(u32::MAX, &mut words.words);
         if let Some(at) = sources.included_from(id) {
             let end = at.start + "$INCLUDE".len() as u32;
             words.words.push(plain(Span { end, ..at }, WordKind::Directive));
@@ -52,11 +65,6 @@ fn statement_span(file: FileId, tokens: &[Token]) -> Span {
     let start = tokens.first().map_or(0, |token| token.start);
     let end = tokens.last().map_or(start, |token| token.end);
     Span { file, start, end }
-}
-
-/// A word that names nothing.
-fn plain(span: Span, kind: WordKind) -> Word {
-    Word { span, kind, name: None, defined_as: None, appearance: None }
 }
 
 /// The declarations of a program, with the extents of the statements.
@@ -153,15 +161,13 @@ struct Finder<'a> {
     open: Vec<Span>,
     /// The directive of the section that is read, and where the section's last statement ends.
     section: Option<(Span, Span)>,
+    /// For each token of the statement that is read what is done with what it names.
+    appearances: Vec<Option<Appearance>>,
 }
-
-/// For the tokens of a statement, by their offsets, what is done with what they name.
-type Appearances = HashMap<u32, Appearance>;
 
 impl Finder<'_> {
     /// A declaration: its names are declared, those in texts are read.
-    fn declaration(&mut self, form: &DeclarationForm, cursor: &Cursor<'_>) -> Appearances {
-        let mut found = Appearances::new();
+    fn declaration(&mut self, form: &DeclarationForm, cursor: &Cursor<'_>) {
         if let DeclarationForm::Directive(_) = form {
             self.end_section();
             let span = statement_span(cursor.statement.file, cursor.tokens);
@@ -170,18 +176,17 @@ impl Finder<'_> {
             *last = statement_span(cursor.statement.file, cursor.tokens);
         }
         let is_text = matches!(form, DeclarationForm::Announcement { .. });
-        for token in cursor.tokens {
+        for (token, appearance) in cursor.tokens.iter().zip(&mut self.appearances) {
             if !matches!(token.kind, Kind::Name | Kind::Executive) {
                 continue;
             }
             let declared = self.symbols.get(cursor.slice(*token)).and_then(|it| it.declared);
             if declared == Some(cursor.span_of(*token)) {
-                found.insert(token.start, Appearance::Declared);
+                *appearance = Some(Appearance::Declared);
             } else if is_text {
-                found.insert(token.start, Appearance::Read);
+                *appearance = Some(Appearance::Read);
             }
         }
-        found
     }
 
     /// Ends the section of the directive that was read last, if more than the directive is in it.
@@ -195,10 +200,8 @@ impl Finder<'_> {
     }
 
     /// A statement of the logic.
-    fn logic(&mut self, logic: &Logic, cursor: &Cursor<'_>) -> Appearances {
+    fn logic(&mut self, logic: &Logic, cursor: &Cursor<'_>) {
         self.end_section();
-        let mut found: Appearances =
-            logic.labels.iter().map(|label| (label.start, Appearance::Declared)).collect();
         let used = match &logic.form {
             LogicForm::If { .. } | LogicForm::ElseIf { .. } => Appearance::Tested,
             LogicForm::Assignment { .. }
@@ -207,14 +210,21 @@ impl Finder<'_> {
             | LogicForm::Goto { .. }
             | LogicForm::Other { .. } => Appearance::Read,
         };
-        for token in cursor.tokens {
+        for (token, appearance) in cursor.tokens.iter().zip(&mut self.appearances) {
             if matches!(token.kind, Kind::Name | Kind::Executive) {
-                found.entry(token.start).or_insert(used);
+                *appearance = Some(used);
             }
         }
+        let mut note = |start: u32, what| {
+            let at = cursor.tokens.binary_search_by_key(&start, |token| token.start).ok();
+            if let Some(appearance) = at.and_then(|at| self.appearances.get_mut(at)) {
+                *appearance = Some(what);
+            }
+        };
+        logic.labels.iter().for_each(|label| note(label.start, Appearance::Declared));
         match &logic.form {
             LogicForm::Assignment { name, .. } => {
-                found.insert(name.start, Appearance::Written);
+                note(name.start, Appearance::Written);
             }
             LogicForm::If { word, .. } => self.open.push(cursor.span_of(*word)),
             LogicForm::ElseIf { word, .. } | LogicForm::Else { word, .. } => {
@@ -222,11 +232,10 @@ impl Finder<'_> {
             }
             LogicForm::EndIf { word } => self.end_block(cursor.span_of(*word), false),
             LogicForm::Goto { label, .. } => {
-                found.extend(label.iter().map(|label| (label.start, Appearance::GoneTo)));
+                label.iter().for_each(|label| note(label.start, Appearance::GoneTo));
             }
             LogicForm::Other { .. } => {}
         }
-        found
     }
 
     /// Ends a body of an IF at a word; `again` says that another one begins there.
@@ -293,7 +302,7 @@ mod tests {
     use crate::common::Options;
 
     fn words_of(sources: &mut SourceMap, file: FileId) -> Words {
-        crate::pmi::check_with_words(sources, file, &MemoryLoader::new(), &Options::default()).2
+        crate::pmi::words_and_rest(sources, file, &MemoryLoader::new(), &Options::default()).0
     }
 
     /// The words of a program that name something, each with what is done with it.

@@ -13,7 +13,7 @@ use crate::program::At;
 
 /// The fixes of the problems in a part of a document.
 pub(crate) fn code_actions(at: At<'_>, part: Span) -> Vec<CodeActionResponse> {
-    let own = at.program.diagnostics.iter().filter(|it| {
+    let own = at.program.diagnostics().iter().filter(|it| {
         it.span.file == at.file && it.span.start <= part.end && part.start <= it.span.end
     });
     own.flat_map(|it| [replacement(at, it), allowance(at, it)]).flatten().collect()

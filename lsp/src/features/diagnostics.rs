@@ -20,7 +20,7 @@ pub(crate) fn of_file(
     documents: &Documents,
     explains: bool,
 ) -> Vec<Diagnostic> {
-    let own = program.diagnostics.iter().filter(|it| it.span.file == file).take(MAX_TOLD);
+    let own = program.diagnostics().iter().filter(|it| it.span.file == file).take(MAX_TOLD);
     own.map(|it| one(program, it, documents, explains)).collect()
 }
 

@@ -1,6 +1,6 @@
 //! Indents the bodies of conditions, and nothing else: no token changes, which is checked.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use gen_lsp_types::{FormattingOptions, Position, Range, TextEdit};
 use plcc_diag::Span;
@@ -33,8 +33,13 @@ fn indentations(at: At<'_>, options: &FormattingOptions) -> Vec<TextEdit> {
     };
     let lines = sources.line_count(at.file) as usize;
     let mut depth = vec![0_u32; lines + 2];
-    let conditions = program.words.blocks.iter().filter(|block| block.file == at.file);
-    for &Span { start, end, .. } in conditions.filter(|block| is_condition(at, **block)) {
+    // Sections and modules are declared, and have no depth of their own.
+    let declared = program.words.declarations.iter();
+    let declared = declared.filter(|it| !it.detail.starts_with("buffer")).map(|it| it.extent);
+    let declared: HashSet<Span> = declared.collect();
+    let blocks = program.words.blocks.iter().filter(|block| block.file == at.file);
+    let conditions = blocks.filter(|block| !declared.contains(*block) && is_condition(at, **block));
+    for &Span { start, end, .. } in conditions {
         for between in line(start) + 1..line(end) {
             depth.get_mut(between as usize).into_iter().for_each(|depth| *depth += 1);
         }
@@ -82,36 +87,31 @@ fn is_condition(at: At<'_>, block: Span) -> bool {
             Some(WordKind::Keyword | WordKind::Variable | WordKind::Operator),
             Some(WordKind::Keyword)
         )
-    ) && at
-        .program
-        .words
-        .declarations
-        .iter()
-        .all(|it| it.extent != block || it.detail.starts_with("buffer"))
+    )
 }
 
 /// Whether the text with the edits has the same words.
 fn is_same(at: At<'_>, edits: &[TextEdit]) -> bool {
     let program = at.program;
-    let mut text = program.sources.text(at.file).to_owned();
-    for edit in edits.iter().rev() {
+    let before = program.sources.text(at.file);
+    let (mut text, mut copied) = (String::with_capacity(before.len()), 0);
+    for edit in edits {
         let offset =
             |position| program.encoding.offset(&program.sources, at.file, position) as usize;
-        let (start, end) = (offset(edit.range.start), offset(edit.range.end));
-        if text.get(start..end).is_none() {
-            return false;
-        }
-        text.replace_range(start..end, &edit.new_text);
+        let Some(kept) = before.get(copied..offset(edit.range.start)) else { return false };
+        text.push_str(kept);
+        text.push_str(&edit.new_text);
+        copied = offset(edit.range.end);
     }
+    text.push_str(before.get(copied..).unwrap_or_default());
     let after = program.with_texts(BTreeMap::from([(at.file, text)]), at.documents);
-    let words = |program: &Program| -> Vec<(WordKind, String)> {
-        let words = program.words.words.iter();
-        words.map(|it| (it.kind, program.sources.slice(it.span).to_owned())).collect()
-    };
-    let codes = |program: &Program| -> Vec<&'static str> {
-        program.diagnostics.iter().filter(|it| it.is_error()).map(|it| it.code).collect()
-    };
-    words(program) == words(&after) && codes(program) == codes(&after)
+    fn words(program: &Program) -> impl Iterator<Item = (WordKind, &str)> {
+        program.words.words.iter().map(|it| (it.kind, program.sources.slice(it.span)))
+    }
+    fn codes(program: &Program) -> impl Iterator<Item = &'static str> {
+        program.diagnostics().iter().filter(|it| it.is_error()).map(|it| it.code)
+    }
+    words(program).eq(words(&after)) && codes(program).eq(codes(&after))
 }
 
 #[cfg(test)]

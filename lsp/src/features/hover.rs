@@ -54,7 +54,7 @@ fn of_word(program: &Program, word: &Word) -> Option<String> {
         text.push_str(&format!("  \n{}:{line}", file.unwrap_or_default()));
         parts.push(text);
     }
-    let of_word = program.given.iter().filter(|it| Some(&it.name) == word.name.as_ref());
+    let of_word = program.given().iter().filter(|it| Some(&it.name) == word.name.as_ref());
     let mut said = GivenName::default();
     of_word.for_each(|it| said.complete(it));
     // The comment of a declaration is there already.

@@ -42,7 +42,7 @@ fn is_of_control(at: At<'_>, word: &Word) -> bool {
     let text = at.text(word);
     text.starts_with([':', '@'])
         || word.defined_as.is_none()
-            && at.program.checked.as_ref().is_some_and(|it| it.accessed(text).is_some())
+            && at.program.checked().is_some_and(|it| it.accessed(text).is_some())
             && at
                 .program
                 .words
@@ -70,20 +70,20 @@ pub(crate) fn rename(
     if at.program.words.words.iter().any(|it| at.text(it) == new) {
         return Err(format!("`{new}` is in the program already"));
     }
-    let Some(before) = &at.program.checked else {
+    let Some(before) = at.program.checked() else {
         return Err("the program has errors; mend them first, so that it can be compared".into());
     };
     let spans: Vec<Span> = at.program.words.same_as(word).into_iter().map(|it| it.span).collect();
     let spans: Vec<Span> =
         spans.into_iter().filter(|span| at.program.sources.slice(*span) == name).collect();
     let after = changed(at, &spans, new);
-    let Some(checked) = &after.checked else {
-        let error = after.diagnostics.iter().find(|it| it.is_error());
+    let Some(checked) = after.checked() else {
+        let error = after.diagnostics().iter().find(|it| it.is_error());
         let error = error.map_or_else(String::new, |it| format!(": {}", it.message));
         return Err(format!("with the name {new} the program has an error{error}"));
     };
     let renamed = Some((new, name));
-    if compiler.code(before.as_ref(), None) != compiler.code(checked.as_ref(), renamed) {
+    if compiler.code(before, None) != compiler.code(checked, renamed) {
         return Err(format!("with the name {new} it would be another program"));
     }
     let mut changes: HashMap<_, Vec<TextEdit>> = HashMap::new();

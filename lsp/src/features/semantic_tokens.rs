@@ -1,16 +1,15 @@
 //! What each word is, for its colour.
 
 use std::collections::HashMap;
-use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
 use gen_lsp_types::{
     SemanticToken, SemanticTokens, SemanticTokensDelta, SemanticTokensDeltaResponse,
     SemanticTokensEdit, SemanticTokensLegend,
 };
-use plcc_abi::Fnv;
 use plcc_diag::Span;
 use plcc_frontend::common::words::{Appearance, Word, WordKind};
+use serde_json::{Map, Value};
 
 use crate::program::At;
 
@@ -158,9 +157,22 @@ fn numbers(token: &SemanticToken) -> [u32; NUMBERS] {
 
 /// The number of a result, which depends on the tokens alone.
 fn result_id(data: &[SemanticToken]) -> String {
-    let mut hash = Fnv::default();
-    data.iter().flat_map(numbers).for_each(|number| hash.write(&number.to_le_bytes()));
-    format!("{:016x}", hash.finish())
+    // As rustc hashes, for which a program has too many tokens to take them byte by byte.
+    let add = |hash: u64, number: u32| {
+        (hash.rotate_left(5) ^ u64::from(number)).wrapping_mul(0x517c_c1b7_2722_0a95)
+    };
+    format!("{:016x}", data.iter().flat_map(numbers).fold(0, add))
+}
+
+/// The tokens in the protocol's form. It is made here since it is the longest of all answers: the general way moves its numbers
+/// several times.
+pub(crate) fn json(tokens: &SemanticTokens) -> Value {
+    let mut data = Vec::with_capacity(tokens.data.len() * NUMBERS);
+    data.extend(tokens.data.iter().flat_map(numbers).map(Value::from));
+    let mut object = Map::new();
+    object.insert("resultId".into(), tokens.result_id.clone().into());
+    object.insert("data".into(), Value::Array(data));
+    Value::Object(object)
 }
 
 #[cfg(test)]
