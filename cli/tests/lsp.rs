@@ -195,6 +195,68 @@ fn values_of_a_running_control_are_shown_and_changed() {
     assert!(text.starts_with("M is 42 now, because N is 21.\n"), "{text}");
 }
 
+/// Where a force holds an output, the program's value and the forced one are shown, of a control and of its record.
+#[test]
+fn forced_values_stand_beside_those_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = "$OUTPUT\nLAMP = 2/0\n$END\nLAMP = T\n";
+    std::fs::write(path("a.pmi"), text).unwrap();
+    let mut control = Command::new(env!("CARGO_BIN_EXE_plcc"));
+    control.args(["run", &path("a.pmi"), "--realtime", "--socket", &path("a.sock")]);
+    control.args(["--record", &path("a.plcrec")]);
+    let control = control.args(["--allow", "force"]).stderr(Stdio::null()).spawn();
+    let control = Control(control.unwrap());
+    let mut editor = Editor::start();
+    let uri = format!("file://{}", path("a.pmi"));
+    editor.tell(
+        "textDocument/didOpen",
+        json!({"textDocument": {"uri": uri, "languageId": "pmi", "version": 1, "text": text}}),
+    );
+    while UnixStream::connect(path("a.sock")).is_err() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    editor.ask("plcc/showValues", json!({"textDocument": {"uri": uri}, "run": "a.sock"}));
+    assert_eq!(editor.labels(&uri, 3), ["= 1"]);
+    let force = |value: Value| json!({"name": "LAMP", "value": value, "force": true});
+    let forced = editor.ask("plcc/change", force(json!("0")))["tick"].as_u64().unwrap();
+    let wait = |editor: &mut Editor, label: &str| {
+        let until = Instant::now() + Duration::from_secs(60);
+        while editor.labels(&uri, 3) != [label] {
+            assert!(Instant::now() < until, "{:?}", editor.labels(&uri, 3));
+        }
+    };
+    wait(&mut editor, "= 1 (forced 0)");
+    let ended = editor.ask("plcc/change", force(Value::Null))["tick"].as_u64().unwrap();
+    wait(&mut editor, "= 1");
+    // The record has them too, from the tick of the force to the one of its end.
+    let mut show = |tick: u64| {
+        let run = json!({"textDocument": {"uri": uri}, "run": "a.plcrec", "tick": tick});
+        let until = Instant::now() + Duration::from_secs(60);
+        loop {
+            editor.send(&json!({"jsonrpc": "2.0", "id": "show", "method": "plcc/showValues", "params": run}));
+            let shown = loop {
+                let message = editor.receive();
+                if message["id"] == "show" {
+                    break message;
+                }
+            };
+            // The last ticks are written with the next part of the record.
+            if shown["error"].is_null() {
+                return editor.labels(&uri, 3);
+            }
+            assert!(Instant::now() < until, "{shown}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    };
+    assert!(ended > forced);
+    assert_eq!(show(forced), ["= 1 (forced 0)"]);
+    assert_eq!(show(ended), ["= 1"]);
+    assert_eq!(show(forced.saturating_sub(1)), ["= 1"]);
+    assert_eq!(show(ended.saturating_sub(1)), ["= 1 (forced 0)"]);
+    drop(control);
+}
+
 /// A script is checked against its program as `plcc test` does it, from the text in the editor.
 #[test]
 fn mistakes_of_a_script_are_told_at_their_places() {

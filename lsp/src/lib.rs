@@ -75,7 +75,7 @@ use plcc_diag::Diagnostic;
 use plcc_frontend::CheckedProgram;
 
 pub use capabilities::capabilities;
-pub use run::Run;
+pub use run::{Run, Value};
 
 /// What the server needs of the compiler behind the front ends.
 pub trait Compiler: Sync {

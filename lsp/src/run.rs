@@ -9,6 +9,27 @@ use std::path::{Path, PathBuf};
 use gen_lsp_types::TextDocumentIdentifier;
 use serde::{Deserialize, Serialize};
 
+/// A variable's value in a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Value {
+    /// The value, as people read it.
+    pub text: String,
+    /// The value at which somebody holds its lines, whatever the program gives.
+    pub forced: Option<String>,
+    /// What else is to be known of it: why its lines do not have this value.
+    pub note: Option<String>,
+}
+
+impl Value {
+    /// What stands beside the name.
+    pub(crate) fn label(&self) -> String {
+        match &self.forced {
+            Some(forced) => format!("= {} (forced {forced})", self.text),
+            None => format!("= {}", self.text),
+        }
+    }
+}
+
 /// A run that can be looked at.
 pub trait Run {
     /// The first and the last tick whose values can be had. Of a control that runs both are the present one.
@@ -22,7 +43,7 @@ pub trait Run {
     ///
     /// # Errors
     /// Why they can't be had.
-    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, String>, String>;
+    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, Value>, String>;
 
     /// Sets a variable of a control that runs once, or with `force` holds it at the value; `None` ends that. Returns the tick before
     /// which it is done.
@@ -116,7 +137,7 @@ impl ShownRun {
     }
 
     /// The values of variables in the tick that is shown, and the tick; none where they can't be had any more.
-    pub(crate) fn values(&mut self, names: &[String]) -> (u64, BTreeMap<String, String>) {
+    pub(crate) fn values(&mut self, names: &[String]) -> (u64, BTreeMap<String, Value>) {
         let tick = self.tick.or_else(|| Some(self.run.ticks().ok()?.1)).unwrap_or(0);
         (tick, self.run.values(tick, names).unwrap_or_default())
     }

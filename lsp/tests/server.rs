@@ -44,9 +44,19 @@ impl Run for Counting {
         Ok((5, 900))
     }
 
-    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, String>, String> {
+    fn values(
+        &mut self,
+        tick: u64,
+        names: &[String],
+    ) -> Result<BTreeMap<String, plcc_lsp::Value>, String> {
         let names = names.iter().filter(|name| *name != "DOOR");
-        Ok(names.map(|name| (name.clone(), tick.to_string())).collect())
+        let value = |name: &String| {
+            let (text, is_forced) = (tick.to_string(), name == "PUMP");
+            let forced = is_forced.then(|| "0".to_owned());
+            let note = is_forced.then(|| "PUMP is forced by ann".to_owned());
+            (name.clone(), plcc_lsp::Value { text, forced, note })
+        };
+        Ok(names.map(value).collect())
     }
 
     fn change(&mut self, name: &str, value: Option<&str>, force: bool) -> Result<u64, String> {
@@ -358,9 +368,11 @@ fn pages_of_diagnostics_can_be_asked_for() {
 fn values_of_a_run_stand_behind_names() {
     let mut editor = Editor::new();
     let uri = "file:///nowhere/x.pmi";
-    editor.open(uri, "pmi", "$INPUT\nDOOR = 1/0\n$OUTPUT\nLAMP = 2/0\n$END\nLAMP = DOOR\n");
+    let text =
+        "$INPUT\nDOOR = 1/0\n$OUTPUT\nLAMP = 2/0\nPUMP = 2/1\n$END\nLAMP = DOOR\n\nPUMP = T\n";
+    editor.open(uri, "pmi", text);
     let document = json!({"uri": uri});
-    let range = json!({"start": {"line": 5, "character": 0}, "end": {"line": 6, "character": 0}});
+    let range = json!({"start": {"line": 6, "character": 0}, "end": {"line": 7, "character": 0}});
     let labels = |editor: &mut Editor| {
         let hints = json!({"textDocument": {"uri": uri}, "range": range});
         let hints = editor.ask("textDocument/inlayHint", hints).unwrap();
@@ -378,6 +390,12 @@ fn values_of_a_run_stand_behind_names() {
     let shown = show(&mut editor, "cell.record", Value::Null).unwrap();
     assert_eq!(shown, json!({"tick": 900, "first": 5, "last": 900}));
     assert_eq!(labels(&mut editor), ["= 900"]);
+    // What is forced has both values.
+    let range = json!({"start": {"line": 8, "character": 0}, "end": {"line": 9, "character": 0}});
+    let hints = json!({"textDocument": document, "range": range});
+    let hints = editor.ask("textDocument/inlayHint", hints).unwrap();
+    assert_eq!(hints[0]["label"], "= 900 (forced 0)");
+    assert_eq!(hints[0]["tooltip"], "PUMP at the end of tick 900; PUMP is forced by ann");
     assert_eq!(show(&mut editor, "cell.record", json!(7)).unwrap()["tick"], 7);
     assert_eq!(labels(&mut editor), ["= 7"]);
     let (_, why) = show(&mut editor, "cell.record", json!(4)).unwrap_err();
@@ -393,8 +411,9 @@ fn values_of_a_run_stand_behind_names() {
         let commands = found.as_array().unwrap().iter().map(|it| it["command"].clone());
         commands.filter(|it| it["command"] == "plcc.why").collect::<Vec<_>>()
     };
-    let of_lamp = lenses(&mut editor);
-    assert_eq!(of_lamp, [json!({"title": "why?", "command": "plcc.why", "arguments": ["LAMP"]})]);
+    let of_outputs = lenses(&mut editor);
+    let why = |name: &str| json!({"title": "why?", "command": "plcc.why", "arguments": [name]});
+    assert_eq!(of_outputs, [why("LAMP"), why("PUMP")]);
     let change = editor.ask("plcc/change", json!({"name": "LAMP", "value": "1", "force": true}));
     assert_eq!(change.unwrap(), json!({"tick": 901}));
     let (_, why) = editor.ask("plcc/change", json!({"name": "DOOR"})).unwrap_err();

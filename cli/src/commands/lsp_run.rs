@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::number;
 use plcc_dap::LaunchArguments;
-use plcc_lsp::Run;
-use plcc_replay::{ControlSocket, DebugError, Debugger};
+use plcc_lsp::{Run, Value};
+use plcc_replay::{ControlSocket, DebugError, Debugger, not_as_given};
 use plcc_why::{Question, explain};
 
 use super::why;
@@ -48,16 +48,20 @@ impl Run for Control {
         Ok((last, last))
     }
 
-    fn values(&mut self, _: u64, names: &[String]) -> Result<BTreeMap<String, String>, String> {
+    fn values(&mut self, _: u64, names: &[String]) -> Result<BTreeMap<String, Value>, String> {
         let known: Vec<String> =
             names.iter().filter(|name| self.names.contains(*name)).cloned().collect();
         if known.is_empty() {
             return Ok(BTreeMap::new());
         }
         let (_, values) = self.control.values(&known).map_err(refused)?;
-        let single = |(name, value): (String, Vec<f64>)| match value.as_slice() {
-            [value] => Some((name, number(*value))),
-            _ => None,
+        let status = self.control.status().map_err(refused)?;
+        let single = |(name, value): (String, Vec<f64>)| {
+            let &[value] = value.as_slice() else { return None };
+            let force = status.forces.iter().find(|force| force.name == name);
+            let forced = force.map(|force| force.value.clone());
+            let note = not_as_given(&status, &name);
+            Some((name, Value { text: number(value), forced, note }))
         };
         Ok(values.into_iter().filter_map(single).collect())
     }
@@ -78,6 +82,19 @@ struct Record {
     debugger: Debugger<'static>,
 }
 
+impl Record {
+    /// The forces at the end of a tick; none of a tick that can't be run again, since it was cut.
+    fn forces(&mut self, tick: u64) -> BTreeMap<String, String> {
+        let (_, history) = self.debugger.program_and_history();
+        if history.go_before(tick).and_then(|()| history.run_unobserved(tick)).is_err() {
+            return BTreeMap::new();
+        }
+        let executive = history.executive();
+        let (forces, names) = (executive.forces(), executive.names());
+        forces.into_iter().map(|(key, value)| (names.canonical(key), value.to_string())).collect()
+    }
+}
+
 impl Run for Record {
     fn ticks(&mut self) -> Result<(u64, u64), String> {
         self.debugger.look_for_more().map_err(refused)?;
@@ -85,11 +102,16 @@ impl Run for Record {
         Ok((self.debugger.first_tick(), last))
     }
 
-    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, String>, String> {
+    fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, Value>, String> {
         self.debugger.go_to_end_of_tick(tick).map_err(refused)?;
         let values = self.debugger.values(names).map_err(refused)?;
+        let mut forces = self.forces(tick);
         let single = values.into_iter().filter(|it| !it.value.ends_with(" elements"));
-        Ok(single.map(|it| (it.name, it.value)).collect())
+        let shown = single.map(|it| {
+            let forced = forces.remove(&it.name);
+            (it.name, Value { text: it.value, forced, note: None })
+        });
+        Ok(shown.collect())
     }
 
     fn change(&mut self, _: &str, _: Option<&str>, _: bool) -> Result<u64, String> {

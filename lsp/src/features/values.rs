@@ -27,12 +27,16 @@ pub(crate) fn values(at: At<'_>, part: Span, run: &mut ShownRun) -> Vec<InlayHin
     let (tick, values) = run.values(&names);
     let hint = |(word, name): (&Word, &String)| {
         let value = values.get(name)?;
+        let mut tooltip = format!("{name} at the end of tick {tick}");
+        if let Some(note) = &value.note {
+            tooltip.push_str(&format!("; {note}"));
+        }
         Some(InlayHint {
             position: at.program.range(word.span).end,
-            label: Label::String(format!("= {value}")),
+            label: Label::String(value.label()),
             kind: None,
             text_edits: None,
-            tooltip: Some(Tooltip::String(format!("{name} at the end of tick {tick}"))),
+            tooltip: Some(Tooltip::String(tooltip)),
             padding_left: Some(true),
             padding_right: Some(true),
             data: None,
