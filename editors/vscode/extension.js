@@ -108,11 +108,27 @@ function activate(context) {
     client = startServer(context);
   });
   // A lens tells how often a name is used; a click shows where.
-  command('showReferences', async (address, position) => {
+  const showReferences = async (address, position) => {
     const uri = vscode.Uri.parse(address);
     const at = (await client).protocol2CodeConverter.asPosition(position);
     const places = await vscode.commands.executeCommand('vscode.executeReferenceProvider', uri, at);
     await vscode.commands.executeCommand('editor.action.showReferences', uri, at, places);
+  };
+  command('showReferences', showReferences);
+  // Of a line that declares many names there is one lens, which asks which of them is meant.
+  const choose = async (title, names) => vscode.window.showQuickPick(
+    names.map(({ name, uses, position }) => ({ label: name, description: uses, position })), { title });
+  command('showReferencesOf', async (address, names) => {
+    const chosen = await choose('Where is which name used?', names);
+    if (chosen) {
+      await showReferences(address, chosen.position);
+    }
+  });
+  command('whyOf', async (names) => {
+    const chosen = await choose('Why has which variable its value?', names);
+    if (chosen) {
+      await vscode.commands.executeCommand('plcc.why', chosen.label);
+    }
   });
   // The page of a diagnostic, behind the link at its code.
   add(vscode.workspace.registerTextDocumentContentProvider('plcc-explain', {
