@@ -62,6 +62,7 @@ export function makeWorkspace() {
       mkdirSync(path.dirname(path.join(folder, name)), { recursive: true });
       writeFileSync(path.join(folder, name), text);
     },
+    delete: (name) => rmSync(path.join(folder, name)),
     remove() { rmSync(home, { recursive: true, force: true }); },
   };
 }

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
+import { existsSync } from "node:fs";
 import { after, afterEach, before, test } from "node:test";
 
 import { eventually, makeWorkspace, openEditor, showValues, startBrowser, startServer } from "./editor.js";
@@ -44,7 +45,7 @@ const LANGUAGES = {
     definition: [[50, "CJMIN"], "lathe.pmi", 28],
     references: [[50, "CJMIN"], 3],
     hint: [50, "CJMIN= 0"],
-    lens: [24, "read 4 times, written once"],
+    lens: [24, "4 reads, 1 write"],
     token: [[50, "CJMIN"], "CJMIN", "variable", "readonly"],
     after: 53,
     wrong: ["MCHON = MCRDU", "PMI-31", "Write MCRDY", "= MCRDY"],
@@ -60,7 +61,7 @@ const LANGUAGES = {
     control: [[58, "U521"], "sets output line or output flag", "NCT manual 4.1"],
     definition: [[80, "C009"], "sample.plc", 554],
     references: [[66, "F0102"], 4],
-    lens: [554, "called 4 times"],
+    lens: [554, "4 calls"],
     token: [[60, "532"], "532", "variable", "modification"],
     after: 64,
     wrong: ["  LRPO39", "NCT-19", "Write 0", "  LRP039"],
@@ -77,7 +78,7 @@ const LANGUAGES = {
     definition: [[44, "KEY_JOG_PLUS"], "mill-io.h", 62],
     references: [[44, "KEY_JOG_PLUS"], 3],
     hint: [44, "KEY_JOG_PLUS= M72"],
-    lens: [18, "called 2 times"],
+    lens: [18, "2 calls"],
     token: [[44, "KEY_JOG_PLUS"], "KEY_JOG_PLUS", "variable"],
     after: 20,
     wrong: ["  LAMP_CYCEL=1", "PMAC-", "Write LAMP_CYCLE", "  LAMP_CYCLE=1"],
@@ -342,39 +343,130 @@ test("values of a record stand beside names, a slider goes through them, and why
   await editor.press("Home", "ArrowRight", "ArrowRight", "ArrowRight");
   await editor.status(/PAST: tick 3 of/);
   await eventually(() => editor.line(66), (line) => line !== last, "the values of tick 3");
+  // A line with five names has one lens, which asks which of them is meant.
   await editor.goTo(24, 1);
-  // Those of lines with many names go beyond the right edge.
-  await editor.lenses.filter({ hasText: /^why\?$/, visible: true }).first().click();
+  const ofLine = editor.page.locator(".codelens-decoration", { hasText: "5 names: 7 reads, 9 writes" });
+  await ofLine.locator("a", { hasText: "names" }).click();
+  await editor.pick(editor.named("AXRPB"));
+  const uses = editor.page.locator(".reference-zone-widget .ref-tree .monaco-list-row");
+  await eventually(() => uses.count(), (found) => found >= 2, "the uses of AXRPB");
+  await editor.press("Escape");
+  await editor.goTo(24, 1);
+  await ofLine.locator("a", { hasText: "why?" }).click();
+  await editor.pick(editor.named("AXRPB"));
   await editor.page.locator(".panel .view-lines", { hasText: /tick|since/ }).waitFor();
   await editor.command("plcc: Hide the Values");
   await view.waitFor({ state: "detached" });
 });
 
-test("values of a running control move, and are forced after a question", async () => {
-  await editor.reset();
-  const options = ["--realtime", "--simulate", "--socket", "turret.sock", "--allow", "write,force"];
+/** Runs the turret as a control in real time while something is tried with it. */
+async function withTurret(attempt, ...more) {
+  const options = ["--realtime", "--simulate", "--socket", "turret.sock", "--allow", "write,force", ...more];
   const control = spawn(PLCC, ["run", "turret.pmi", ...options], { cwd: folder.folder, stdio: "ignore" });
+  const ended = new Promise((resolve) => { control.on("exit", resolve); });
   try {
+    await eventually(() => existsSync(folder.path("turret.sock")), Boolean, "the control's socket");
+    await attempt();
+  } finally {
+    control.kill();
+    await ended;
+  }
+}
+
+/** Gives a command that changes the control, answers its questions, and says yes. */
+async function change(command, name, value, yes) {
+  await editor.command(command);
+  await editor.page.locator(".quick-input-widget", { hasText: "Which variable?" }).waitFor();
+  await editor.answer(name);
+  await editor.press("Enter");
+  if (value !== undefined) {
+    await editor.page.locator(".quick-input-widget", { hasText: `${name} =` }).waitFor();
+    await editor.answer(value);
+    await editor.press("Enter");
+  }
+  const question = editor.page.locator(".monaco-dialog-box", { hasText: "This acts on the machine" });
+  await question.locator(".monaco-button", { hasText: yes }).click();
+}
+
+test("values of a running control move, and are forced, unforced and set after a question", async () => {
+  await editor.reset();
+  await withTurret(async () => {
     await showValues(editor, "turret.pmi", folder.path("turret.sock"));
     const tick = async () => Number(/tick (\d+)/.exec(await editor.status(/tick \d+/))[1]);
     const first = await tick();
     await eventually(tick, (now) => now > first, "a later tick");
     await editor.goTo(54, 1);
     await eventually(() => editor.line(54), includes("PEDAL= 0"), "PEDAL is 0");
-    await editor.command("plcc: Force a Variable of the Control…");
-    await editor.page.locator(".quick-input-widget", { hasText: "Which variable?" }).waitFor();
-    await editor.answer("PEDAL");
-    await editor.press("Enter");
-    await editor.page.locator(".quick-input-widget", { hasText: "PEDAL =" }).waitFor();
-    await editor.answer("1");
-    await editor.press("Enter");
-    const question = editor.page.locator(".monaco-dialog-box", { hasText: "This acts on the machine" });
-    await question.locator(".monaco-button", { hasText: "Force PEDAL = 1" }).click();
-    await eventually(() => editor.line(54), includes("PEDAL= 1"), "PEDAL is forced");
+    await change("plcc: Force a Variable of the Control…", "PEDAL", "1", "Force PEDAL = 1");
+    await eventually(() => editor.line(54), includes("PEDAL= 1 (forced 1)", "CLAMP= 0"), "PEDAL is forced");
+    // Of an output the program's value stays beside the forced one.
+    await change("plcc: Force a Variable of the Control…", "CLAMP", "1", "Force CLAMP = 1");
+    await eventually(() => editor.line(54), includes("CLAMP= 0 (forced 1)"), "CLAMP is forced");
+    await change("plcc: Unforce a Variable of the Control…", "CLAMP", undefined, "Unforce CLAMP");
+    await eventually(() => editor.line(54), (line) => /CLAMP= 0 /.test(line) && !/CLAMP= 0 \(/.test(line), "CLAMP is not forced");
+    await change("plcc: Unforce a Variable of the Control…", "PEDAL", undefined, "Unforce PEDAL");
+    await eventually(() => editor.line(54), includes("PEDAL= 0", "CLAMP= 1"), "PEDAL is 0 again");
+    // The program itself keeps CFLT until a reset.
+    await editor.goTo(56, 1);
+    await eventually(() => editor.line(56), includes("CFLT= 0"), "CFLT is 0");
+    await change("plcc: Set a Variable of the Control…", "CFLT", "1", "Set CFLT = 1");
+    await eventually(() => editor.line(56), includes("CFLT= 1"), "CFLT is set");
     await editor.command("plcc: Hide the Values");
-  } finally {
-    control.kill();
-  }
+  });
+});
+
+test("the debugger is attached to a running control, and sets a variable of it", async () => {
+  await editor.reset();
+  const attach = { type: "plcc", request: "attach", name: "The turret runs", recording: "${workspaceFolder}/turret.plcrec", socket: folder.path("turret.sock") };
+  folder.write(".vscode/launch.json", JSON.stringify({ version: "0.2.0", configurations: [attach] }));
+  await withTurret(async () => {
+    // The record's first part is written after a while.
+    const why = () => {
+      try {
+        return execFileSync(PLCC, ["why", "turret.plcrec", "CLAMP"], { cwd: folder.folder, encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+      } catch {
+        return "";
+      }
+    };
+    await eventually(why, Boolean, "ticks in the record");
+    await editor.open("turret.pmi");
+    await editor.press("F5");
+    const toolbar = editor.page.locator(".debug-toolbar");
+    await toolbar.waitFor();
+    await editor.press("Control+Shift+D");
+    const place = () => editor.page.locator(".debug-call-stack .monaco-list-row.selected, .debug-call-stack .stack-frame").first().innerText();
+    const stopped = await eventually(place, includes("tick"), "it has stopped at the end of the record");
+    await toolbar.locator(".codicon-debug-step-back").click();
+    await eventually(place, (text) => text !== stopped, "a step back");
+    await editor.command("Debug Console: Focus on Debug Console View");
+    await editor.type("set CFLT=1");
+    await editor.press("Enter");
+    const asked = () => execFileSync(PLCC, ["why", "turret.sock", "turret.pmi", "CFLT"], { cwd: folder.folder, encoding: "utf8" });
+    await eventually(asked, includes("CFLT is 1"), "the control has CFLT = 1");
+    await editor.press("Shift+F5");
+    await toolbar.waitFor({ state: "hidden" });
+  }, "--record", "turret.plcrec");
+  folder.delete(".vscode/launch.json");
+});
+
+test("the server is started again", async () => {
+  await editor.reset();
+  await editor.open("lathe.pmi");
+  await editor.goToWord("lathe.pmi", 50, "CJMIN");
+  await editor.hover();
+  const servers = () => {
+    try {
+      return execFileSync("pgrep", ["-f", `${PLCC} lsp`], { encoding: "utf8" }).trim().split("\n");
+    } catch {
+      return [];
+    }
+  };
+  const [before] = await eventually(servers, (found) => found.length === 1, "one server");
+  await editor.command("plcc: Restart the Language Server");
+  await eventually(servers, (found) => found.length === 1 && found[0] !== before, "another server");
+  await editor.goToWord("lathe.pmi", 50, "CJMIN");
+  const shown = await editor.hover();
+  assert.ok(shown.includes("constant = 0"), shown);
 });
 
 test("the monitor opens beside the program", async () => {
