@@ -5,11 +5,12 @@
 mod support;
 
 use std::io::Read;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
-use support::process::wait;
+use support::process::{Killed, wait};
 use support::terminal::{self, Terminal};
 
 fn plcc() -> Command {
@@ -65,6 +66,42 @@ fn the_simulated_machine_is_shown_and_its_keys_are_pressed() {
     shown.press("q");
     assert_eq!(shown.end(), (0, true));
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Who names the socket of a control alone sees its statements and its past, by the record that the control says it writes.
+/// Without a record there is the present only.
+#[test]
+fn the_own_record_of_a_control_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("a.pmi"), "$OUTPUT\nLAMP = 2/0\n$END\nLAMP = /LAMP ? it blinks\n").unwrap();
+    let record =
+        |name| -> &[&str] { if name == "with.sock" { &["--record", "a.plcrec"] } else { &[] } };
+    let start = |socket: &'static str| {
+        let mut control = plcc();
+        control.args(["run", "a.pmi", "--realtime", "--socket", socket]).args(record(socket));
+        let control = Killed::spawn(control.current_dir(folder.path()).stderr(Stdio::null()));
+        wait("the socket", || UnixStream::connect(at(socket)).ok());
+        control
+    };
+    let _recorded = start("with.sock");
+    // The record's first part is written after a while.
+    wait("ticks in the record", || {
+        let why = plcc().arg("why").args([at("a.plcrec"), "LAMP".into()]).output().unwrap();
+        why.status.success().then_some(())
+    });
+    let mut shown = Terminal::open(plcc().arg("monitor").arg(at("with.sock")));
+    shown.wait_for("blinks");
+    shown.press("\u{1b}[D");
+    shown.wait_for("PAST");
+    shown.press("q");
+    assert_eq!(shown.end(), (0, true));
+    let _other = start("without.sock");
+    let mut shown = Terminal::open(plcc().arg("monitor").arg(at("without.sock")));
+    // "there is no record of this control, so that its statements and its past are not known"
+    shown.wait_for("statements");
+    shown.press("q");
+    assert_eq!(shown.end(), (0, true));
 }
 
 #[test]
