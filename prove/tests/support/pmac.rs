@@ -39,8 +39,10 @@ pub(crate) fn program(rng: &mut Rng, kind: Kind) -> (String, String) {
         }
         text.push_str("CLOSE\n");
         if maker.rng.u8(..5) == 0 && !name.contains('C') {
-            let word = ["DISABLE", "PAUSE"][maker.rng.usize(..2)];
-            text.push_str(&format!("{word} {name}\n"));
+            // A disabled PLC can't be paused.
+            let words: &[_] =
+                [&["DISABLE"][..], &["PAUSE"], &["DISABLE", "PAUSE"]][maker.rng.usize(..3)];
+            words.iter().for_each(|word| text.push_str(&format!("{word} {name}\n")));
         }
     }
     let condition = maker.condition();
@@ -125,9 +127,16 @@ impl Maker<'_> {
                 text.push_str(&format!("{timer}={}\n", self.rng.u8(1..4)));
             }
             4 => {
-                let word = ["ENABLE", "DISABLE", "PAUSE", "RESUME"][self.rng.usize(..4)];
+                let words: &[_] = [
+                    &["ENABLE"][..],
+                    &["DISABLE"],
+                    &["PAUSE"],
+                    &["RESUME"],
+                    &["DISABLE", "PAUSE"],
+                    &["PAUSE", "RESUME"],
+                ][self.rng.usize(..6)];
                 let plc = ["PLC 1", "PLC 2", "PLC 7", "PLC 0..2", "PLC 2,7"][self.rng.usize(..5)];
-                text.push_str(&format!("{word} {plc}\n"));
+                words.iter().for_each(|word| text.push_str(&format!("{word} {plc}\n")));
             }
             5 => {
                 let command = self.one_of(
