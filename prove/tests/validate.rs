@@ -6,6 +6,7 @@ mod support;
 
 use std::time::{Duration, Instant};
 
+use fastrand::Rng;
 use plcc_abi::Dialect;
 use plcc_ir::Module;
 use plcc_ir::passes::{OptLevel, optimize};
@@ -40,10 +41,13 @@ const NCT: &str = ":000\nJ0\n:001\nI510 U547 Z\n(I470AI540) U470 D471 Z\nI520\n 
 const PMAC: &str = "I5=2\nOPEN PLC 1 CLEAR\nP1=P2+P3*2\nIF (P1>10)\nP4=P4+1\nELSE\nP4=0\nENDIF\nWHILE (P5<10)\nP5=P5+1\n\
                     ENDWHILE\nP6=P7/3\nCLOSE\n";
 
-/// Programs of all languages whose passes are proved to be right: what `PLCC_VALIDATE` names, files divided by blanks, or these.
+/// Programs of all languages whose passes are proved to be right: what `PLCC_VALIDATE` names, files divided by blanks (with
+/// `PLCC_VALIDATE_SECONDS` for each function), or these.
 #[test]
 fn what_passes_make_of_programs_is_proved() {
     if let Ok(files) = std::env::var("PLCC_VALIDATE") {
+        let seconds = std::env::var("PLCC_VALIDATE_SECONDS").ok();
+        let limit = Duration::from_secs(seconds.map_or(20, |text| text.parse().unwrap()));
         for file in files.split(' ') {
             let text = String::from_utf8_lossy(&std::fs::read(file).unwrap()).into_owned();
             let dialect = match file {
@@ -52,7 +56,7 @@ fn what_passes_make_of_programs_is_proved() {
                 _ => Dialect::Pmac,
             };
             let Some([before, after]) = versions(dialect, &text) else { continue };
-            for (name, verdict, time) in answers(&before, &after, Duration::from_secs(20)) {
+            for (name, verdict, time) in answers(&before, &after, limit) {
                 eprintln!("{file} {name} {time:?} {verdict:?}");
                 assert!(!matches!(verdict, Verdict::Refuted(_)), "{file} {name}");
             }
@@ -124,4 +128,63 @@ fn wrong_rewrites_are_refuted() {
     eprintln!("{refuted} refuted, {proved} proved, {open:#?}");
     assert!(refuted >= 20, "{refuted} refuted, {proved} proved, {open:#?}");
     assert!(open.len() <= refuted / 4, "{open:#?}");
+}
+
+/// Random programs: none is refuted. `PLCC_SEEDS` says how many of each language.
+#[test]
+fn passes_do_not_change_what_random_programs_do() {
+    type Make = fn(&mut Rng) -> (String, String);
+    let pmac: Make = |rng| support::pmac::program(rng, support::pmac::Kind::All);
+    let languages =
+        [(Dialect::Pmi, support::pmi as Make), (Dialect::Nct, support::nct), (Dialect::Pmac, pmac)];
+    let mut all = 0;
+    for (dialect, make) in languages {
+        let (mut proved, mut open) = (0, 0);
+        for seed in support::seeds(8) {
+            let (text, _) = make(&mut Rng::with_seed(seed));
+            let Some([before, after]) = versions(dialect, &text) else { continue };
+            for (name, verdict, _) in answers(&before, &after, Duration::from_millis(400)) {
+                match verdict {
+                    Verdict::Proved => proved += 1,
+                    Verdict::Undecided(_) => open += 1,
+                    Verdict::Refuted(found) => panic!("seed {seed}: {name} {found:?}\n{text}"),
+                }
+            }
+        }
+        eprintln!("{dialect:?}: {proved} functions proved, {open} undecided");
+        all += proved;
+    }
+    assert!(all > 0, "nothing is proved");
+}
+
+/// Two versions of modules in the folder that `PLCC_VALIDATE_PAIRS` names: `X.ir`, and `X.after` that passes have made of it. Gives how
+/// many functions are proved, undecided and refuted. `scripts/full validate` looks at what passes with mistakes make.
+#[test]
+fn pairs_of_versions() {
+    let Some(folder) = std::env::var_os("PLCC_VALIDATE_PAIRS") else { return };
+    let seconds = std::env::var("PLCC_VALIDATE_SECONDS").ok();
+    let limit = Duration::from_secs(seconds.map_or(2, |text| text.parse().unwrap()));
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "after"));
+    files.sort();
+    let (mut proved, mut open, mut refuted) = (0, 0, vec![]);
+    for file in files {
+        let read = |file: &std::path::Path| {
+            parse(&std::fs::read_to_string(file).unwrap())
+                .unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+        };
+        let (before, after) = (read(&file.with_extension("ir")), read(&file));
+        for (name, verdict, _) in answers(&before, &after, limit) {
+            match verdict {
+                Verdict::Proved => proved += 1,
+                Verdict::Undecided(_) => open += 1,
+                Verdict::Refuted(found) => {
+                    refuted.push(format!("{} {name}: {}", file.display(), found.what));
+                }
+            }
+        }
+    }
+    println!("{proved} proved, {open} undecided, {} refuted", refuted.len());
+    refuted.iter().for_each(|line| println!("{line}"));
 }

@@ -87,6 +87,11 @@ impl Graph {
         self.nodes.len() <= 1
     }
 
+    /// Whether another graph has the same nodes.
+    pub fn is(&self, other: &Self) -> bool {
+        self.nodes == other.nodes
+    }
+
     /// What a node is.
     pub fn node(&self, node: u32) -> Node {
         self.nodes.get(node as usize).copied().unwrap_or(Node::False)
@@ -163,8 +168,11 @@ impl Graph {
         if let Some(value) = b.value() {
             return a.complement_if(value);
         }
+        // Complements of operands are one of the result, so that equal differences are the same node.
+        let is_inverted = a.is_complement() != b.is_complement();
+        let (a, b) = (Lit::of_node(a.node()), Lit::of_node(b.node()));
         let (only_a, only_b) = (self.and(a, !b), self.and(!a, b));
-        self.or(only_a, only_b)
+        self.or(only_a, only_b).complement_if(is_inverted)
     }
 
     /// `a` where `cond` is true, else `b`.
@@ -178,8 +186,12 @@ impl Graph {
         if a == !b {
             return !self.xor(cond, a);
         }
+        let (cond, a, b) = if cond.is_complement() { (!cond, b, a) } else { (cond, a, b) };
+        // The complement of a choice is one of complements.
+        let is_inverted = a.is_complement();
+        let (a, b) = (a.complement_if(is_inverted), b.complement_if(is_inverted));
         let (then, otherwise) = (self.and(cond, a), self.and(!cond, b));
-        self.or(then, otherwise)
+        self.or(then, otherwise).complement_if(is_inverted)
     }
 
     /// Whether all are true.

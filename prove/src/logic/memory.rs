@@ -84,6 +84,31 @@ impl Memory {
         }
     }
 
+    /// An image made of several: each bit that is not the same in all is what `choose` makes of them.
+    pub fn joined(all: &[&Self], choose: &mut dyn FnMut(&[Lit]) -> Lit) -> Self {
+        let Some((first, rest)) = all.split_first() else { return Self { pages: vec![] } };
+        let mut this = (*first).clone();
+        let mut lits = Vec::with_capacity(all.len());
+        for (number, page) in this.pages.iter_mut().enumerate() {
+            let mut others = rest.iter().filter_map(|it| it.pages.get(number));
+            if others.all(|other| Rc::ptr_eq(page, other) || page == other) {
+                continue;
+            }
+            for (place, byte) in Rc::make_mut(page).iter_mut().enumerate() {
+                if rest.iter().all(|it| it.byte(PAGE * number + place) == *byte) {
+                    continue;
+                }
+                for (bit, mine) in byte.iter_mut().enumerate() {
+                    lits.clear();
+                    lits.push(*mine);
+                    lits.extend(rest.iter().map(|it| it.bit(PAGE * number + place, bit as u8)));
+                    *mine = choose(&lits);
+                }
+            }
+        }
+        this
+    }
+
     /// This image where `cond` is true, else the other one.
     pub fn choose(&mut self, graph: &mut Graph, cond: Lit, other: &Self) {
         for (page, other) in self.pages.iter_mut().zip(&other.pages) {

@@ -1,5 +1,6 @@
 //! The SAT solver: a pure Rust one of the family of MiniSat, behind the interface that RustSAT gives to all solvers.
 
+use std::cell::Cell;
 use std::time::Instant;
 
 use batsat::Callbacks;
@@ -18,9 +19,32 @@ impl Deadline {
     }
 }
 
-impl Callbacks for Deadline {
+/// What ends a search: a moment, or a number of steps, which is the same on each computer.
+#[derive(Debug, Default)]
+struct Limit {
+    deadline: Deadline,
+    /// How many steps are left; `None` if they are not counted.
+    steps: Cell<Option<u32>>,
+    /// Steps since the clock was read, and whether the moment was over then.
+    since: Cell<u32>,
+    is_over: Cell<bool>,
+}
+
+impl Callbacks for Limit {
     fn stop(&self) -> bool {
-        self.is_over()
+        if let Some(left) = self.steps.get() {
+            self.steps.set(Some(left.saturating_sub(1)));
+            if left == 0 {
+                return true;
+            }
+        }
+        // The solver asks again after it has stopped: what is over stays so.
+        self.since.set(self.since.get() + 1);
+        if self.since.get() >= 64 && !self.is_over.get() {
+            self.since.set(0);
+            self.is_over.set(self.deadline.is_over());
+        }
+        self.is_over.get()
     }
 }
 
@@ -38,23 +62,31 @@ pub enum Answer {
 /// A solver.
 #[derive(Debug, Default)]
 pub struct Sat {
-    solver: rustsat_batsat::Solver<Deadline>,
+    solver: rustsat_batsat::Solver<Limit>,
     variables: u32,
     /// Whether a clause could not be added.
     failed: bool,
+    steps: Option<u32>,
 }
 
 impl Sat {
     /// A solver that gives up at a moment.
     pub fn new(deadline: Deadline) -> Self {
         let mut this = Self::default();
-        *this.solver.batsat_mut().cb_mut() = deadline;
+        this.set_deadline(deadline);
         this
     }
 
     /// Another moment at which it gives up.
     pub fn set_deadline(&mut self, deadline: Deadline) {
-        *self.solver.batsat_mut().cb_mut() = deadline;
+        let limit = self.solver.batsat_mut().cb_mut();
+        limit.deadline = deadline;
+        limit.is_over.set(false);
+    }
+
+    /// How many steps each search may take; `None` if they are not counted.
+    pub fn set_steps(&mut self, steps: Option<u32>) {
+        self.steps = steps;
     }
 
     /// A new variable, as a literal.
@@ -83,6 +115,11 @@ impl Sat {
         if self.failed {
             return Answer::Unknown;
         }
+        let limit = self.solver.batsat_mut().cb_mut();
+        if limit.deadline.is_over() {
+            return Answer::Unknown;
+        }
+        limit.steps.set(self.steps);
         match self.solver.solve_assumps(assumptions) {
             Ok(SolverResult::Sat) => Answer::Yes,
             Ok(SolverResult::Unsat) => Answer::No,

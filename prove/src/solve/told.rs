@@ -11,6 +11,11 @@ use crate::logic::{Graph, Lit, Node};
 pub(crate) struct Told(FxHashMap<u32, SatLit>);
 
 impl Told {
+    /// Of how many nodes it was told.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
     /// The solver's literal of a node; `None` if it was not told of it.
     pub(crate) fn node(&self, node: u32) -> Option<SatLit> {
         self.0.get(&node).copied()

@@ -4,20 +4,15 @@ use std::collections::BTreeSet;
 
 use plcc_ir::Label;
 
+use super::Difference;
+use super::claims::Subject;
 use super::concrete::{End, Reply, Run};
 use super::simulate::Simulation;
 use super::terms::Function;
-use super::{Difference, Subject};
 
 impl Subject<'_, '_> {
     /// Runs both versions as one of the simulated runs says. Gives the difference, if there is one.
-    pub(super) fn replay(
-        &self,
-        run: &Simulation<'_>,
-        lane: u32,
-        start: usize,
-    ) -> Option<Difference> {
-        let start = self.starts.get(start)?;
+    pub(super) fn replay(&self, run: &Simulation<'_>, lane: u32) -> Option<Difference> {
         let mut image = vec![0; self.validation.before.image_size as usize];
         for cell in &self.universe.cells {
             for offset in cell.range() {
@@ -27,11 +22,11 @@ impl Subject<'_, '_> {
             }
         }
         let mut replies = vec![];
-        for happening in &start.happenings {
+        for happening in self.happenings {
             if run.get(happening.cond) >> lane & 1 == 0 {
                 continue;
             }
-            let Some(application) = self.terms.list.get(happening.application) else { continue };
+            let Some(application) = self.list.get(happening.application) else { continue };
             let rest = application.results.get(1..).unwrap_or_default();
             let is_call = matches!(application.function, Function::Call(_));
             let width = rest.len() - if is_call { self.universe.width() } else { 0 };
@@ -46,7 +41,7 @@ impl Subject<'_, '_> {
             }
             replies.push(reply);
         }
-        let mut found = self.differ(start.label, &image, &replies)?;
+        let mut found = self.differ(self.label, &image, &replies)?;
         // What does not matter is 0.
         let cells = found.1.clone();
         for cell in cells.iter().take(64) {
@@ -59,7 +54,7 @@ impl Subject<'_, '_> {
             if self.deadline.is_over() || other == image {
                 continue;
             }
-            if let Some(still) = self.differ(start.label, &other, &replies) {
+            if let Some(still) = self.differ(self.label, &other, &replies) {
                 found = still;
                 image = other;
             }

@@ -1,17 +1,50 @@
 //! A graph computed for many inputs at once, 64 in a word.
 
-use rustc_hash::FxHasher;
+use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 use std::hash::{Hash, Hasher};
 
-use super::terms::{Application, Terms};
+use super::terms::{Application, Function};
 use super::universe::{Kind, Universe};
 use crate::logic::{Graph, Lit, Node};
+use crate::solve::Deadline;
+
+/// How many nodes are computed before the clock is read.
+const NODES: usize = 8_192;
+
+/// What functions that are not computed give.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Answers<'a> {
+    /// What is known of them is computed; what happens depends on all that it depends on.
+    Computed,
+    /// The same, but what happens gives what was put there.
+    Happened,
+    /// The same, but some applications give what was put there, and others of the same function with the operands
+    /// that those have in the first run.
+    Near(&'a FxHashSet<usize>),
+}
+
+/// Rows become columns: bit `i` of word `k` is bit `k` of word `i` afterwards.
+fn transpose(words: &mut [u64; 64]) {
+    let (mut distance, mut mask) = (32, u64::MAX >> 32);
+    while distance > 0 {
+        for pair in words.chunks_exact_mut(2 * distance) {
+            let (low, high) = pair.split_at_mut(distance);
+            for (low, high) in low.iter_mut().zip(high) {
+                let swapped = (*low >> distance ^ *high) & mask;
+                *high ^= swapped;
+                *low ^= swapped << distance;
+            }
+        }
+        distance /= 2;
+        mask ^= mask << distance;
+    }
+}
 
 /// Values of all nodes of a graph, 64 at once.
 #[derive(Debug)]
 pub(super) struct Simulation<'g> {
     graph: &'g Graph,
-    terms: &'g Terms,
+    list: &'g [Application],
     /// The value of each node.
     pub(super) values: Vec<u64>,
     /// For each node that is the first of the results of an application, that one.
@@ -20,12 +53,12 @@ pub(super) struct Simulation<'g> {
 }
 
 impl<'g> Simulation<'g> {
-    pub(super) fn new(graph: &'g Graph, terms: &'g Terms) -> Self {
-        let first = terms.list.iter().enumerate();
+    pub(super) fn new(graph: &'g Graph, list: &'g [Application]) -> Self {
+        let first = list.iter().enumerate();
         let mut first: Vec<(u32, usize)> =
             first.filter_map(|(at, it)| Some((it.results.first()?.node(), at))).collect();
         first.sort_unstable();
-        Self { graph, terms, values: vec![0; graph.len()], first, seed: 0x9E37_79B9_7F4A_7C15 }
+        Self { graph, list, values: vec![0; graph.len()], first, seed: 0x9E37_79B9_7F4A_7C15 }
     }
 
     pub(super) fn random(&mut self) -> u64 {
@@ -48,12 +81,35 @@ impl<'g> Simulation<'g> {
         }
     }
 
-    /// Puts a number into some bits in one of the runs.
-    fn put(&mut self, bits: &[Lit], lane: u32, number: u64) {
+    /// Puts a number into some bits in each of the runs.
+    fn put(&mut self, bits: &[Lit], mut numbers: [u64; 64]) {
+        transpose(&mut numbers);
+        let last = numbers.last().copied().unwrap_or(0);
         for (at, &lit) in bits.iter().enumerate() {
-            let old = self.get(lit) & !(1 << lane);
-            self.set(lit, old | (number >> at.min(63) & 1) << lane);
+            self.set(lit, numbers.get(at).copied().unwrap_or(last));
         }
+    }
+
+    /// The number that at most 64 bits are in each of the runs.
+    fn numbers(&self, bits: &[Lit]) -> [u64; 64] {
+        let mut words = [0; 64];
+        for (word, &lit) in words.iter_mut().zip(bits) {
+            *word = self.get(lit);
+        }
+        transpose(&mut words);
+        words
+    }
+
+    /// A number for each run that depends on the values of literals: equal values give equal numbers.
+    fn digests(&self, lits: &[Lit]) -> [u64; 64] {
+        let mut sums = [0_u64; 64];
+        for some in lits.chunks(64) {
+            for (sum, number) in sums.iter_mut().zip(self.numbers(some)) {
+                *sum = (sum.rotate_left(23) ^ number).wrapping_mul(0x9FB2_1C65_1E98_DF25);
+                *sum ^= *sum >> 29;
+            }
+        }
+        sums
     }
 
     /// The number that some bits are in one of the runs.
@@ -88,13 +144,14 @@ impl<'g> Simulation<'g> {
                 own.iter().for_each(|&lit| self.set(lit, word));
                 continue;
             }
-            for lane in 0..64 {
-                let number = match cell.kind {
+            let mut numbers = [0; 64];
+            for number in &mut numbers {
+                *number = match cell.kind {
                     Kind::Double => self.random_double(constants),
                     _ => self.random_number(constants),
                 };
-                self.put(own, lane, number);
             }
+            self.put(own, numbers);
         }
     }
 
@@ -144,16 +201,27 @@ impl<'g> Simulation<'g> {
         }
     }
 
-    /// Computes all nodes from the inputs. What is known of functions that are not computed is computed too; what happens depends on all
-    /// that it depends on. `keep` says that the results of what happens are those that were put there.
-    pub(super) fn run(&mut self, keep: bool) {
+    /// Computes all nodes from the inputs; says whether there was time for it.
+    pub(super) fn run(&mut self, answers: Answers<'_>, deadline: Deadline) -> bool {
+        let mut known = FxHashMap::default();
         let mut next = 0;
         for node in 0..self.graph.len() as u32 {
-            if self.first.get(next).is_some_and(|(first, _)| *first == node) {
-                let application = self.first.get(next).and_then(|(_, at)| self.terms.list.get(*at));
+            if node.is_multiple_of(NODES as u32) && deadline.is_over() {
+                return false;
+            }
+            if let Some(&(_, at)) = self.first.get(next).filter(|(first, _)| *first == node) {
                 next += 1;
-                if let Some(application) = application {
-                    self.apply(application, keep);
+                if let Some(application) = self.list.get(at) {
+                    if application.operands.len() > NODES && deadline.is_over() {
+                        return false;
+                    }
+                    match answers {
+                        Answers::Happened if application.function.is_event() => {}
+                        Answers::Near(chosen) => {
+                            self.apply_near(application, chosen.contains(&at), &mut known);
+                        }
+                        _ => self.apply(application, None),
+                    }
                 }
             }
             if let Node::And(a, b) = self.graph.node(node) {
@@ -161,50 +229,92 @@ impl<'g> Simulation<'g> {
                 self.set(Lit::of_node(node), value);
             }
         }
+        true
     }
 
-    fn apply(&mut self, application: &Application, keep: bool) {
-        if application.function.is_event() {
-            if !keep {
-                self.happen(application);
-            }
+    fn apply(&mut self, application: &Application, digests: Option<[u64; 64]>) {
+        let function = application.function;
+        if function.is_event() {
+            let digests = digests.unwrap_or_else(|| self.digests(&application.operands));
+            self.happen(application, digests);
             return;
         }
-        let widths = application.function.widths();
-        for lane in 0..64 {
-            let mut operands = vec![];
-            let mut rest = application.operands.as_slice();
-            for &width in &widths {
-                let (own, others) = rest.split_at(width.min(rest.len()));
-                operands.push(self.number(own, lane));
-                rest = others;
-            }
-            if let Some(value) = application.function.value(&operands) {
-                self.put(&application.results, lane, value);
+        let mut operands = vec![];
+        let mut rest = application.operands.as_ref();
+        for width in function.widths() {
+            let (own, others) = rest.split_at(width.min(rest.len()));
+            operands.push(self.numbers(own));
+            rest = others;
+        }
+        let mut results = [0; 64];
+        for (lane, slot) in results.iter_mut().enumerate() {
+            let own = operands.iter().map(|all| all.get(lane).copied().unwrap_or(0));
+            let own: Vec<u64> = own.collect();
+            *slot = function.value(&own).unwrap_or(0);
+        }
+        self.put(&application.results, results);
+    }
+
+    /// An application of which some runs have operands for which the result was chosen.
+    fn apply_near(
+        &mut self,
+        application: &Application,
+        is_chosen: bool,
+        known: &mut FxHashMap<(Function, u64), Vec<bool>>,
+    ) {
+        let digests = self.digests(&application.operands);
+        let function = application.function;
+        if is_chosen && let Some(&first) = digests.first() {
+            let bits = application.results.iter().map(|&lit| self.get(lit) & 1 == 1);
+            known.entry((function, first)).or_insert_with(|| bits.collect());
+        }
+        self.apply(application, Some(digests));
+        let mut done = 0_u64;
+        for (lane, &digest) in digests.iter().enumerate() {
+            let Some(bits) = known.get(&(function, digest)).filter(|_| done >> lane & 1 == 0)
+            else {
+                continue;
+            };
+            let same = digests.iter().enumerate().filter(|(_, other)| **other == digest);
+            let lanes = same.fold(0, |all, (lane, _)| all | 1 << lane);
+            done |= lanes;
+            for (&lit, &bit) in application.results.iter().zip(bits) {
+                let rest = self.get(lit) & !lanes;
+                self.set(lit, rest | if bit { lanes } else { 0 });
             }
         }
     }
 
-    fn happen(&mut self, application: &Application) {
-        let mut sums = [0_u64; 64];
-        for &lit in &application.operands {
-            let word = self.get(lit);
-            for (lane, sum) in sums.iter_mut().enumerate() {
-                *sum =
-                    (sum.rotate_left(5) ^ (word >> lane & 1)).wrapping_mul(0x517C_C1B7_2722_0A95);
+    fn happen(&mut self, application: &Application, digests: [u64; 64]) {
+        let mut hasher = FxHasher::default();
+        application.function.hash(&mut hasher);
+        let mut words = digests.map(|digest| digest ^ hasher.finish() | 1);
+        for some in application.results.chunks(64) {
+            let mut random = [0; 64];
+            for (random, word) in random.iter_mut().zip(&mut words) {
+                *word ^= *word >> 12;
+                *word ^= *word << 25;
+                *word ^= *word >> 27;
+                *random = word.wrapping_mul(0x2545_F491_4F6C_DD1D);
             }
+            self.put(some, random);
         }
-        for (lane, sum) in sums.iter().enumerate() {
-            let mut hasher = FxHasher::default();
-            (sum, application.function).hash(&mut hasher);
-            let mut word = hasher.finish();
-            for &lit in &application.results {
-                word ^= word >> 12;
-                word ^= word << 25;
-                word ^= word >> 27;
-                let bit = word.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 63;
-                let old = self.get(lit) & !(1 << lane);
-                self.set(lit, old | bit << lane);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transpose;
+
+    #[test]
+    fn rows_become_columns() {
+        let mut words: [u64; 64] =
+            std::array::from_fn(|row| (row as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let before = words;
+        transpose(&mut words);
+        for (row, word) in words.iter().enumerate() {
+            for (column, other) in before.iter().enumerate() {
+                assert_eq!(word >> column & 1, other >> row & 1);
             }
         }
     }

@@ -1,31 +1,44 @@
 //! Decides which claims about a graph can be broken, by nodes that are equal (FRAIG; Mishchenko and others, 2005).
 //!
-//! Simulation suggests which nodes are equal. From the inputs on each such pair is looked at by a solver that sees no more of the graph
-//! than what is near; where they are equal, one takes the place of the other. So two versions grow together, and what
-//! is left of a claim is small.
-
-use std::ops::Range;
-use std::time::{Duration, Instant};
+//! Simulation suggests which nodes are equal. From the inputs on each such pair is looked at by a solver that sees first no more of the
+//! graph than what is near, then all of it; where they are equal, one takes the place of the other. So two versions grow together,
+//! and what is left of a claim is small. Where they are not, the values that tell them apart are one more run of the
+//! simulation, which tells others apart, too.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use rustsat::types::Lit as SatLit;
 
-use super::simulate::Simulation;
-use super::terms::{Function, Terms};
+use super::Difference;
+use super::claims::{Claim, Subject};
+use super::classes::Classes;
+use super::simulate::{Answers, Simulation};
+use super::terms::Function;
 use crate::logic::{FALSE, Graph, Lit, Node};
 use crate::solve::{Answer, Deadline, Sat, Told};
 
-/// How many nodes a solver sees at most, one after the other, to show that two nodes are equal.
-const WINDOWS: [usize; 3] = [60, 400, 2_500];
+/// How many nodes a solver sees at most, one after the other, to show that two nodes are equal, before it sees all.
+const WINDOWS: [usize; 2] = [50, 400];
 
-/// How many nodes with the same values in the simulation one is compared with.
+/// With how many nodes that have the same values in the simulation one is compared.
 const MOST_TRIED: usize = 3;
 
-/// Words of a node's values in the simulation.
-pub(super) const WORDS: usize = 16;
+/// How many nodes a solver is told of before another one takes its place: each search decides about all of them.
+const MOST_TOLD: usize = 8_000;
 
-/// The values of a node in the simulation, those of its first run 0.
-type Signature = [u64; WORDS];
+/// How many steps a solver may take to show that two nodes are equal, where it sees a part of the graph, or all.
+const STEPS: u32 = 2_000;
+
+/// How many claims are hard before all others count as hard.
+const MOST_HARD: usize = 6;
+
+/// How many runs that tell nodes apart are made.
+const MOST_RUNS: usize = 3_000;
+
+/// How often a solver is told more of functions to show that two nodes are equal.
+const MOST_MENDED: usize = 4;
+
+/// How many of these runs are tried in the interpreter where they break a claim.
+const MOST_REPLAYED: usize = 24;
 
 /// What is found out about a claim.
 #[derive(Clone, Debug)]
@@ -34,109 +47,102 @@ pub(super) enum Finding {
     Holds,
     /// It is broken by these values of inputs.
     Broken(FxHashMap<u32, bool>),
+    /// Both versions differ in the interpreter.
+    Differs(Difference),
     /// The time was up.
     Open,
 }
 
 /// A graph in which nodes that are equal are one.
-pub(super) struct Sweep<'g> {
-    graph: &'g Graph,
-    terms: &'g Terms,
+pub(super) struct Sweep<'s, 'm> {
+    pub(super) subject: &'s Subject<'s, 'm>,
+    pub(super) graph: &'s Graph,
     deadline: Deadline,
+    claims: &'s [Claim],
+    run: Simulation<'s>,
+    classes: Classes,
     /// What takes the place of each node that was looked at.
-    made: FxHashMap<u32, Lit>,
-    reduced: Graph,
-    classes: FxHashMap<Signature, Vec<Lit>>,
-    applications: FxHashMap<(Function, Vec<Lit>), usize>,
+    made: Vec<Option<Lit>>,
+    pub(super) reduced: Graph,
+    /// The input of the graph for which each input of the reduced graph was made.
+    origins: FxHashMap<u32, u32>,
+    pub(super) applications: FxHashMap<(Function, Vec<Lit>), usize>,
     /// The application to whose results a node belongs.
     of_node: FxHashMap<u32, usize>,
-    signatures: Vec<Signature>,
-    /// The nodes that were made for the second version.
-    second: &'g [Range<u32>],
-    /// How many pairs were not found to be equal.
-    pub(super) misses: usize,
+    pub(super) whole: Whole,
+    /// How many pairs were not decided.
+    undecided: u32,
+    runs: usize,
+    replayed: usize,
 }
 
-impl<'g> Sweep<'g> {
-    /// `runs` are simulations of the whole graph.
+impl<'s, 'm> Sweep<'s, 'm> {
+    /// `classes` know some runs of the whole graph, `run` was the last of them.
     pub(super) fn new(
-        graph: &'g Graph,
-        terms: &'g Terms,
-        runs: &[Vec<u64>],
-        second: &'g [Range<u32>],
-        deadline: Deadline,
+        subject: &'s Subject<'s, 'm>,
+        claims: &'s [Claim],
+        run: Simulation<'s>,
+        mut classes: Classes,
     ) -> Self {
-        let mut signatures = vec![[0; WORDS]; graph.len()];
-        for (word, run) in runs.iter().enumerate() {
-            for (signature, value) in signatures.iter_mut().zip(run) {
-                if let Some(slot) = signature.get_mut(word) {
-                    *slot = *value;
-                }
-            }
-        }
+        let (graph, deadline) = (subject.graph, subject.deadline);
         let mut of_node = FxHashMap::default();
-        for (at, application) in terms.list.iter().enumerate() {
+        for (at, application) in subject.list.iter().enumerate() {
             of_node.extend(application.results.iter().map(|lit| (lit.node(), at)));
         }
-        let mut classes: FxHashMap<Signature, Vec<Lit>> = FxHashMap::default();
-        classes.insert([0; WORDS], vec![FALSE]);
+        classes.note(FALSE.node(), FALSE);
         Self {
+            subject,
             graph,
-            terms,
             deadline,
-            made: FxHashMap::default(),
-            reduced: Graph::default(),
+            claims,
+            run,
             classes,
+            made: vec![None; graph.len()],
+            reduced: Graph::default(),
+            origins: FxHashMap::default(),
             applications: FxHashMap::default(),
             of_node,
-            signatures,
-            second,
-            misses: 0,
+            whole: Whole::new(deadline),
+            undecided: 0,
+            runs: 0,
+            replayed: 0,
         }
     }
 
-    fn made(&self, lit: Lit) -> Option<Lit> {
-        Some(self.made.get(&lit.node())?.complement_if(lit.is_complement()))
+    pub(super) fn made(&self, lit: Lit) -> Option<Lit> {
+        let made = self.made.get(lit.node() as usize).copied().flatten()?;
+        Some(made.complement_if(lit.is_complement()))
     }
 
-    /// What takes the place of a literal; `None` if the time is up.
-    pub(super) fn reduce(&mut self, lit: Lit) -> Option<Lit> {
+    fn put(&mut self, node: u32, new: Lit) {
+        if let Some(slot) = self.made.get_mut(node as usize) {
+            *slot = Some(new);
+        }
+    }
+
+    /// What takes the place of a literal; a difference if one is found, or nothing if the time is up.
+    fn reduce(&mut self, lit: Lit) -> Result<Lit, Option<Difference>> {
         for (step, node) in self.cone(lit).into_iter().enumerate() {
-            if step % 64 == 0 && self.deadline.is_over() {
-                return None;
+            if step % 16 == 0 && self.deadline.is_over() {
+                return Err(None);
             }
             match self.graph.node(node) {
-                Node::False => {
-                    self.made.insert(node, FALSE);
-                }
+                Node::False => self.put(node, FALSE),
                 Node::Input => match self.of_node.get(&node).copied() {
-                    None => {
-                        let new = self.reduced.input();
-                        self.made.insert(node, new);
-                        self.note(node, new);
-                    }
+                    None => self.input(node),
                     Some(number) => self.application(number),
                 },
                 Node::And(a, b) => {
-                    let new = self.reduced.and(self.made(a)?, self.made(b)?);
-                    let same = match self.is_of_second(node) {
-                        true => self.same_as(node, new),
-                        false => {
-                            self.note(node, new);
-                            new
-                        }
+                    let (Some(a), Some(b)) = (self.made(a), self.made(b)) else {
+                        return Err(None);
                     };
-                    self.made.insert(node, same);
+                    let new = self.reduced.and(a, b);
+                    let same = self.same_as(node, new)?;
+                    self.put(node, same);
                 }
             }
         }
-        self.made(lit)
-    }
-
-    /// Whether a node was made for the second version alone.
-    fn is_of_second(&self, node: u32) -> bool {
-        let next = self.second.partition_point(|range| range.end <= node);
-        self.second.get(next).is_some_and(|range| range.contains(&node))
+        self.made(lit).ok_or(None)
     }
 
     /// The nodes on which a literal depends that were not looked at yet, each after those that it depends on.
@@ -144,14 +150,14 @@ impl<'g> Sweep<'g> {
         let mut open = vec![lit.node()];
         let mut seen = FxHashSet::default();
         while let Some(node) = open.pop() {
-            if self.made.contains_key(&node) || !seen.insert(node) {
+            if self.made(Lit::of_node(node)).is_some() || !seen.insert(node) {
                 continue;
             }
             match self.graph.node(node) {
                 Node::And(a, b) => open.extend([a.node(), b.node()]),
                 Node::Input => {
                     let application =
-                        self.of_node.get(&node).and_then(|&it| self.terms.list.get(it));
+                        self.of_node.get(&node).and_then(|&it| self.subject.list.get(it));
                     if let Some(application) = application {
                         open.extend(application.operands.iter().map(|lit| lit.node()));
                         open.extend(application.results.iter().map(|lit| lit.node()));
@@ -165,103 +171,167 @@ impl<'g> Sweep<'g> {
         all
     }
 
+    fn input(&mut self, node: u32) {
+        let new = self.reduced.input();
+        self.origins.insert(new.node(), node);
+        self.classes.note(node, new);
+        self.put(node, new);
+    }
+
     /// Makes the results of an application.
     fn application(&mut self, number: usize) {
-        let Some(application) = self.terms.list.get(number) else { return };
+        let Some(application) = self.subject.list.get(number) else { return };
         let operands: Vec<Lit> =
             application.operands.iter().filter_map(|&lit| self.made(lit)).collect();
         let key = (application.function, operands);
         let known = *self.applications.entry(key).or_insert(number);
-        let same = (known != number).then(|| self.terms.list.get(known)).flatten();
-        for (at, lit) in application.results.iter().enumerate() {
-            if self.made.contains_key(&lit.node()) {
+        let same = (known != number).then(|| self.subject.list.get(known)).flatten();
+        for (at, &lit) in application.results.iter().enumerate() {
+            if self.made(lit).is_some() {
                 continue;
             }
-            let other = same.and_then(|it| it.results.get(at)).and_then(|&lit| self.made(lit));
-            let new = other.unwrap_or_else(|| {
-                let new = self.reduced.input();
-                self.note(lit.node(), new);
-                new
-            });
-            self.made.insert(lit.node(), new);
-        }
-    }
-
-    fn signature(&self, node: u32) -> (Signature, bool) {
-        let mut signature = self.signatures.get(node as usize).copied().unwrap_or([0; WORDS]);
-        let is_inverted = signature.first().is_some_and(|word| word & 1 == 1);
-        if is_inverted {
-            signature.iter_mut().for_each(|word| *word = !*word);
-        }
-        (signature, is_inverted)
-    }
-
-    fn note(&mut self, node: u32, new: Lit) {
-        let (signature, is_inverted) = self.signature(node);
-        let class = self.classes.entry(signature).or_default();
-        if class.len() < MOST_TRIED {
-            class.push(new.complement_if(is_inverted));
+            match same.and_then(|it| it.results.get(at)).and_then(|&lit| self.made(lit)) {
+                Some(other) => self.put(lit.node(), other),
+                None => self.input(lit.node()),
+            }
         }
     }
 
     /// A literal that is always the same as a node of the graph that became `new`.
-    fn same_as(&mut self, node: u32, new: Lit) -> Lit {
+    fn same_as(&mut self, node: u32, new: Lit) -> Result<Lit, Option<Difference>> {
         if new.value().is_some() {
-            return new;
+            return Ok(new);
         }
-        let (signature, is_inverted) = self.signature(node);
-        let own = new.complement_if(is_inverted);
-        let class = self.classes.get(&signature).cloned().unwrap_or_default();
-        for &other in &class {
-            if other == own || self.is_equal_nearby(own, other) {
-                return other.complement_if(is_inverted);
+        // What is new in the second version, and in the claims, is compared with all; other nodes only with constants.
+        let is_new = self.subject.is_of_second(node);
+        let (mut number, mut tried) = (0, 0);
+        while let Some((like, other)) = self.classes.like(node, number) {
+            if other == new {
+                return Ok(new);
             }
+            if tried == MOST_TRIED || !is_new && other.value().is_none() {
+                break;
+            }
+            match self.is_equal((node, new), (like, other), is_new)? {
+                Some(true) => return Ok(other),
+                // The one that it was compared with is not of its class any more.
+                Some(false) => {}
+                None => number += 1,
+            }
+            tried += 1;
         }
-        self.note(node, new);
-        new
+        self.classes.note(node, new);
+        Ok(new)
     }
 
-    /// Whether two literals are equal for what can be seen near them.
-    fn is_equal_nearby(&mut self, a: Lit, b: Lit) -> bool {
+    /// Whether two literals are equal, as far as a solver finds it out soon. Those that are not are told apart afterwards.
+    fn is_equal(
+        &mut self,
+        (node, a): (u32, Lit),
+        (like, b): (u32, Lit),
+        whole: bool,
+    ) -> Result<Option<bool>, Option<Difference>> {
         let differ = self.reduced.xor(a, b);
         if differ == FALSE {
-            return true;
+            return Ok(Some(true));
         }
-        let is_constant = b == FALSE;
         for size in WINDOWS {
-            if is_constant && size > 60
-                || size > 400 && self.misses > 60
-                || size > 60 && self.misses > 400
-            {
-                return false;
-            }
-            let (clauses, is_whole) = self.window(differ, size);
-            match clauses {
-                Answer::No => return true,
-                Answer::Yes if is_whole => {
-                    self.misses += 1;
-                    return false;
+            match self.window(differ, size) {
+                (Answer::No, _) => return Ok(Some(true)),
+                (Answer::Yes, Some(values)) if self.tell_apart(&values, node, like)? => {
+                    return Ok(Some(false));
                 }
-                Answer::Yes => {}
-                Answer::Unknown => {
-                    self.misses += 1;
-                    return false;
-                }
+                _ => {}
             }
         }
-        self.misses += 1;
-        false
+        if !whole || self.runs >= MOST_RUNS {
+            self.undecided += 1;
+            return Ok(None);
+        }
+        if self.whole.told.len() > MOST_TOLD {
+            self.whole = Whole::new(self.deadline);
+        }
+        let goal = self.whole.tell(&self.reduced, differ);
+        let spare = if self.undecided > 100 { STEPS / 4 } else { STEPS };
+        self.whole.sat.set_steps(Some(spare + self.whole.told.len() as u32));
+        for _ in 0..MOST_MENDED {
+            match self.whole.sat.solve(&[goal]) {
+                Answer::No => {
+                    self.whole.sat.add(&[!goal]);
+                    return Ok(Some(true));
+                }
+                Answer::Yes => {
+                    let values = self.values(&self.whole);
+                    if self.tell_apart(&values, node, like)? {
+                        return Ok(Some(false));
+                    }
+                    if self.mend() == 0 {
+                        break;
+                    }
+                }
+                Answer::Unknown => break,
+            }
+        }
+        self.undecided += 1;
+        Ok(None)
     }
 
-    /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and whether nothing lies beyond.
-    fn window(&self, lit: Lit, size: usize) -> (Answer, bool) {
-        let moment = Instant::now() + Duration::from_millis(3);
-        let end = self.deadline.0.map_or(moment, |end| end.min(moment));
-        let mut sat = Sat::new(Deadline(Some(end)));
+    /// Makes runs near some values of inputs, and tries them in the interpreter if a claim is broken. Says whether they tell two nodes
+    /// apart; then they count from now on.
+    fn tell_apart(
+        &mut self,
+        values: &FxHashMap<u32, bool>,
+        node: u32,
+        like: u32,
+    ) -> Result<bool, Option<Difference>> {
+        self.subject.randomize(&mut self.run);
+        let mut chosen = FxHashSet::default();
+        for (&node, &value) in values {
+            let mut word = if value { u64::MAX } else { 0 };
+            match self.of_node.get(&node) {
+                Some(&application) => {
+                    let known = self.subject.list.get(application);
+                    if known.is_some_and(|it| it.function.is_event()) {
+                        chosen.insert(application);
+                    }
+                }
+                // In most of the runs a few bits differ.
+                None => {
+                    let few = self.run.random() & self.run.random() & self.run.random();
+                    word ^= few & self.run.random() & !0xFF;
+                }
+            }
+            self.run.set(Lit::of_node(node), word);
+        }
+        if !self.run.run(Answers::Near(&chosen), self.deadline) {
+            return Err(None);
+        }
+        for claim in self.claims {
+            let lanes = self.run.get(claim.differs);
+            if lanes == 0 || self.replayed >= MOST_REPLAYED {
+                continue;
+            }
+            self.replayed += 1;
+            if let Some(difference) = self.subject.replay(&self.run, lanes.trailing_zeros()) {
+                return Err(Some(difference));
+            }
+        }
+        if self.classes.is_same(&self.run.values, node, like) {
+            return Ok(false);
+        }
+        self.runs += 1;
+        self.classes.add_later(self.run.values.clone());
+        Ok(true)
+    }
+
+    /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and with which values of inputs, if
+    /// nothing lies beyond.
+    fn window(&self, lit: Lit, size: usize) -> (Answer, Option<FxHashMap<u32, bool>>) {
+        let mut sat = Sat::new(self.deadline);
+        sat.set_steps(Some(STEPS));
         let mut told: FxHashMap<u32, SatLit> = FxHashMap::default();
         let mut queue = std::collections::BinaryHeap::from([lit.node()]);
-        let (mut is_whole, mut count) = (true, 0);
-        let mut ands = vec![];
+        let (mut is_whole, mut ands) = (true, vec![]);
         while let Some(node) = queue.pop() {
             if told.contains_key(&node) {
                 continue;
@@ -271,9 +341,8 @@ impl<'g> Sweep<'g> {
             match self.reduced.node(node) {
                 Node::False => sat.add(&[!variable]),
                 Node::Input => {}
-                Node::And(..) if count >= size => is_whole = false,
+                Node::And(..) if ands.len() >= size => is_whole = false,
                 Node::And(a, b) => {
-                    count += 1;
                     ands.push((node, a, b));
                     queue.extend([a.node(), b.node()]);
                 }
@@ -286,37 +355,38 @@ impl<'g> Sweep<'g> {
                 sat.define_and(it, a, b);
             }
         }
-        let Some(goal) = get(lit) else { return (Answer::Unknown, false) };
-        (sat.solve(&[goal]), is_whole)
-    }
-
-    /// Whether a solver finds in a short time that a claim holds, without looking for nodes that are equal.
-    pub(super) fn holds_at_once(&self, differs: Lit, time: Duration) -> bool {
-        let moment = Instant::now() + time;
-        let end = self.deadline.0.map_or(moment, |end| end.min(moment));
-        let mut whole = Whole::new(Deadline(Some(end)));
-        let goal = whole.tell(self.graph, differs);
-        whole.sat.solve(&[goal]) == Answer::No
+        let Some(goal) = get(lit) else { return (Answer::Unknown, None) };
+        let answer = sat.solve(&[goal]);
+        let values = (answer == Answer::Yes && is_whole).then(|| {
+            let value = |(node, origin): (&u32, &u32)| Some((*origin, sat.value(*told.get(node)?)));
+            self.origins.iter().filter_map(value).collect()
+        });
+        (answer, values)
     }
 
     /// Whether a claim can be broken: whether a literal can be true.
     pub(super) fn decide(&mut self, differs: Lit) -> Finding {
-        let Some(goal) = self.reduce(differs) else { return Finding::Open };
-        if goal == FALSE {
-            return Finding::Holds;
-        }
-        // Functions that are not computed may give anything at first; where equal operands gave different results, that is told.
-        let mut whole = Whole::new(self.deadline);
-        let goal_lit = whole.tell(&self.reduced, goal);
+        let goal = match self.reduce(differs) {
+            Ok(FALSE) => return Finding::Holds,
+            Ok(goal) => goal,
+            Err(Some(difference)) => return Finding::Differs(difference),
+            Err(None) => return Finding::Open,
+        };
+        // Functions that are not computed may give anything at first; where that was wrong, more is told.
+        self.whole.sat.set_steps(None);
+        let goal_lit = self.whole.tell(&self.reduced, goal);
         let mut told = 0;
         loop {
-            match whole.sat.solve(&[goal_lit]) {
-                Answer::No => return Finding::Holds,
+            match self.whole.sat.solve(&[goal_lit]) {
+                Answer::No => {
+                    self.whole.sat.add(&[!goal_lit]);
+                    return Finding::Holds;
+                }
                 Answer::Unknown => return Finding::Open,
                 Answer::Yes => {}
             }
-            let values = self.values(&whole);
-            let more = self.agreements(&mut whole, &values);
+            let values = self.all_values();
+            let more = self.mend();
             told += more;
             if more == 0 {
                 return Finding::Broken(values);
@@ -327,85 +397,60 @@ impl<'g> Sweep<'g> {
         }
     }
 
-    /// The values that the solver has found, by the inputs of the graph.
-    fn values(&self, whole: &Whole) -> FxHashMap<u32, bool> {
-        let inputs = self.made.iter().filter(|(node, _)| self.graph.node(**node) == Node::Input);
+    /// The values that a solver has found, by the inputs of the graph; all that it was not told of are false.
+    pub(super) fn all_values(&self) -> FxHashMap<u32, bool> {
         let value = |lit: Lit| {
-            let known = whole.told.node(lit.node()).is_some_and(|it| whole.sat.value(it));
+            let known = self.whole.told.node(lit.node());
+            let known = known.is_some_and(|it| self.whole.sat.value(it));
             lit.value().unwrap_or(known != lit.is_complement())
         };
-        inputs.map(|(&node, &lit)| (node, value(lit))).collect()
+        let nodes = self.made.iter().zip(0..).filter_map(|(made, node)| Some((node, (*made)?)));
+        let inputs = nodes.filter(|&(node, _)| self.graph.node(node) == Node::Input);
+        inputs.map(|(node, made)| (node, value(made))).collect()
     }
 
-    /// Tells the solver of pairs of applications whose operands were equal and whose results were not; says how many.
-    fn agreements(&mut self, whole: &mut Whole, values: &FxHashMap<u32, bool>) -> usize {
-        let mut run = Simulation::new(self.graph, self.terms);
-        for (&node, &value) in values {
-            run.set(Lit::of_node(node), if value { u64::MAX } else { 0 });
-        }
-        // All values, with the results as the solver has chosen them.
-        run.keep_all();
-        let mut seen: FxHashMap<(Function, Vec<bool>), usize> = FxHashMap::default();
-        let mut pairs = vec![];
-        for number in self.applications.values().copied().collect::<std::collections::BTreeSet<_>>()
-        {
-            let Some(it) = self.terms.list.get(number) else { continue };
-            let of = |lits: &[Lit]| lits.iter().map(|&lit| run.get(lit) & 1 == 1).collect();
-            let operands: Vec<bool> = of(&it.operands);
-            let results: Vec<bool> = of(&it.results);
-            match seen.get(&(it.function, operands.clone())) {
-                None => {
-                    seen.insert((it.function, operands), number);
-                }
-                Some(&other) => {
-                    let other_results = self.terms.list.get(other).map(|it| of(&it.results));
-                    if other_results.is_some_and(|other| other != results) {
-                        pairs.push((other, number));
-                    }
-                }
-            }
-        }
-        let pairs: Vec<(usize, usize)> = pairs.into_iter().take(8).collect();
-        for &(one, other) in &pairs {
-            self.agree(whole, one, other);
-        }
-        pairs.len()
-    }
-
-    fn agree(&mut self, whole: &mut Whole, one: usize, other: usize) {
-        let (Some(a), Some(b)) = (self.terms.list.get(one), self.terms.list.get(other)) else {
-            return;
+    /// The values that a solver has found, by the inputs of the graph that it was told of.
+    fn values(&self, whole: &Whole) -> FxHashMap<u32, bool> {
+        let value = |(&node, &origin): (&u32, &u32)| {
+            Some((origin, whole.sat.value(whole.told.node(node)?)))
         };
-        let mut differ = FALSE;
-        for (&x, &y) in a.operands.iter().zip(&b.operands) {
-            if let (Some(x), Some(y)) = (self.made(x), self.made(y)) {
-                let bit = self.reduced.xor(x, y);
-                differ = self.reduced.or(differ, bit);
-            }
-        }
-        let differ = whole.tell(&self.reduced, differ);
-        for (&x, &y) in a.results.iter().zip(&b.results) {
-            if let (Some(x), Some(y)) = (self.made(x), self.made(y)) {
-                let (x, y) = (whole.tell(&self.reduced, x), whole.tell(&self.reduced, y));
-                whole.sat.add(&[differ, !x, y]);
-                whole.sat.add(&[differ, x, !y]);
-            }
-        }
+        self.origins.iter().filter_map(value).collect()
     }
 }
 
+/// The claims that a solver does not see at once to hold. It sees no functions, and gives up when a few claims are hard.
+pub(super) fn left(graph: &Graph, claims: &[Claim], deadline: Deadline) -> Vec<Claim> {
+    let mut whole = Whole::new(deadline);
+    whole.sat.set_steps(Some(STEPS));
+    let mut hard = 0;
+    let mut left = vec![];
+    for claim in claims {
+        if hard < MOST_HARD {
+            let goal = whole.tell(graph, claim.differs);
+            if whole.sat.solve(&[goal]) == Answer::No {
+                continue;
+            }
+            hard += 1;
+        }
+        left.push(*claim);
+    }
+    left
+}
+
 /// A solver that is told of a graph as far as it is asked about.
-struct Whole {
-    sat: Sat,
+pub(super) struct Whole {
+    pub(super) sat: Sat,
     told: Told,
+    /// Applications of which it knows all.
+    pub(super) defined: FxHashSet<usize>,
 }
 
 impl Whole {
     fn new(deadline: Deadline) -> Self {
-        Self { sat: Sat::new(deadline), told: Told::default() }
+        Self { sat: Sat::new(deadline), told: Told::default(), defined: FxHashSet::default() }
     }
 
-    fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
+    pub(super) fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
         self.told.tell(&mut self.sat, graph, lit)
     }
 }

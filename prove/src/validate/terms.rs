@@ -1,6 +1,8 @@
 //! What is not computed bit by bit: functions of which only equal operands are known to give equal results, and what happens
 //! in the order of the program, as calls of the host.
 
+use std::rc::Rc;
+
 use plcc_abi::HostFn;
 use plcc_abi::pmac::pure_functions;
 use plcc_ir::{BinaryOp, Type, UnaryOp, eval};
@@ -82,10 +84,10 @@ fn signed(word: u64, bits: u8) -> i64 {
 }
 
 /// A function with its operands.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Application {
     pub(super) function: Function,
-    pub(super) operands: Vec<Lit>,
+    pub(super) operands: Rc<[Lit]>,
     /// Inputs of the graph that stand for the result.
     pub(super) results: Vec<Lit>,
 }
@@ -94,7 +96,9 @@ pub(super) struct Application {
 #[derive(Debug, Default)]
 pub(super) struct Terms {
     pub(super) list: Vec<Application>,
-    known: FxHashMap<(Function, Vec<Lit>), usize>,
+    known: FxHashMap<(Function, Rc<[Lit]>), usize>,
+    /// How many operands and results there are.
+    pub(super) size: usize,
     /// Doubles of which it is known when they are integers, and which.
     pub(super) views: FxHashMap<Vec<Lit>, super::float::View>,
     /// Numbers that are products with constants.
@@ -117,14 +121,15 @@ impl Terms {
         operands: Vec<Lit>,
         width: usize,
     ) -> (Vec<Lit>, usize) {
-        let key = (function, operands);
+        let key = (function, Rc::from(operands));
         if let Some(&known) = self.known.get(&key) {
             let results = self.list.get(known).map(|it| it.results.clone());
             return (results.unwrap_or_default(), known);
         }
         let results = graph.inputs(width);
         let number = self.list.len();
-        let operands = key.1.clone();
+        let operands = Rc::clone(&key.1);
+        self.size += operands.len() + results.len();
         self.list.push(Application { function, operands, results: results.clone() });
         self.known.insert(key, number);
         (results, number)

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use plcc_ir::{Address, FuncData, InstData, Module, RegionId, Type};
+use plcc_ir::{Address, Block, FuncData, InstData, Module, RegionId, Type};
 
 use crate::logic::{FALSE, Graph, Lit, Memory};
 
@@ -89,13 +89,13 @@ fn kind_of(module: &Module, region: RegionId) -> Kind {
 }
 
 impl Universe {
-    /// The bytes that functions of a module access.
-    pub(super) fn of(module: &Module, funcs: &[&FuncData]) -> Self {
+    /// The bytes that some blocks of functions of a module access.
+    pub(super) fn of(module: &Module, funcs: &[(&FuncData, Vec<Block>)]) -> Self {
         let size = module.image_size as usize;
         let mut touches = vec![false; size];
-        for func in funcs {
-            for (_, block) in func.blocks() {
-                for &inst in &block.insts {
+        for (func, blocks) in funcs {
+            for &block in blocks {
+                for &inst in &func.block(block).insts {
                     let range = touched(module, func, func.inst(inst));
                     let range = range.start.min(size)..range.end.min(size);
                     if let Some(slots) = touches.get_mut(range) {

@@ -5,6 +5,7 @@ use plcc_ir::{Block, Func, FuncData, Label, StatementId, Terminator, Value};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::cuts::end_of_row;
+use super::join::{add, joined};
 use super::step::Step;
 use super::terms::Terms;
 use super::universe::Universe;
@@ -20,6 +21,9 @@ const MOST_BLOCKS: usize = 20_000;
 
 /// How large the graph of a function may become.
 const MOST_NODES: usize = 3_000_000;
+
+/// How many operands and results functions that are not computed may have.
+const MOST_OPERANDS: usize = 50_000_000;
 
 /// How a function is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +48,9 @@ pub(super) struct Exit {
     pub(super) words: Vec<Lit>,
 }
 
+/// What comes to each way out of a function.
+type Exits = Vec<(Way, Vec<Place>)>;
+
 /// Something that happens in the order of the program: its application and the condition.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Happening {
@@ -51,12 +58,12 @@ pub(super) struct Happening {
     pub(super) cond: Lit,
 }
 
-/// What comes to a block.
+/// What comes to a block, or to a way out of the function.
 #[derive(Clone)]
-struct Place {
-    arrival: Arrival,
-    history: Lit,
-    local: Memory,
+pub(super) struct Place {
+    pub(super) arrival: Arrival,
+    pub(super) history: Lit,
+    pub(super) local: Memory,
 }
 
 /// What two versions of a function have in common.
@@ -109,6 +116,31 @@ impl<'c, 'm> Version<'c, 'm> {
         Some(Self { code, func, data, order, rank, cuts, labels })
     }
 
+    /// The blocks to which control may come from a label on.
+    pub(super) fn reach(&self, label: Label) -> Vec<Block> {
+        let mut seen = vec![false; self.data.block_count()];
+        let mut open: Vec<Block> = self.labels.get(&label).copied().into_iter().collect();
+        let mut all = vec![];
+        while let Some(block) = open.pop() {
+            match seen.get_mut(block.index()) {
+                Some(slot) if !*slot => *slot = true,
+                _ => continue,
+            }
+            all.push(block);
+            let mut next = vec![];
+            match &self.data.block(block).terminator {
+                Some(Terminator::Goto(label)) => next.extend(self.labels.get(label)),
+                Some(Terminator::GotoIndirect(_)) => next.extend(self.labels.values()),
+                Some(terminator) => terminator.for_each_block(|to, args| {
+                    next.push(if args.is_empty() { end_of_row(self.data, to) } else { to });
+                }),
+                None => {}
+            }
+            open.extend(next.into_iter().filter(|to| !self.cuts.contains_key(to)));
+        }
+        all
+    }
+
     /// What the function does from a label on.
     ///
     /// # Errors
@@ -119,45 +151,39 @@ impl<'c, 'm> Version<'c, 'm> {
         label: Label,
         memory: &Memory,
     ) -> Result<(Vec<Exit>, Vec<Happening>), Reason> {
-        let mut exits = vec![];
+        let mut exits: Exits = vec![];
         let mut happenings = vec![];
-        let Some(&start) = self.labels.get(&label) else { return Ok((exits, happenings)) };
+        let Some(&start) = self.labels.get(&label) else { return Ok((vec![], happenings)) };
         let arrival =
             Arrival { cond: TRUE, memory: memory.clone(), values: Default::default(), passed: 0 };
         let mut local = Memory::of_bytes(&[]);
         local.grow(self.data.local_bits() as usize + 64);
-        let mut now: Vec<Option<Place>> = vec![None; self.data.block_count()];
+        let mut now: Vec<Vec<Place>> = vec![vec![]; self.data.block_count()];
         let mut next = now.clone();
         if let Some(slot) = now.get_mut(start.index()) {
-            *slot = Some(Place { arrival, history: FALSE, local });
+            slot.push(Place { arrival, history: FALSE, local });
         }
         let mut executed = 0;
         for round in 0.. {
             for &block in &self.order {
-                let Some(place) = now.get_mut(block.index()).and_then(Option::take) else {
-                    continue;
-                };
+                let places = now.get_mut(block.index()).map(std::mem::take).unwrap_or_default();
+                let graph = &mut context.builder.graph;
+                let Some(place) = joined(graph, places) else { continue };
                 if place.arrival.cond == FALSE {
                     continue;
                 }
                 executed += 1;
-                let text = if round > ROUNDS || executed > MOST_BLOCKS {
-                    Some("goes round more often than is unrolled here")
-                } else if context.builder.graph.len() > MOST_NODES {
-                    Some("makes the function take more gates than are looked at")
-                } else if context.deadline.is_over() {
-                    Some("is where the time was up")
-                } else {
-                    None
-                };
-                if let Some(text) = text {
+                if round > ROUNDS || executed > MOST_BLOCKS {
+                    let text = "goes round more often than is unrolled here";
                     return Err(self.code.reason(text, self.statement(block)));
                 }
+                self.within_limits(context, block)?;
                 let Place { arrival, mut history, mut local } = place;
                 let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
                     continue;
                 };
                 for &inst in &self.data.block(block).insts {
+                    self.within_limits(context, block)?;
                     let mut step = Step {
                         context: &mut *context,
                         version: self,
@@ -179,17 +205,36 @@ impl<'c, 'm> Version<'c, 'm> {
                         let is_back = self.rank.get(to.index()) <= self.rank.get(block.index());
                         let slots = if is_back { &mut next } else { &mut now };
                         if let Some(slot) = slots.get_mut(to.index()) {
-                            join(graph, slot, place);
+                            add(graph, slot, place);
                         }
                     },
                 );
             }
-            if next.iter().all(Option::is_none) {
+            if next.iter().all(Vec::is_empty) {
                 break;
             }
             std::mem::swap(&mut now, &mut next);
         }
-        Ok((exits, happenings))
+        let graph = &mut context.builder.graph;
+        let exit = |(way, places): (Way, Vec<Place>)| {
+            // The words of the way are a value.
+            let Place { arrival, history, .. } = joined(graph, places)?;
+            let words = arrival.values.get(&0).cloned().unwrap_or_default();
+            Some(Exit { way, cond: arrival.cond, memory: arrival.memory, history, words })
+        };
+        Ok((exits.into_iter().filter_map(exit).collect(), happenings))
+    }
+
+    fn within_limits(&self, context: &Context<'_>, block: Block) -> Result<(), Reason> {
+        let text = if context.builder.graph.len() > MOST_NODES || context.terms.size > MOST_OPERANDS
+        {
+            "makes the function take more gates than are looked at"
+        } else if context.deadline.is_over() {
+            "is where the time was up"
+        } else {
+            return Ok(());
+        };
+        Err(self.code.reason(text, self.statement(block)))
     }
 
     fn statement(&self, block: Block) -> StatementId {
@@ -207,17 +252,19 @@ impl<'c, 'm> Version<'c, 'm> {
         block: Block,
         history: Lit,
         local: &Memory,
-        exits: &mut Vec<Exit>,
+        exits: &mut Exits,
         mut go: impl FnMut(Block, Place, &mut Graph),
     ) {
         let graph = &mut context.builder.graph;
         let cond = state.arrival.cond;
         let memory = &state.arrival.memory;
         let mut exit = |graph: &mut Graph, way: Way, cond: Lit, words: Vec<Lit>| {
-            let new = Exit { way, cond, memory: memory.clone(), history, words };
-            match exits.iter_mut().find(|exit| exit.way == way) {
-                Some(old) => join_exit(graph, old, &new),
-                None => exits.push(new),
+            let values = [(0, words)].into();
+            let arrival = Arrival { cond, memory: memory.clone(), values, passed: 0 };
+            let new = Place { arrival, history, local: Memory::of_bytes(&[]) };
+            match exits.iter_mut().find(|exit| exit.0 == way) {
+                Some(old) => add(graph, &mut old.1, new),
+                None => exits.push((way, vec![new])),
             }
         };
         let mut to_block =
@@ -321,69 +368,4 @@ fn order(data: &FuncData) -> Vec<Block> {
     }
     order.reverse();
     order
-}
-
-/// The factors of a conjunction.
-fn factors(graph: &Graph, lit: Lit) -> Vec<Lit> {
-    use crate::logic::Node;
-    let (mut open, mut all) = (vec![lit], vec![]);
-    while let Some(lit) = open.pop() {
-        match graph.node(lit.node()) {
-            Node::And(a, b) if !lit.is_complement() && all.len() + open.len() < 64 => {
-                open.extend([a, b]);
-            }
-            _ => all.push(lit),
-        }
-    }
-    all.sort_unstable();
-    all.dedup();
-    all
-}
-
-/// Which of two conditions holds, of which at most one does, and whether one does. Factors that both have decide nothing.
-fn which(graph: &mut Graph, a: Lit, b: Lit) -> (Lit, Lit) {
-    let (of_a, of_b) = (factors(graph, a), factors(graph, b));
-    let common: Vec<Lit> =
-        of_a.iter().copied().filter(|lit| of_b.binary_search(lit).is_ok()).collect();
-    let own = |all: &[Lit], graph: &mut Graph| {
-        let rest = all.iter().copied().filter(|lit| common.binary_search(lit).is_err());
-        graph.all(rest.collect::<Vec<_>>())
-    };
-    let (only_a, only_b) = (own(&of_a, graph), own(&of_b, graph));
-    let either = graph.or(only_a, only_b);
-    let common = graph.all(common.iter().copied());
-    // The shorter of the two says it.
-    let short = match graph.node(only_b.node()) {
-        crate::logic::Node::And(..) => only_a,
-        _ => !only_b,
-    };
-    (short, graph.and(common, either))
-}
-
-/// Adds what comes to a block to what came before. Only one of the two can come about.
-fn join(graph: &mut Graph, slot: &mut Option<Place>, new: Place) {
-    let Some(old) = slot else {
-        *slot = Some(new);
-        return;
-    };
-    let (first, either) = which(graph, old.arrival.cond, new.arrival.cond);
-    old.arrival.memory.choose(graph, first, &new.arrival.memory);
-    old.local.choose(graph, first, &new.local);
-    old.history = graph.choose(first, old.history, new.history);
-    for (value, bits) in new.arrival.values {
-        let both = match old.arrival.values.get(&value) {
-            Some(before) => graph.choose_bits(first, before, &bits),
-            None => bits,
-        };
-        old.arrival.values.insert(value, both);
-    }
-    old.arrival.cond = either;
-}
-
-fn join_exit(graph: &mut Graph, old: &mut Exit, new: &Exit) {
-    let (first, either) = which(graph, old.cond, new.cond);
-    old.memory.choose(graph, first, &new.memory);
-    old.history = graph.choose(first, old.history, new.history);
-    old.words = graph.choose_bits(first, &old.words, &new.words);
-    old.cond = either;
 }
