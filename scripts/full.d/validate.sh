@@ -1,0 +1,87 @@
+# Proves that optimised code does what the code before did: examples, corpus, thousands of random programs; mutants of passes.
+#
+# The units `examples` and `corpus` build each program there with `plcc build --validate`, FULL_SECONDS for each function (10). A unit of
+# random programs is FULL_SEEDS of each language (1000). A unit `mutant-NAME` applies tests/mutants/NAME.patch to the passes, has them
+# optimise the modules of tests/ir/filetests, and says whether the unchanged proof refutes what they made.
+# Nothing may be refuted but mutants.
+head=$'programs\tproved\tundecided\trefuted\tseconds'
+
+seconds=${FULL_SECONDS:-10}
+
+units() {
+  printf '%s\n' examples corpus random unchanged
+  find "$root/tests/mutants" -name 'pass-*.patch' -o -name 'passes-*.patch' | sort | while read -r patch; do
+    echo "mutant-$(basename "$patch" .patch)"
+  done
+}
+
+# Builds each program of a folder, and adds up the answers.
+folder() {
+  local file text code proved=0 undecided=0 refuted=0
+  cargo build --release --locked -p plcc >&2
+  while read -r file; do
+    code=0
+    text=$("$CARGO_TARGET_DIR/release/plcc" build "$file" --validate --timeout "${seconds}s" \
+      --message-format json -o "$state/artifact.plcx" 2>>"$state/plcc.log") || code=$?
+    # A program with errors has no code.
+    [ "$code" = 0 ] || [ "$code" = 4 ] || continue
+    proved=$((proved + $(grep -c '"result":"proved"' <<<"$text" || true)))
+    undecided=$((undecided + $(grep -c '"result":"undecided"' <<<"$text" || true)))
+    if [ "$code" = 4 ]; then
+      refuted=$((refuted + 1))
+      printf '%s\n%s\n' "$file" "$text" >&2
+    fi
+  done < <(find "$1" -name '*.pmi' -o -name '*.nct' -o -name '*.pmc' -o -name '*.plc' | sort)
+  printf '%s\t%s\t%s' "$proved" "$undecided" "$refuted"
+}
+
+# Optimises the modules of tests/ir/filetests with the passes of the work tree, and looks at what they made.
+modules() {
+  rm -rf "$state/pairs"
+  mkdir "$state/pairs"
+  cp tests/ir/filetests/*.ir tests/ir/filetests/*/*.ir "$state/pairs"
+  cargo run --release --locked -p plcc-ir --features text --example optimize -- "$state"/pairs/*.ir >&2 \
+    || { printf '0\t0\tdoes not build, or stops'; return; }
+  PLCC_VALIDATE_PAIRS=$state/pairs PLCC_VALIDATE_SECONDS=$seconds "$state/proof" --exact pairs_of_versions --nocapture \
+    | tee /dev/stderr | sed -n 's/^\([0-9]*\) proved, \([0-9]*\) undecided, \([0-9]*\) refuted$/\1\t\2\t\3/p'
+}
+
+# The unchanged proof, as a program that is kept.
+proof() {
+  [ -x "$state/proof" ] && return
+  local built
+  built=$(cargo test --release --locked -p plcc-prove --test validate --no-run --message-format json \
+    | sed -n 's/.*"executable":"\([^"]*validate[^"]*\)".*/\1/p' | tail -1)
+  cp "$built" "$state/proof"
+}
+
+unit() {
+  local start=$SECONDS result
+  git checkout --quiet --force --detach "$commit"
+  case $1 in
+    examples) result=$(folder examples) ;;
+    corpus) result=$(folder tests/corpus) ;;
+    random)
+      PLCC_SEEDS=${FULL_SEEDS:-1000} cargo test --release --locked -p plcc-prove --test validate \
+        passes_do_not -- --nocapture >&2
+      tests_ran "$1" || return 1
+      result=$(grep -c 'functions proved' "$state/logs/$1")$' languages\t\t0'
+      ;;
+    unchanged) proof; result=$(modules) ;;
+    mutant-*)
+      proof
+      git apply "$root/tests/mutants/${1#mutant-}.patch" >&2
+      result=$(modules)
+      git checkout --quiet --force --detach "$commit"
+      ;;
+  esac
+  printf '%s\t%s\t%s\n' "$1" "$result" $((SECONDS - start))
+}
+
+# How many mutants were refuted.
+note() {
+  local all refuted
+  all=$(find "$state/rows" -type f -name 'mutant-*' | wc -l)
+  refuted=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -cv '^0$' || true)
+  echo "$refuted of $all mutants refuted"
+}
