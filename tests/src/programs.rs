@@ -3,6 +3,7 @@
 #![allow(
     dead_code,
     unreachable_pub,
+    clippy::unwrap_used,
     reason = "not every test that includes this file needs all of it"
 )]
 
@@ -35,9 +36,9 @@ pub fn folder_of_programs() -> &'static Path {
 /// When it can't be built.
 pub fn build(words: &[&str]) -> PathBuf {
     // The test lies in the folder `deps` of its profile.
-    let test = std::env::current_exe().expect("a test has a path");
-    let profile = test.parent().and_then(Path::parent).expect("a test lies in a profile's folder");
-    let target = profile.parent().expect("a profile's folder lies in that of all profiles");
+    let test = std::env::current_exe().unwrap();
+    let profile = test.parent().and_then(Path::parent).unwrap();
+    let target = profile.parent().unwrap();
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--quiet", "--locked", "--offline", "--workspace", "--test", "mutants"]);
     cargo.args(words).arg("--target-dir").arg(target);
