@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{OptLevel, Target};
 use plcc_host::session::write_whole;
-use plcc_load::{Artifact, Attached};
+use plcc_load::Attached;
 use plcc_monitor::{Rebuilder, Rebuilt, RunningProgram};
-use plcc_record::{RecordedProgram, RecordedSources, Recording};
+use plcc_record::RecordedSources;
 
 use crate::compile::{self, CompileError};
 use crate::recorded::{check_recorded, first_error};
+use crate::running_program::{NOT_SHOWN, running_sources};
 
 /// Builds programs from the sources in a record.
 #[derive(Debug)]
@@ -30,26 +31,9 @@ impl RecordRebuilder {
 
     /// The sources of the program that the control runs now.
     fn sources(&self, running: &RunningProgram) -> Result<RecordedSources, String> {
-        let recording = Recording::open(&self.record).map_err(|error| error.to_string())?;
-        let run = recording.runs().last();
-        let newest = run.and_then(|run| Some((run, run.spans.last()?)));
-        let (run, span) = newest.ok_or("the record holds no program")?;
-        let is_it = format!("{:016x}", span.fingerprint) == running.fingerprint
-            && u64::from(span.generation) == running.generation;
-        if !is_it {
-            return Err("the record does not show the program yet that the control runs now, or is not of this \
-                        control; try again in a second"
-                .into());
-        }
-        let without = "the control runs an artifact that was built without the text of its sources (--no-source)";
-        match run.program_of(span.generation) {
-            Some(RecordedProgram::Artifact(bytes)) => {
-                let artifact = Artifact::parse(bytes, None).map_err(|error| error.to_string())?;
-                RecordedSources::from_bytes(&artifact.sources).ok_or_else(|| without.into())
-            }
-            Some(RecordedProgram::Sources(sources)) => Ok(sources.clone()),
-            Some(RecordedProgram::Unknown) | None => Err("the record holds no program".into()),
-        }
+        let sources =
+            running_sources(&self.record, Some((&running.fingerprint, running.generation)))?;
+        sources.ok_or_else(|| NOT_SHOWN.into())
     }
 
     /// Where the new artifact lies.

@@ -45,6 +45,7 @@ mod proof;
 pub mod recorded;
 mod replay_input;
 mod report;
+mod running_program;
 mod signing;
 
 use std::panic::{self, AssertUnwindSafe};

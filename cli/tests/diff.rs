@@ -3,10 +3,13 @@
 
 mod support;
 
-use std::process::{Command, Output};
+#[cfg(target_os = "linux")]
+use std::os::unix::net::UnixStream;
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
-use support::Folder;
+use support::process::{Killed, plcrt, wait};
+use support::{Folder, programs};
 
 const OLD: &str = "$INPUT\nDOOR = 1/0\n$OUTPUT\nLAMP = 2/0\n$END\nA = DOOR\nLAMP = A\n";
 
@@ -70,6 +73,46 @@ fn an_artifact_is_compared_with_a_source() {
     let output = plcc(&folder, &["diff", "b.plcx", "a.pmi"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("without the text of its sources"));
+}
+
+/// Whether a control runs what is on file, also after an online change: its record has the text.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_control_runs_is_compared_with_a_source() {
+    let new = OLD.replace("LAMP = A", "LAMP = DOOR");
+    let folder = Folder::with(&[("a.pmi", OLD), ("new.pmi", &new)]);
+    assert!(plcc(&folder, &["build", "a.pmi"]).status.success());
+    assert!(plcc(&folder, &["build", "new.pmi"]).status.success());
+    let control = |socket: &str, options: &[&str]| {
+        let mut command = Command::new(plcrt());
+        command.args(["a.plcx", "--realtime", "--no-supervisor", "--overrun", "catch-up=1000000"]);
+        command.args(["--watchdog", "1h", "--allow", "swap", "--socket", socket]);
+        command.args(options).current_dir(folder.path()).stderr(Stdio::null());
+        let control = Killed::spawn(&mut command);
+        let connect = || UnixStream::connect(folder.path().join(socket)).ok();
+        wait("the control's socket", connect);
+        control
+    };
+    let _control = control("socket", &["--record", "a.plcrec"]);
+    assert_eq!(plcc(&folder, &["diff", "socket", "a.pmi"]).status.code(), Some(0));
+    let output = plcc(&folder, &["diff", "socket", "new.pmi"]);
+    assert_eq!(
+        (output.status.code(), text(&output).lines().nth(2)),
+        (Some(1), Some("  + new.pmi:7: LAMP = DOOR")),
+        "{output:?}"
+    );
+    let mut change = Command::new(programs().join("plcctl"));
+    change.args(["socket", "swap", "new.plcx"]).current_dir(folder.path());
+    assert!(change.output().unwrap().status.success());
+    assert_eq!(plcc(&folder, &["diff", "socket", "new.pmi"]).status.code(), Some(0));
+
+    assert_eq!(plcc(&folder, &["diff", "a.plcrec", "new.pmi"]).status.code(), Some(0));
+
+    let _without = control("other", &[]);
+    let output = plcc(&folder, &["diff", "other", "a.pmi"]);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("keeps no record") && words.contains("a.pmi, is not known"), "{words}");
 }
 
 #[test]

@@ -11,7 +11,8 @@ use super::SourceArgs;
 
 #[derive(Args)]
 pub(crate) struct DiffArgs {
-    /// The old version: a source, or an artifact that holds the text of its sources
+    /// The old version: a source, an artifact that holds the text of its sources, a record, or the socket of a control that
+    /// keeps a record
     #[arg(value_name = "OLD")]
     pub(crate) old: PathBuf,
 

@@ -235,6 +235,7 @@ messages and commands that depend on it, and through which variables.
 Examples:
   plcc diff lathe-1996.pmi lathe.pmi
   plcc diff lathe.plcx lathe.pmi            does the artifact hold what is on file?
+  plcc diff /run/plcc/socket lathe.pmi      does the control run it?
   plcc diff old.pmc new.pmc --html diff.html
   plcc diff lathe-1996.pmi lathe.pmi --prove
 

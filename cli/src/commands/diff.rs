@@ -6,7 +6,10 @@ mod text;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use plcc_abi::{Dialect, Program};
 use plcc_diag::{SourceMap, Span};
@@ -15,16 +18,19 @@ use plcc_frontend::common::words::DeclarationKind;
 use plcc_frontend::presentation::{Exchange, Uses};
 use plcc_load::Artifact;
 use plcc_record::RecordedSources;
+use plcc_replay::ControlSocket;
 use plcc_runtime::names_of;
 use serde_json::{Value, json};
 
 use crate::args::{DiffArgs, FormatArg};
+use crate::commands::monitor::{is_recording, own_record};
 use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::recorded::{check_recorded, words_of_recorded};
 use crate::report::{Destination, Report};
+use crate::running_program::{NOT_SHOWN, running_sources};
 
 /// A version that has been read.
 struct Side {
@@ -67,6 +73,10 @@ pub(crate) fn diff(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
     Ok(if rows.is_empty() { DONE } else { DIFFERENT })
 }
 
+/// How long a control's record is waited for, and how often it is read meanwhile.
+const PATIENCE: Duration = Duration::from_secs(5);
+const PAUSE: Duration = Duration::from_millis(200);
+
 /// The exit status if a statement differs.
 const DIFFERENT: u8 = 1;
 
@@ -79,6 +89,15 @@ impl Side {
                 .and_then(|bytes| if Artifact::is_artifact(&bytes) { Ok(bytes) } else { Err(()) })
         {
             return Self::of_artifact(path, &artifact).map(Some);
+        }
+        if fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket()) {
+            return Self::of_control(path).map(Some);
+        }
+        if path.is_file() && is_recording(path)? {
+            let failure = |error| Failure::file(path, error);
+            let sources = running_sources(path, None).map_err(failure)?;
+            let sources = sources.ok_or_else(|| failure("the record holds no program".into()))?;
+            return Self::of_sources(path, &sources, None).map(Some);
         }
         let files = [path.to_owned()];
         let settings = SourceSettings::for_files(&args.source, &files, report)?;
@@ -102,12 +121,57 @@ impl Side {
             let why = "it was built without the text of its sources (--no-source), so that its statements are not known";
             Failure::file(path, why)
         })?;
-        let (sources, words, dialect) =
-            words_of_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
-        let (checked, ..) =
-            check_recorded(&recorded).map_err(|error| Failure::file(path, error))?;
+        Self::of_sources(path, &recorded, Some(&artifact.program))
+    }
+
+    /// The program that a control runs, of which its record has the text.
+    fn of_control(path: &Path) -> Result<Self, Failure> {
+        let control = ControlSocket::new(path);
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let status = control.status().map_err(|error| Failure::file(path, error))?;
+            let record = own_record(&control).ok_or_else(|| {
+                let program = &status.program;
+                Failure::file(
+                    path,
+                    format!(
+                        "the control keeps no record that can be read here, so the text of its program, {program}, is not \
+                         known; start it with --record, or name the artifact that it runs in its place"
+                    ),
+                )
+            })?;
+            let sources = running_sources(&record, Some((&status.fingerprint, status.generation)));
+            if let Some(sources) = sources.map_err(|error| Failure::file(&record, error))? {
+                return Self::of_sources(path, &sources, None);
+            }
+            // A program is in the record when its first second is.
+            if Instant::now() > deadline {
+                return Err(Failure::file(&record, NOT_SHOWN));
+            }
+            thread::sleep(PAUSE);
+        }
+    }
+
+    /// A version of which a record or an artifact has the sources; its program is made of them where it is not known.
+    fn of_sources(
+        path: &Path,
+        recorded: &RecordedSources,
+        program: Option<&Program>,
+    ) -> Result<Self, Failure> {
+        let failure = |error| Failure::file(path, error);
+        let (sources, words, dialect) = words_of_recorded(recorded).map_err(failure)?;
+        let (checked, ..) = check_recorded(recorded).map_err(failure)?;
+        let lowered = match &checked {
+            Some(checked) if program.is_none() => {
+                Some(checked.lower().map_err(|error| Failure::file(path, error))?.program)
+            }
+            _ => None,
+        };
         let version = Version { sources, words };
-        let roles = roles(&artifact.program, &version, checked.as_ref());
+        let roles = match program.or(lowered.as_ref()) {
+            Some(program) => roles(program, &version, checked.as_ref()),
+            None => return Err(failure("its program has errors for this plcc".into())),
+        };
         Ok(Self { dialect, version, roles })
     }
 }
