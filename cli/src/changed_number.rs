@@ -104,6 +104,7 @@ mod tests {
     use plcc_abi::Dialect;
     use plcc_diag::SourceMap;
     use plcc_frontend::common::{MemoryLoader, Options};
+    use plcc_load::Artifact;
 
     use super::*;
     use crate::recorded::recorded_sources;
