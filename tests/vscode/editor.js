@@ -204,29 +204,40 @@ class Editor {
   }
 
   /** Chooses the first of some rows of that list, once the rows have their places. */
-  async pick(rows) {
+  async pick(rows, seconds = 60) {
     const row = rows.first();
-    await row.waitFor();
+    const timeout = seconds * 1000;
+    await row.waitFor({ timeout });
     let before;
     await eventually(async () => {
       const now = JSON.stringify([await row.boundingBox(), await this.picks.allInnerTexts()]);
       const stays = now === before;
       before = now;
       return stays;
-    }, Boolean, "rows that stay");
-    await row.click();
+    }, Boolean, "rows that stay", seconds);
+    await row.click({ timeout });
+  }
+
+  /** Opens the input at the top by these keys, writes into it, and chooses the first of some rows; again where the input is closed meanwhile. */
+  async choose(keys, text, rows) {
+    for (let left = 4; ; left--) {
+      await this.ask(keys, text);
+      try {
+        return await this.pick(rows, 12);
+      } catch (error) {
+        if (left === 0) throw error;
+      }
+    }
   }
 
   /** Runs a command of the palette, by its title. */
   async command(title) {
-    await this.ask(["F1"], `>${title}`);
-    await this.pick(this.picks.filter({ hasText: title }));
+    await this.choose(["F1"], `>${title}`, this.picks.filter({ hasText: title }));
   }
 
   /** Opens a file of the folder. */
   async open(name) {
-    await this.ask(["Control+P"], name);
-    await this.pick(this.named(name));
+    await this.choose(["Control+P"], name, this.named(name));
     await this.page.locator(`.tab.active[data-resource-name="${name}"]`).waitFor();
     await this.page.locator(".editor-group-container.active .monaco-editor .view-line").first().waitFor();
   }
