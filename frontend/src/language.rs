@@ -99,28 +99,15 @@ pub trait Language: Sync {
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
 
-    /// Does what [`check`](Self::check) does, and finds the words of the sources, for editors. They are found in programs
-    /// with errors too.
-    fn check_with_words(
-        &self,
-        sources: &mut SourceMap,
-        files: &[FileId],
-        loader: &dyn FileLoader,
-        options: &Options,
-    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words);
-
-    /// The same in two parts, since editors ask for words more often than for the rest: first the words, then what
-    /// [`check`](Self::check) gives. A language may do all at first.
+    /// Does what [`check`](Self::check) does in two parts, since editors ask for words more often than for the rest: first the
+    /// words of the sources, also of programs with errors, then what `check` gives. A language may do all at first.
     fn words_and_rest(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> (Words, RestOfCheck) {
-        let (program, diagnostics, words) = self.check_with_words(sources, files, loader, options);
-        (words, Box::new(move |_| (program, diagnostics)))
-    }
+    ) -> (Words, RestOfCheck);
 
     /// The words alone.
     fn words(

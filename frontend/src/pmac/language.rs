@@ -14,7 +14,7 @@ use crate::common::{
     Controller, CrossReference, Exported, Expression, ExpressionCode, FileLoader, Logic,
     LowerError, Lowered, NumberFormat, Options, StatementInterpreter, Ways, Words,
 };
-use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, RestOfCheck, Titles, Topic};
 use crate::presentation::Terminal;
 
 /// The PLC language of PMAC and Turbo PMAC.
@@ -98,16 +98,18 @@ impl Language for Pmac {
         (program.map(|program| Box::new(program) as _), diagnostics)
     }
 
-    fn check_with_words(
+    fn words_and_rest(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
+    ) -> (Words, RestOfCheck) {
+        // The reader borrows the preprocessed text, so that nothing is left for later.
         let (program, diagnostics, words) =
             super::check_with_words(sources, files, loader, options);
-        (program.map(|program| Box::new(program) as _), diagnostics, words)
+        let program = program.map(|program| Box::new(program) as _);
+        (words, Box::new(|_| (program, diagnostics)))
     }
 
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String> {

@@ -78,18 +78,6 @@ impl Language for Pmi {
         (program.map(|program| Box::new(program) as _), diagnostics)
     }
 
-    fn check_with_words(
-        &self,
-        sources: &mut SourceMap,
-        files: &[FileId],
-        loader: &dyn FileLoader,
-        options: &Options,
-    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
-        let (words, rest) = self.words_and_rest(sources, files, loader, options);
-        let (program, diagnostics) = rest(sources);
-        (program, diagnostics, words)
-    }
-
     fn words_and_rest(
         &self,
         sources: &mut SourceMap,

@@ -13,7 +13,7 @@ use crate::common::{
     Controller, CrossReference, CrossReferenceBuilder, Expression, FileLoader, LowerError, Lowered,
     NumberFormat, Options, StatementInterpreter, Use, Ways, Words,
 };
-use crate::language::{CheckedProgram, Language, LengthCodes, Titles, Topic};
+use crate::language::{CheckedProgram, Language, LengthCodes, RestOfCheck, Titles, Topic};
 
 /// The language.
 #[derive(Clone, Copy, Debug)]
@@ -71,16 +71,16 @@ impl Language for Mini {
         (found.is_empty().then(|| Box::new(program) as _), found)
     }
 
-    fn check_with_words(
+    fn words_and_rest(
         &self,
         sources: &mut SourceMap,
         files: &[FileId],
         loader: &dyn FileLoader,
         options: &Options,
-    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>, Words) {
+    ) -> (Words, RestOfCheck) {
         let words = super::words::words(sources, files.first().copied().unwrap_or(FileId(0)));
         let (program, found) = self.check(sources, files, loader, options);
-        (program, found, words)
+        (words, Box::new(|_| (program, found)))
     }
 
     fn snippets(&self) -> &'static [(&'static str, &'static str, &'static str)] {
