@@ -5,12 +5,12 @@ use std::path::Path;
 use plcc_load::Artifact;
 use plcc_record::{RecordedProgram, RecordedSources, Recording};
 
-/// Why there are no sources, where a record does not show the program that the control runs.
+/// What is wrong where a record does not show the program that the control runs.
 pub(crate) const NOT_SHOWN: &str = "the record does not show the program yet that the control runs now, or is not of this \
                                     control; try again in a second";
 
 const WITHOUT_SOURCES: &str =
-    "the control runs an artifact that was built without the text of its sources (--no-source)";
+    "it holds an artifact that was built without the text of its sources (--no-source)";
 
 /// The sources of the program that a record shows at its end; `None` if it shows none, or another one than asked for by a
 /// fingerprint, in hexadecimal digits, and a number of online changes.

@@ -108,6 +108,14 @@ fn what_a_control_runs_is_compared_with_a_source() {
 
     assert_eq!(plcc(&folder, &["diff", "a.plcrec", "new.pmi"]).status.code(), Some(0));
 
+    let without_text = ["build", "a.pmi", "--no-source", "-o", "a.plcx"];
+    assert!(plcc(&folder, &without_text).status.success());
+    let _without_text = control("third", &["--record", "third.plcrec"]);
+    let output = plcc(&folder, &["diff", "third", "a.pmi"]);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("without the text of its sources"), "{words}");
+
     let _without = control("other", &[]);
     let output = plcc(&folder, &["diff", "other", "a.pmi"]);
     let words = String::from_utf8(output.stderr).unwrap();

@@ -23,7 +23,7 @@ use plcc_runtime::names_of;
 use serde_json::{Value, json};
 
 use crate::args::{DiffArgs, FormatArg};
-use crate::commands::monitor::{is_recording, own_record};
+use crate::commands::monitor::{is_recording, readable};
 use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
@@ -130,7 +130,7 @@ impl Side {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let status = control.status().map_err(|error| Failure::file(path, error))?;
-            let record = own_record(&control).ok_or_else(|| {
+            let record = readable(status.record.clone()).ok_or_else(|| {
                 let program = &status.program;
                 Failure::file(
                     path,

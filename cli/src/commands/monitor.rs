@@ -100,7 +100,12 @@ fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
 
 /// The file in which a control is being recorded, as it says itself, if that can be read here.
 pub(crate) fn own_record(control: &ControlSocket) -> Option<PathBuf> {
-    let record = PathBuf::from(control.status().ok()?.record?);
+    readable(control.status().ok()?.record)
+}
+
+/// The record that a control names in its status, if it can be read here.
+pub(crate) fn readable(record: Option<String>) -> Option<PathBuf> {
+    let record = PathBuf::from(record?);
     fs::File::open(&record).is_ok().then_some(record)
 }
 
