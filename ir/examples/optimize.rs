@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let text = fs::read_to_string(&file)?;
         let text = text.split("; becomes").next().unwrap_or_default();
         let Ok(mut module) = parse(text) else {
-            eprintln!("{} is no module", file.display());
+            eprintln!("{} is not a module", file.display());
             continue;
         };
         fs::write(&file, print(&module))?;
