@@ -220,6 +220,53 @@ fn problems_follow_the_text() {
     assert_eq!(editor.codes(PMI), [""; 0]);
 }
 
+/// What an editor knows of the problems when it asks for fixes, and when it asks, makes no difference: fixes are of the text as it is.
+#[test]
+fn fixes_are_of_the_present_text() {
+    let mut editor = Editor::new();
+    let ask = |editor: &mut Editor, from: u32, to: u32, known: Value| {
+        let at = |character: u32| json!({"line": 5, "character": character});
+        let range = json!({"start": at(from), "end": at(to)});
+        let context = json!({"diagnostics": known, "only": ["quickfix"], "triggerKind": 1});
+        let params = json!({"textDocument": {"uri": PMI}, "range": range, "context": context});
+        editor.send("textDocument/codeAction", params)
+    };
+    let titles = |editor: &mut Editor, id: &RequestId| {
+        let found = editor.answer(id).map(|it| it.as_array().cloned().unwrap_or_default());
+        let title = |it: &Value| it["title"].as_str().unwrap().to_owned();
+        found.map(|it| it.iter().map(title).collect::<Vec<_>>())
+    };
+    let fix = Ok(vec!["Write DOOR".to_owned()]);
+    // At once, before any problem has been told, at each place of the word, both its ends among them, and in the whole of it.
+    editor.open(PMI, "pmi", &TEXT.replace("= DOOR", "= DOR"));
+    for (from, to) in [(7, 7), (8, 8), (10, 10), (7, 10), (0, 10)] {
+        let asked = ask(&mut editor, from, to, json!([]));
+        assert_eq!(titles(&mut editor, &asked), fix, "{from} to {to}");
+    }
+    let asked = ask(&mut editor, 3, 3, json!([]));
+    assert_eq!(titles(&mut editor, &asked), Ok(vec![]));
+    // Right after a change, with a problem of the text before.
+    let old = json!([{
+        "range": {"start": {"line": 5, "character": 7}, "end": {"line": 5, "character": 10}},
+        "message": "nothing is named DOR", "code": "PMI-31", "source": "plcc",
+    }]);
+    let word = |to: u32| json!({"start": {"line": 5, "character": 7}, "end": {"line": 5, "character": to}});
+    editor.change(PMI, 2, word(10), "DOORR");
+    let asked = ask(&mut editor, 12, 12, old.clone());
+    assert_eq!(titles(&mut editor, &asked), fix);
+    editor.change(PMI, 3, word(12), "DOOR");
+    let asked = ask(&mut editor, 8, 8, old.clone());
+    assert_eq!(titles(&mut editor, &asked), Ok(vec![]));
+    // With a change after it, the answer is of the text before, or says that there is another text.
+    editor.change(PMI, 4, word(11), "DOO");
+    let first = ask(&mut editor, 8, 8, json!([]));
+    editor.change(PMI, 5, word(10), "DOOR");
+    let last = ask(&mut editor, 8, 8, old);
+    let found = titles(&mut editor, &first);
+    assert!(found == fix || found.as_ref().is_err_and(|(code, _)| *code == -32801), "{found:?}");
+    assert_eq!(titles(&mut editor, &last), Ok(vec![]));
+}
+
 #[test]
 fn included_files_are_read_as_they_are_in_the_editor() {
     let folder = std::env::temp_dir().join(format!("plcc-lsp-{}", std::process::id()));
@@ -438,17 +485,26 @@ impl Numbers {
 /// What an editor asks that depends on the text alone.
 fn asked(editor: &mut Editor, uri: &str, at: (u32, u32)) -> Vec<Result<Value, (i32, String)>> {
     let document = json!({"textDocument": {"uri": uri}});
+    let range =
+        json!({"start": {"line": 0, "character": 0}, "end": {"line": at.0, "character": at.1}});
     vec![
         editor.ask("textDocument/hover", about(uri, at.0, at.1)),
         editor.ask("textDocument/completion", about(uri, at.0, at.1)),
         editor.ask("textDocument/definition", about(uri, at.0, at.1)),
         editor.ask("textDocument/documentSymbol", document.clone()),
         editor.ask("textDocument/semanticTokens/full", document.clone()),
-        editor.ask("textDocument/foldingRange", document),
+        editor.ask("textDocument/foldingRange", document.clone()),
+        editor.ask("textDocument/codeAction", {
+            let mut params = document;
+            params["range"] = range;
+            params["context"] = json!({"diagnostics": []});
+            params
+        }),
     ]
 }
 
-/// Edits at random places with requests in between: no panic, and the answers of a server that has never seen another text.
+/// Edits at random places with requests in between: no panic, and the answers of a server that has never seen another text. From
+/// time to time the whole text becomes the first one again, since a few dozen edits leave little of a program.
 /// The environment variable PLCC_EDITS says how many edits are made in each language.
 #[test]
 fn answers_depend_on_the_text_alone() {
@@ -491,9 +547,9 @@ fn answers_depend_on_the_text_alone() {
     ];
     let edits = std::env::var("PLCC_EDITS").map_or(150, |count| count.parse().unwrap());
     let mut numbers = Numbers(7);
-    for (language, text) in texts {
+    for (language, program) in texts {
         let uri = format!("file:///nowhere/x.{language}");
-        let mut text = text.to_owned();
+        let mut text = program.to_owned();
         let mut editor = Editor::new();
         editor.open(&uri, language, &text);
         for version in 2..edits {
@@ -504,11 +560,16 @@ fn answers_depend_on_the_text_alone() {
                 "end": {"line": line + u32::from(length == 3), "character": from + length},
             });
             let piece = pieces[numbers.below(pieces.len())];
-            editor.change(&uri, version, range.clone(), piece);
-            text = edited(&text, &range, piece);
+            if version % 40 == 0 {
+                editor.change(&uri, version, Value::Null, program);
+                text = program.to_owned();
+            } else {
+                editor.change(&uri, version, range.clone(), piece);
+                text = edited(&text, &range, piece);
+            }
             let at = (numbers.below(12) as u32, numbers.below(20) as u32);
             let answers = asked(&mut editor, &uri, at);
-            if version % 10 == 0 {
+            if version % 10 == 3 {
                 let mut fresh = Editor::new();
                 fresh.open(&uri, language, &text);
                 assert_eq!(answers, asked(&mut fresh, &uri, at), "{text:?}");

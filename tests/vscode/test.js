@@ -110,8 +110,7 @@ for (const [language, of] of Object.entries(LANGUAGES)) {
     await editor.press("Control+Shift+M");
     const isOurs = (rows) => rows.some((row) => row.includes(code) && row.includes(`Ln ${of.after + 1}`));
     await eventually(() => editor.problems.allInnerTexts(), isOurs, code);
-    await editor.goTo(of.after + 1, text.length - 1);
-    await editor.press("Control+.");
+    await editor.quickFixes(of.after + 1, text.length - 1);
     const action = editor.page.locator(".action-widget .monaco-list-row", { hasText: fix });
     await action.click();
     await eventually(() => plain(of.after + 1), includes(mended), mended);
