@@ -4,8 +4,12 @@
 mod support;
 
 #[cfg(target_os = "linux")]
-use std::os::unix::net::UnixStream;
+use std::io::{BufRead, BufReader, Write};
+#[cfg(target_os = "linux")]
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::process::{Command, Output, Stdio};
+#[cfg(target_os = "linux")]
+use std::thread;
 
 use serde_json::Value;
 use support::process::{Killed, plcrt, wait};
@@ -121,6 +125,31 @@ fn what_a_control_runs_is_compared_with_a_source() {
     let words = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{words}");
     assert!(words.contains("keeps no record") && words.contains("a.pmi, is not known"), "{words}");
+}
+
+/// Where the path that a control gives for its record has another one, as between two containers, that is not taken for
+/// what the control runs.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_record_of_another_control_is_refused() {
+    let folder = Folder::with(&[("a.pmi", OLD)]);
+    let run = ["run", "a.pmi", "--ticks", "10", "--record", "a.plcrec"];
+    assert!(plcc(&folder, &run).status.success());
+    let record = folder.path().join("a.plcrec");
+    let listener = UnixListener::bind(folder.path().join("socket")).unwrap();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = BufReader::new(stream.unwrap());
+            stream.read_line(&mut String::new()).unwrap();
+            let status = serde_json::json!({"fingerprint": "0", "record": record});
+            let answer = serde_json::json!({"ok": true, "result": status});
+            writeln!(stream.get_mut(), "{answer}").unwrap();
+        }
+    });
+    let output = plcc(&folder, &["diff", "socket", "a.pmi"]);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("a.plcrec: ") && words.contains("is not of this control"), "{words}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{Accessed, Observer, StatementInterpreter, Value};
-use plcc_runtime::{Event, Stop};
+use plcc_runtime::{Event, Setting, Stop, VariableKey};
 
 use crate::DebugError;
 use crate::history::{History, TickResult};
@@ -67,6 +67,8 @@ pub struct TickTrace {
     changes: Vec<(u32, u8)>,
     /// The events of the tick.
     pub events: Vec<Event>,
+    /// The forces in effect at its end.
+    pub forces: Vec<(VariableKey, Setting)>,
     /// Why the program was stopped in this tick, if it was.
     pub stop: Option<Stop>,
     /// Whether the clock left the tick out.
@@ -96,6 +98,7 @@ impl TickTrace {
         let mut trace = recorder.finish(history.executive().image());
         (trace.skipped, trace.cut) = (result.skipped, result.cut);
         trace.before = before;
+        trace.forces = history.executive().forces();
         (trace.events, trace.stop) = (result.events.clone(), result.stop.clone());
         Ok((trace, result))
     }

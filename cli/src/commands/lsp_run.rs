@@ -82,19 +82,6 @@ struct Record {
     debugger: Debugger<'static>,
 }
 
-impl Record {
-    /// The forces at the end of a tick; none of a tick that can't be run again, since it was cut.
-    fn forces(&mut self, tick: u64) -> BTreeMap<String, String> {
-        let (_, history) = self.debugger.program_and_history();
-        if history.go_before(tick).and_then(|()| history.run_unobserved(tick)).is_err() {
-            return BTreeMap::new();
-        }
-        let executive = history.executive();
-        let (forces, names) = (executive.forces(), executive.names());
-        forces.into_iter().map(|(key, value)| (names.canonical(key), value.to_string())).collect()
-    }
-}
-
 impl Run for Record {
     fn ticks(&mut self) -> Result<(u64, u64), String> {
         self.debugger.look_for_more().map_err(refused)?;
@@ -105,10 +92,10 @@ impl Run for Record {
     fn values(&mut self, tick: u64, names: &[String]) -> Result<BTreeMap<String, Value>, String> {
         self.debugger.go_to_end_of_tick(tick).map_err(refused)?;
         let values = self.debugger.values(names).map_err(refused)?;
-        let mut forces = self.forces(tick);
+        let forces = self.debugger.forces().map_err(refused)?;
         let single = values.into_iter().filter(|it| !it.value.ends_with(" elements"));
         let shown = single.map(|it| {
-            let forced = forces.remove(&it.name);
+            let forced = forces.get(&it.name).map(ToString::to_string);
             (it.name, Value { text: it.value, forced, note: None })
         });
         Ok(shown.collect())

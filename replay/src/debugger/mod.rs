@@ -5,9 +5,11 @@ mod search;
 mod steps;
 mod versions;
 
+use std::collections::BTreeMap;
+
 use plcc_diag::FileId;
 use plcc_frontend::common::StatementInterpreter;
-use plcc_runtime::{Executive, Stop};
+use plcc_runtime::{Executive, Setting, Stop};
 
 use crate::DebugError;
 use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpoint};
@@ -334,6 +336,16 @@ impl<'a> Debugger<'a> {
     pub fn accesses(&mut self) -> Result<Vec<Access>, DebugError> {
         let at = self.position.step;
         Ok(self.trace()?.accesses(at).to_vec())
+    }
+
+    /// The forces in effect at the end of the tick where the user stands, by the names of their variables.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn forces(&mut self) -> Result<BTreeMap<String, Setting>, DebugError> {
+        let forces = self.trace()?.forces.clone();
+        let names = self.session.history.executive().names();
+        Ok(forces.into_iter().map(|(key, value)| (names.canonical(key), value)).collect())
     }
 
     /// An executive whose variables have the values at the position.
