@@ -11,11 +11,14 @@ use plcc_frontend::language;
 
 use crate::program::At;
 
-/// The fixes of the problems in a part of a document.
+/// The fixes of the problems in a part of a document, and of those whose mend is there.
 pub(crate) fn code_actions(at: At<'_>, part: Span) -> Vec<CodeActionResponse> {
-    let own = at.program.diagnostics().iter().filter(|it| {
-        it.span.file == at.file && it.span.start <= part.end && part.start <= it.span.end
-    });
+    let is_there =
+        |span: Span| span.file == at.file && span.start <= part.end && part.start <= span.end;
+    let own =
+        at.program.diagnostics().iter().filter(|it| {
+            is_there(it.span) || it.replacement().is_some_and(|mend| is_there(mend.span))
+        });
     own.flat_map(|it| [replacement(at, it), allowance(at, it)]).flatten().collect()
 }
 
@@ -78,10 +81,12 @@ mod tests {
     use super::*;
     use crate::program::tests::{at, with_cursor};
 
+    /// The fixes at the place of `|`, or all of them without one.
     fn fixes(dialect: Dialect, text: &str) -> Vec<(String, String)> {
         let of = with_cursor(dialect, text);
-        let all = Span { file: plcc_diag::FileId(0), start: 0, end: u32::MAX };
-        let found = code_actions(at(&of), all).into_iter().filter_map(|it| match it {
+        let (start, end) = if text.contains('|') { (of.2, of.2) } else { (0, u32::MAX) };
+        let part = Span { file: plcc_diag::FileId(0), start, end };
+        let found = code_actions(at(&of), part).into_iter().filter_map(|it| match it {
             CodeActionResponse::CodeAction(it) => {
                 let edit = it.edit?.changes?.into_values().next()?.into_iter().next()?;
                 Some((it.title, edit.new_text))
@@ -118,6 +123,16 @@ mod tests {
         assert_eq!(first(Dialect::Pmac, twice), fix("Write =", "="));
         let equals = "#define PUMP=M1\nM1->X:0,0\nOPEN PLC1 CLEAR\nPUMP=1\nCLOSE\n";
         assert_eq!(first(Dialect::Pmac, equals), fix("Write M1", " M1"));
+    }
+
+    /// The problem is of `C`, which has no number; the letter beside it is what the user looks at.
+    #[test]
+    fn a_fix_is_offered_at_its_problem_and_where_it_is_written() {
+        let fix = [("Write 0".to_owned(), "0".to_owned())];
+        for text in [":001 |CO15 J1\n", ":001 C|O15 J1\n", ":001 CO|15 J1\n"] {
+            assert_eq!(fixes(Dialect::Nct, &format!("{text}:015 R\n")), fix, "{text}");
+        }
+        assert_eq!(fixes(Dialect::Nct, ":001 CO15 J|1\n:015 R\n"), []);
     }
 
     #[test]
