@@ -48,6 +48,7 @@ mod claim;
 mod condition;
 pub mod contrary;
 pub mod control;
+mod inquiry;
 pub mod logic;
 pub mod product;
 pub mod question;
@@ -57,6 +58,7 @@ pub mod stimulus;
 pub mod system;
 pub mod validate;
 
+pub use inquiry::Inquiry;
 pub use question::{Answer, Question, Subject};
 pub use scan::Reason;
 pub use stimulus::Station;

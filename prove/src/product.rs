@@ -11,7 +11,7 @@ use crate::control::Source;
 use crate::logic::{FALSE, Lit, Node};
 use crate::question::reason;
 use crate::scan::Reason;
-use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
+use crate::solve::{Deadline, Effort, Found, Trace, correspond, invariant, search};
 use crate::stimulus::{Row, Station, csv, rows, without_needless};
 use crate::system::{First, Latch, System, Time, Variable};
 
@@ -105,7 +105,7 @@ pub fn compare(
         let begin = Instant::now();
         let until = |part: f64| Deadline(Some(begin + time.mul_f64(part)));
         let found = match search(&system, bad, FIRST_TICKS, true, until(0.5)) {
-            Found::Open(FIRST_TICKS) => match invariant(&system, bad, until(0.5)) {
+            Found::Open(FIRST_TICKS) => match invariant(&system, bad, Effort::All, until(0.5)) {
                 Found::Open(_) => search(&system, bad, MOST_TICKS, true, until(1.0)),
                 found => found,
             },

@@ -1,7 +1,6 @@
 //! Questions about a program, and how they are answered.
 
-use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use plcc_frontend::CheckedProgram;
 use plcc_plctest::{Claim, Progress};
@@ -10,17 +9,12 @@ use plcc_runtime::{Executive, Names};
 use crate::aiger::{self, Coding};
 use crate::claim::{Around, broken};
 use crate::control::Source;
+use crate::inquiry::Inquiry;
 use crate::logic::Lit;
 use crate::scan::Reason;
-use crate::solve::{Deadline, Found, Trace, correspond, invariant, search};
+use crate::solve::Trace;
 use crate::stimulus::{self, Row, Station};
 use crate::system::{System, Time};
-
-/// How many ticks are looked at at most.
-const MOST_TICKS: usize = 100_000;
-
-/// How many ticks are looked at before invariants are looked for.
-const FIRST_TICKS: usize = 24;
 
 /// What is asked: that something is so in all ticks.
 #[derive(Clone, Debug)]
@@ -33,7 +27,7 @@ pub struct Question {
 
 impl Question {
     /// The names of the variables that it reads.
-    fn variables(&self) -> impl Iterator<Item = String> {
+    pub(crate) fn variables(&self) -> impl Iterator<Item = String> {
         let conditions = self.claim.conditions();
         conditions.flat_map(|condition| condition.variables().map(str::to_owned))
     }
@@ -92,64 +86,7 @@ impl Subject<'_> {
     /// # Errors
     /// When programs of the language can't be taken.
     pub fn answer(&self, question: &Question, time: Duration) -> Result<Answer, String> {
-        let begin = Instant::now();
-        let until = |part: f64| Deadline(Some(begin + time.mul_f64(part)));
-        let named: BTreeSet<String> = question.variables().collect();
-        let exact_only = question.claim.conditions().any(|it| it.canonical.contains('#'));
-        let mut known = 0;
-        let mut exact = None;
-        if !exact_only {
-            let mut system = self.source.system(Time::Abstract, &named)?;
-            let bad = self.bad(&mut system, question, Time::Abstract);
-            if !system.elapses.is_empty() {
-                match search(&system, bad, 2 * FIRST_TICKS, true, until(0.25)) {
-                    Found::Never(scans) => return Ok(Answer::Proved { scans: scans as u64 }),
-                    Found::Run(trace) => {
-                        if let Some(ticks) = stimulus::schedule(&system, &trace)
-                            && let Some(answer) = self.tried(&system, &trace, &ticks, question)
-                        {
-                            return Ok(answer);
-                        }
-                    }
-                    Found::Open(_) => {
-                        if let Found::Never(scans) = invariant(&system, bad, until(0.4)) {
-                            return Ok(Answer::Proved { scans: scans as u64 });
-                        }
-                    }
-                }
-            } else {
-                // Nothing is left open, so that it is the same.
-                exact = Some((system, bad));
-            }
-        }
-        let (mut system, bad) = match exact {
-            Some(exact) => exact,
-            None => {
-                let mut system = self.source.system(Time::Exact, &named)?;
-                let bad = self.bad(&mut system, question, Time::Exact);
-                (system, bad)
-            }
-        };
-        let found = match search(&system, bad, FIRST_TICKS, true, until(0.7)) {
-            Found::Open(ticks) if ticks == FIRST_TICKS => {
-                known = ticks;
-                correspond(&mut system, &[bad], until(0.5));
-                match invariant(&system, bad, until(0.7)) {
-                    Found::Open(_) => search(&system, bad, MOST_TICKS, true, until(1.0)),
-                    found => found,
-                }
-            }
-            found => found,
-        };
-        match found {
-            Found::Never(scans) => Ok(Answer::Proved { scans: scans as u64 }),
-            Found::Open(ticks) => {
-                let scans = ticks.max(known) as u64;
-                let text = "the time was up".to_owned();
-                Ok(Answer::Undecided { scans, reason: Reason { text, place: None } })
-            }
-            Found::Run(trace) => Ok(self.after_run(&system, &trace, question)),
-        }
+        Inquiry::new(*self, std::slice::from_ref(question)).answer(question, time)
     }
 
     /// The program and some questions as an AIGER file, in which time is followed tick by tick. Whether a question is broken is a
@@ -170,7 +107,7 @@ impl Subject<'_> {
     }
 
     /// The literal that a tick is one that must not be, or one in which the logic does not follow the program.
-    fn bad(&self, system: &mut System, question: &Question, time: Time) -> Lit {
+    pub(crate) fn bad(&self, system: &mut System, question: &Question, time: Time) -> Lit {
         let tick_ns = self.station.executive().tick_ns();
         let around = Around { checked: self.checked, names: self.names, tick_ns };
         let bad = broken(system, &question.claim, around, time);
@@ -181,7 +118,7 @@ impl Subject<'_> {
     }
 
     /// The answer where the interpreter comes to a tick that must not be, with the inputs of a run.
-    fn tried(
+    pub(crate) fn tried(
         &self,
         system: &System,
         trace: &Trace,
@@ -199,7 +136,7 @@ impl Subject<'_> {
     }
 
     /// The answer after a run of the logic that follows time exactly.
-    fn after_run(&self, system: &System, trace: &Trace, question: &Question) -> Answer {
+    pub(crate) fn after_run(&self, system: &System, trace: &Trace, question: &Question) -> Answer {
         let ticks: Vec<u64> = (0..trace.ticks.len() as u64).collect();
         if let Some(answer) = self.tried(system, trace, &ticks, question) {
             return answer;

@@ -123,7 +123,7 @@ pub enum Time {
 }
 
 /// A control with its program.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct System {
     /// The graph, and what of it is not known.
     pub builder: Builder,

@@ -316,3 +316,23 @@ fn a_run_that_refutes_a_question_does_so_in_the_file() {
     }
     assert!(refuted > 0, "none is refuted");
 }
+
+/// Statements before, under conditions of their own, are no part of what a question depends on: all ways come together after them.
+#[test]
+fn what_other_conditions_divide_is_not_in_the_file() {
+    let text = "$INPUT\nA=0/0\nB=0/1\nC=0/2\n$OUTPUT\nX=1/0\nY=1/1\n$LOGICAL\nS\n$END\nIF (A)\nIF (B)\nX = 1\nELSE\nIF (S)\nX = 0\nENDIF\n\
+                S = B\nENDIF\nENDIF\nIF (C)\nY = 1\nENDIF\n";
+    let bench = Bench::new(Dialect::Pmi, text);
+    let names = plcc_prove::Station::executive(&bench).names();
+    let subject = Subject {
+        checked: bench.checked.as_ref(),
+        source: bench.source(),
+        names: &*names,
+        station: &bench,
+    };
+    let file = subject.aiger(&[bench.question("never Y")], Coding::Text).unwrap();
+    let names: Vec<String> = read(&file.bytes).names.into_values().collect();
+    assert!(names.contains(&"C".to_owned()), "{names:?}");
+    let others = ["A", "B", "S", "X"].map(|name| names.contains(&name.to_owned()));
+    assert_eq!(others, [false; 4], "{names:?}");
+}

@@ -2,7 +2,8 @@
 #
 # The units `examples` and `corpus` build each program there with `plcc build --validate`, FULL_SECONDS for each function (10). A unit of
 # random programs is FULL_SEEDS of each language (1000). A unit `mutant-NAME` applies tests/mutants/NAME.patch to the passes, has them
-# optimise the modules of tests/ir/filetests, and says whether the unchanged proof refutes what they made.
+# optimise the modules of tests/ir/filetests, and says whether the unchanged proof refutes what they made. It looks only at modules of
+# which they make something else than the unchanged passes do; where there is none, no module shows the mutant.
 # Nothing may be refuted but mutants.
 head=$'programs\tproved\tundecided\trefuted\tseconds'
 
@@ -35,15 +36,49 @@ folder() {
   printf '%s\t%s\t%s' "$proved" "$undecided" "$refuted"
 }
 
-# Optimises the modules of tests/ir/filetests with the passes of the work tree, and looks at what they made.
-modules() {
-  rm -rf "$state/pairs"
-  mkdir "$state/pairs"
-  cp tests/ir/filetests/*.ir tests/ir/filetests/*/*.ir "$state/pairs"
-  cargo run --release --locked -p plcc-ir --features text --example optimize -- "$state"/pairs/*.ir >&2 \
-    || { printf '0\t0\tdoes not build, or stops'; return; }
-  PLCC_VALIDATE_PAIRS=$state/pairs PLCC_VALIDATE_SECONDS=$seconds "$state/proof" --exact pairs_of_versions --nocapture \
+# Optimises the modules of tests/ir/filetests with the passes of the work tree, in the folder that is named.
+optimise() {
+  rm -rf "$1"
+  mkdir "$1"
+  cp tests/ir/filetests/*.ir tests/ir/filetests/*/*.ir "$1"
+  cargo build --locked -p plcc-ir --features text --example optimize >&2 || return
+  find "$1" -name '*.ir' | sort | xargs -n 1 timeout 60 "$CARGO_TARGET_DIR/debug/examples/optimize" >&2
+}
+
+# Looks at what passes made in a folder: how many functions are proved, undecided and refuted.
+look() {
+  PLCC_VALIDATE_PAIRS=$1 PLCC_VALIDATE_SECONDS=$seconds "$state/proof" --exact pairs_of_versions --nocapture \
     | tee /dev/stderr | sed -n 's/^\([0-9]*\) proved, \([0-9]*\) undecided, \([0-9]*\) refuted$/\1\t\2\t\3/p'
+}
+
+# What the unchanged passes make; kept for the mutants.
+unchanged() {
+  [ -d "$state/unchanged" ] && return
+  optimise "$state/unchanged.new"
+  mv "$state/unchanged.new" "$state/unchanged"
+}
+
+# Applies a mutant to the passes, and looks at those modules of which they make something else.
+mutant() {
+  local file stops=0
+  git apply "$root/tests/mutants/$1.patch" >&2
+  rm -f "$CARGO_TARGET_DIR/debug/examples/optimize"
+  optimise "$state/pairs" || stops=1
+  git checkout --quiet --force --detach "$commit"
+  if [ ! -x "$CARGO_TARGET_DIR/debug/examples/optimize" ]; then
+    printf '0\t0\tdoes not build'
+    return
+  fi
+  for file in "$state"/pairs/*.after; do
+    ! cmp -s "$file" "$state/unchanged/$(basename "$file")" || rm "$file"
+  done
+  if [ -n "$(find "$state/pairs" -name '*.after')" ]; then
+    look "$state/pairs"
+  elif [ $stops = 1 ]; then
+    printf '0\t0\tstops'
+  else
+    printf '0\t0\tmakes the same'
+  fi
 }
 
 # The unchanged proof, as a program that is kept.
@@ -67,12 +102,15 @@ unit() {
       tests_ran "$1" || return 1
       result=$(grep -c 'functions proved' "$state/logs/$1")$' languages\t\t0'
       ;;
-    unchanged) proof; result=$(modules) ;;
+    unchanged)
+      proof
+      unchanged
+      result=$(look "$state/unchanged")
+      ;;
     mutant-*)
       proof
-      git apply "$root/tests/mutants/${1#mutant-}.patch" >&2
-      result=$(modules)
-      git checkout --quiet --force --detach "$commit"
+      unchanged
+      result=$(mutant "${1#mutant-}")
       ;;
   esac
   printf '%s\t%s\t%s\n' "$1" "$result" $((SECONDS - start))
@@ -80,8 +118,9 @@ unit() {
 
 # How many mutants were refuted.
 note() {
-  local all refuted
+  local all refuted same
   all=$(find "$state/rows" -type f -name 'mutant-*' | wc -l)
-  refuted=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -cv '^0$' || true)
-  echo "$refuted of $all mutants refuted"
+  refuted=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^[1-9]' || true)
+  same=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^makes the same' || true)
+  echo "$refuted of $all mutants refuted; $same make nothing else of any module"
 }

@@ -8,7 +8,7 @@ use plcc_files::{MAX_SETTINGS, read_regular, why_not_read};
 use plcc_plctest::{Plan, parse};
 use plcc_prove::aiger::Coding;
 use plcc_prove::contrary::{Pair, pairs};
-use plcc_prove::{Answer, Question, Reason};
+use plcc_prove::{Answer, Inquiry, Question, Reason};
 use serde_json::{Value, json};
 
 use crate::args::{Contrary, FormatArg, ProofForm, ProveArgs};
@@ -41,7 +41,8 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     let mut because = vec![];
     let mut scripts = scripts(args)?;
     if let Some(contrary) = args.contrary {
-        let pairs = pairs(bench.lowered.program.dialect(), &*bench.names);
+        let given = Inquiry::new(bench.subject(), &[]).given();
+        let pairs = pairs(bench.lowered.program.dialect(), &*bench.names, &given);
         if pairs.is_empty() {
             report.note("no outputs are contrary by their names or by what is said of them");
         }
@@ -71,8 +72,9 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
         return emit_aiger(args, &bench, &questions, report);
     }
     let (mut refuted, mut undecided) = (0, 0);
+    let inquiry = Inquiry::new(bench.subject(), &questions);
     for question in &questions {
-        let answer = bench.subject().answer(question, args.timeout);
+        let answer = inquiry.answer(question, args.timeout);
         let answer = answer.unwrap_or_else(|text| Answer::Undecided {
             scans: 0,
             reason: not_followed(text, args.files.first()),

@@ -1,9 +1,10 @@
 //! Pairs of outputs that a person would call contrary, such as both directions of a slide: from their names, their aliases and
-//! what people say of them.
+//! what people say of them; and of flags to the control, from what its manual says of them.
 //!
 //! Two descriptions of the same kind make a pair where they are the same but for one word each, and these two words are contrary.
+//! Where a description says first what is so and then what it does, as in `stop state: the interpolator stops`, the first suffices.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use plcc_abi::Dialect;
@@ -69,6 +70,8 @@ enum Kind {
     Name,
     /// By a text: a comment, or what `[names]` says of it or of the device.
     Text,
+    /// By what the manual says of it.
+    Manual,
 }
 
 /// A description of an output.
@@ -78,11 +81,27 @@ struct Description {
     /// As it was written.
     written: String,
     words: Vec<String>,
+    /// Its words with signs and M functions among them; those before the first colon or semicolon, if it has any.
+    others: Vec<Vec<String>>,
 }
 
-/// The pairs of a program, in the order of the names of their outputs. Each pair is there once.
-pub fn pairs(dialect: Dialect, names: &dyn Names) -> Vec<Pair> {
-    let outputs: Vec<String> = (names.declared().into_iter())
+impl Description {
+    fn new(output: usize, kind: Kind, written: &str) -> Self {
+        let words = words(written);
+        let mut others = vec![];
+        // M10 and M11 may be names of variables, which say nothing.
+        if kind != Kind::Name {
+            others.push(signed_words(written));
+            others.extend(written.split_once([':', ';']).map(|(head, _)| signed_words(head)));
+        }
+        Self { output, kind, written: written.into(), words, others }
+    }
+}
+
+/// The pairs of a program, in the order of the names of their outputs. Each pair is there once. `given` are the bits that it gives to the
+/// control, as far as they are known; of those only what the manual says counts.
+pub fn pairs(dialect: Dialect, names: &dyn Names, given: &[String]) -> Vec<Pair> {
+    let mut outputs: Vec<String> = (names.declared().into_iter())
         .filter(|(_, key)| {
             let properties = names.properties(*key);
             let width = properties.value.map(|place| place.width).or(properties.width);
@@ -95,9 +114,9 @@ pub fn pairs(dialect: Dialect, names: &dyn Names) -> Vec<Pair> {
     let mut all = vec![];
     for (output, name) in outputs.iter().enumerate() {
         let mut describe = |kind, written: &str| {
-            let words = words(written);
-            if !words.is_empty() {
-                all.push(Description { output, kind, written: written.into(), words });
+            let description = Description::new(output, kind, written);
+            if !description.words.is_empty() {
+                all.push(description);
             }
         };
         describe(Kind::Name, name);
@@ -108,6 +127,14 @@ pub fn pairs(dialect: Dialect, names: &dyn Names) -> Vec<Pair> {
             describe(Kind::Text, &said.text);
             describe(Kind::Text, &said.device);
         }
+    }
+    let own: BTreeSet<String> = outputs.iter().cloned().collect();
+    let meanings: BTreeMap<String, String> =
+        language(dialect).topics().into_iter().map(|topic| (topic.name, topic.meaning)).collect();
+    for name in given.iter().filter(|name| !own.contains(*name)) {
+        let Some(meaning) = meanings.get(name) else { continue };
+        all.push(Description::new(outputs.len(), Kind::Manual, meaning));
+        outputs.push(name.clone());
     }
     let mut found: BTreeMap<(usize, usize), String> = BTreeMap::new();
     for (at, a) in all.iter().enumerate() {
@@ -126,6 +153,7 @@ pub fn pairs(dialect: Dialect, names: &dyn Names) -> Vec<Pair> {
                 Kind::Name if one == a.written && other == b.written => "the names".to_owned(),
                 Kind::Name => format!("the names {} and {}", a.written, b.written),
                 Kind::Text => format!("the texts \"{}\" and \"{}\"", a.written, b.written),
+                Kind::Manual => format!("\"{}\" and \"{}\"", a.written, b.written),
             };
             found.entry(pair).or_insert_with(|| format!("{one} and {other} in {what}"));
         }
@@ -165,6 +193,29 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
+/// The same with the signs + and - between blanks as the words that they are, and a number and the letter M before it as one word.
+fn signed_words(text: &str) -> Vec<String> {
+    let part = |part: &str| match part {
+        "+" => vec!["PLUS".to_owned()],
+        "-" => vec!["MINUS".to_owned()],
+        part => words(part),
+    };
+    let mut all: Vec<String> = vec![];
+    for word in text.split_whitespace().flat_map(part) {
+        match all.last_mut() {
+            Some(last) if last == "M" && word.starts_with(|c: char| c.is_ascii_digit()) => {
+                last.push_str(word.trim_start_matches('0'));
+            }
+            _ => all.push(word),
+        }
+    }
+    let fillers = all.iter().filter(|word| FILLERS.contains(&word.as_str())).count();
+    if fillers < all.len() {
+        all.retain(|word| !FILLERS.contains(&word.as_str()));
+    }
+    all
+}
+
 /// A letter in capitals, without what stands on it.
 fn plain(c: char) -> String {
     c.to_uppercase()
@@ -182,10 +233,16 @@ fn plain(c: char) -> String {
 
 /// The contrary words in which alone two descriptions differ.
 fn difference<'d>(a: &'d Description, b: &'d Description) -> Option<(&'d str, &'d str)> {
-    if a.words.len() != b.words.len() {
+    let is_name = a.kind == Kind::Name;
+    let others = a.others.iter().flat_map(|a| b.others.iter().map(move |b| (a, b)));
+    std::iter::once((&a.words, &b.words)).chain(others).find_map(|(a, b)| in_words(a, b, is_name))
+}
+
+fn in_words<'d>(a: &'d [String], b: &'d [String], is_name: bool) -> Option<(&'d str, &'d str)> {
+    if a.len() != b.len() {
         return None;
     }
-    let mut differing = a.words.iter().zip(&b.words).filter(|(a, b)| a != b);
+    let mut differing = a.iter().zip(b).filter(|(a, b)| a != b);
     let (one, other) = differing.next()?;
     if differing.next().is_some() {
         return None;
@@ -194,7 +251,7 @@ fn difference<'d>(a: &'d Description, b: &'d Description) -> Option<(&'d str, &'
         return Some((one, other));
     }
     // A name may have no marks between its words: VUP and VDOWN.
-    (a.kind == Kind::Name).then(|| in_word(one, other)).flatten()
+    is_name.then(|| in_word(one, other)).flatten()
 }
 
 /// The contrary words in which alone two words differ that begin with the same letters or end with the same ones.
@@ -231,13 +288,7 @@ mod tests {
     use super::*;
 
     fn contrary(kind: Kind, a: &str, b: &str) -> Option<(String, String)> {
-        let describe = |output, written: &str| Description {
-            output,
-            kind,
-            written: written.into(),
-            words: words(written),
-        };
-        let (a, b) = (describe(0, a), describe(1, b));
+        let (a, b) = (Description::new(0, kind, a), Description::new(1, kind, b));
         difference(&a, &b).map(|(one, other)| (one.to_owned(), other.to_owned()))
     }
 
@@ -264,6 +315,9 @@ mod tests {
             ("Futter spannen", "Futter loesen", "SPANNEN", "LOESEN"),
             ("ajtó nyitás", "ajtó zárás", "NYITAS", "ZARAS"),
             ("asztal előre", "asztal hátra", "ELORE", "HATRA"),
+            ("jogs X in the + direction", "jogs X in the - direction", "PLUS", "MINUS"),
+            ("lights M3 of the panel", "lights M04 of the panel", "M3", "M4"),
+            ("start state: it moves", "stop state: nothing moves", "START", "STOP"),
         ] {
             assert_eq!(contrary(Kind::Text, a, b), pair(one, other), "{a} {b}");
         }
@@ -287,6 +341,9 @@ mod tests {
             ("door opens", "clamp closes"),
             ("", ""),
             ("on", "pump off"),
+            ("X + Y", "X * Y"),
+            ("lights M3", "lights M5"),
+            ("guard: it opens", "guard: it turns"),
         ] {
             assert_eq!(contrary(Kind::Text, a, b), None, "{a} {b}");
         }
@@ -295,7 +352,7 @@ mod tests {
     #[test]
     fn each_word_of_the_table_can_be_a_word() {
         for word in WORDS.rows.keys() {
-            assert_eq!(words(word), [word.to_string()]);
+            assert_eq!(signed_words(word), [word.to_string()]);
         }
         assert!(WORDS.rows.len() > 200);
     }

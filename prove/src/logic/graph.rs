@@ -147,12 +147,37 @@ impl Graph {
                 }
             }
         }
+        if let Some(known) = self.of_two_conjunctions(a, b) {
+            return known;
+        }
         if let Some(&node) = self.known.get(&(a, b)) {
             return Lit::of_node(node);
         }
         let lit = self.push(Node::And(a, b));
         self.known.insert((a, b), lit.node());
         lit
+    }
+
+    /// Whether two literals are what a condition has divided, so that one of them is true where what was divided is.
+    pub fn divided(&self, a: Lit, b: Lit) -> bool {
+        a == !b || a.value().or(b.value()).is_some() || self.of_two_conjunctions(!a, !b).is_some()
+    }
+
+    /// Whether both are true, where each is a conjunction or the complement of one and a factor of one decides about the other. So what comes
+    /// together on the ways that a condition has divided depends no more on the condition: (a & c) or (a & !c) is a.
+    fn of_two_conjunctions(&self, a: Lit, b: Lit) -> Option<Lit> {
+        let (Node::And(c, d), Node::And(e, f)) = (self.node(a.node()), self.node(b.node())) else {
+            return None;
+        };
+        let excluded = c == !e || c == !f || d == !e || d == !f;
+        match (a.is_complement(), b.is_complement()) {
+            (false, false) => excluded.then_some(FALSE),
+            (false, true) => excluded.then_some(a),
+            (true, false) => excluded.then_some(b),
+            (true, true) if c == e && d == !f || c == f && d == !e => Some(!c),
+            (true, true) if d == e && c == !f || d == f && c == !e => Some(!d),
+            (true, true) => None,
+        }
     }
 
     /// Whether at least one is true.
@@ -202,5 +227,67 @@ impl Graph {
     /// Whether at least one is true.
     pub fn any(&mut self, lits: impl IntoIterator<Item = Lit>) -> Lit {
         lits.into_iter().fold(FALSE, |any, lit| self.or(any, lit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_that_a_condition_divides_come_together_without_it() {
+        let mut graph = Graph::default();
+        let [running, outer, inner] = [graph.input(), graph.input(), graph.input()];
+        let outer = graph.and(running, outer);
+        let (then, otherwise) = (graph.and(outer, inner), graph.and(outer, !inner));
+        assert_eq!(graph.or(then, otherwise), outer);
+        assert_eq!(graph.and(then, otherwise), FALSE);
+        assert_eq!(graph.and(then, !otherwise), then);
+        let both = graph.and(!then, !otherwise);
+        assert_eq!(both, !outer);
+    }
+
+    /// All conjunctions of two, of what four inputs are conjunctions of, have the values that they ought to have.
+    #[test]
+    fn each_simplification_keeps_the_values() {
+        let mut graph = Graph::default();
+        let words: [u16; 4] = [0xAAAA, 0xCCCC, 0xF0F0, 0xFF00];
+        let mut all: Vec<(Lit, u16)> = words.map(|word| (graph.input(), word)).to_vec();
+        for round in 0..2 {
+            let known = all.clone();
+            for (at, &(a, x)) in known.iter().enumerate() {
+                for &(b, y) in known.iter().take(at) {
+                    for (inverted_a, inverted_b) in
+                        [(false, false), (false, true), (true, false), (true, true)]
+                    {
+                        let lit =
+                            graph.and(a.complement_if(inverted_a), b.complement_if(inverted_b));
+                        let word =
+                            (if inverted_a { !x } else { x }) & (if inverted_b { !y } else { y });
+                        all.push((lit, word));
+                    }
+                }
+            }
+            if round == 0 {
+                all.dedup();
+            }
+        }
+        let mut values = vec![0_u16; graph.len()];
+        let get = |values: &[u16], lit: Lit| {
+            let value = values.get(lit.node() as usize).copied().unwrap_or(0);
+            if lit.is_complement() { !value } else { value }
+        };
+        for node in 1..graph.len() as u32 {
+            let value = match graph.node(node) {
+                Node::And(a, b) => get(&values, a) & get(&values, b),
+                _ => words.get(node as usize - 1).copied().unwrap_or(0),
+            };
+            if let Some(slot) = values.get_mut(node as usize) {
+                *slot = value;
+            }
+        }
+        for (lit, word) in all {
+            assert_eq!(get(&values, lit), word);
+        }
     }
 }

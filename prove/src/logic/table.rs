@@ -16,7 +16,7 @@ struct Table {
 }
 
 /// The tables of numbers, by their literals.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Tables {
     known: FxHashMap<Vec<Lit>, Table>,
 }

@@ -43,7 +43,7 @@ pub struct Reason {
 }
 
 /// A graph that is being built, with what of it is not known.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Builder {
     /// The graph.
     pub graph: Graph,
@@ -116,22 +116,65 @@ pub(crate) struct Arrival {
     pub(crate) passed: u32,
 }
 
-/// Adds an arrival to those before. Only one of the two can come about.
-fn join(graph: &mut Graph, slot: &mut Option<Arrival>, new: Arrival) {
-    let Some(old) = slot else {
-        *slot = Some(new);
+/// What comes to a block on some ways, of which only one can come about.
+#[derive(Clone)]
+struct Coming {
+    /// All but the condition.
+    arrival: Arrival,
+    /// The conditions of the ways.
+    conds: Vec<Lit>,
+}
+
+impl Coming {
+    /// What comes to the block on any of the ways.
+    fn arrival(self, graph: &mut Graph) -> Arrival {
+        Arrival { cond: either(graph, self.conds), ..self.arrival }
+    }
+}
+
+/// Adds an arrival to those before.
+fn join(graph: &mut Graph, slot: &mut Option<Coming>, new: Arrival) {
+    let Some(Coming { arrival: old, conds }) = slot else {
+        *slot = Some(Coming { conds: vec![new.cond], arrival: new });
         return;
     };
-    old.memory.choose(graph, old.cond, &new.memory);
+    let mut memory = new.memory;
+    memory.choose(graph, new.cond, &old.memory);
+    old.memory = memory;
     for (value, bits) in new.values {
         let both = match old.values.get(&value) {
-            Some(before) => graph.choose_bits(old.cond, before, &bits),
+            Some(before) => graph.choose_bits(new.cond, &bits, before),
             None => bits,
         };
         old.values.insert(value, both);
     }
     old.passed = old.passed.max(new.passed);
-    old.cond = graph.or(old.cond, new.cond);
+    conds.push(new.cond);
+}
+
+/// The most ways of which pairs are looked for.
+const MOST_WAYS: usize = 64;
+
+/// Whether control comes on one of some ways. What a condition has divided is put together again, so that what follows does not depend on it.
+fn either(graph: &mut Graph, mut conds: Vec<Lit>) -> Lit {
+    let mut is_new = conds.len() > 1 && conds.len() <= MOST_WAYS;
+    while std::mem::take(&mut is_new) {
+        let mut rest: Vec<Lit> = vec![];
+        // What was divided last comes together first.
+        while let Some(one) = conds.pop() {
+            match conds.iter().rposition(|&other| graph.divided(one, other)) {
+                Some(at) => {
+                    let other = conds.remove(at);
+                    conds.push(graph.or(one, other));
+                    is_new = true;
+                }
+                None => rest.push(one),
+            }
+        }
+        rest.reverse();
+        conds = rest;
+    }
+    graph.any(conds)
 }
 
 fn join_end(graph: &mut Graph, slot: &mut Option<(Lit, Memory)>, cond: Lit, memory: Memory) {
@@ -218,7 +261,7 @@ impl<'m> Code<'m> {
     ) -> Ends {
         let mut ends = Ends { end: None, trap: None };
         let graph = self.paths.of_task(self.module, task);
-        let mut now: Vec<Option<Arrival>> = vec![None; graph.nodes.len()];
+        let mut now: Vec<Option<Coming>> = vec![None; graph.nodes.len()];
         let mut next = now.clone();
         for (at, &cond) in conds.iter().enumerate().filter(|(_, cond)| **cond != FALSE) {
             let memory = memory.clone();
@@ -231,7 +274,8 @@ impl<'m> Code<'m> {
         let mut executed = 0;
         for round in 0.. {
             for &index in &graph.order {
-                let Some(arrival) = now.get_mut(index).and_then(Option::take) else { continue };
+                let Some(coming) = now.get_mut(index).and_then(Option::take) else { continue };
+                let arrival = coming.arrival(&mut builder.graph);
                 if arrival.cond == FALSE {
                     continue;
                 }

@@ -5,25 +5,26 @@
 
 use std::collections::BTreeMap;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::reachability::cone;
 use super::sat::{Answer, Deadline};
 use super::unroll::{Start, Unrolling};
-use crate::logic::{FALSE, Lit, Node};
+use crate::logic::{FALSE, Graph, Lit, Node};
 use crate::system::{First, Latch, System};
 
 /// How many ticks are simulated, each with 64 runs at once.
 const TICKS: usize = 96;
 
 /// Runs of the system, 64 at once.
-struct Simulation<'s> {
-    system: &'s System,
+struct Simulation {
+    /// The conjunctions that matter, each after those that it depends on.
+    ands: Vec<(u32, Lit, Lit)>,
     values: Vec<u64>,
     seed: u64,
 }
 
-impl Simulation<'_> {
+impl Simulation {
     fn random(&mut self) -> u64 {
         // xorshift64*, which is the same on each computer.
         self.seed ^= self.seed >> 12;
@@ -45,13 +46,12 @@ impl Simulation<'_> {
 
     /// Computes all nodes from the inputs.
     fn tick(&mut self) {
-        let graph = &self.system.builder.graph;
-        for node in 0..graph.len() as u32 {
-            if let Node::And(a, b) = graph.node(node) {
-                let value = self.get(a) & self.get(b);
-                self.set(node, value);
-            }
+        let ands = std::mem::take(&mut self.ands);
+        for &(node, a, b) in &ands {
+            let value = self.get(a) & self.get(b);
+            self.set(node, value);
         }
+        self.ands = ands;
     }
 }
 
@@ -60,15 +60,19 @@ type Class = Vec<Lit>;
 
 /// Notes in a system which of the latches that some literals depend on are always the same as others.
 pub fn correspond(system: &mut System, roots: &[Lit], deadline: Deadline) {
-    let mut latches: Vec<u32> = vec![];
+    let (mut latches, mut inputs) = (vec![], vec![]);
     for &root in roots {
-        latches.extend(cone(system, root).0);
+        let (own, from_outside) = cone(system, root);
+        latches.extend(own);
+        inputs.extend(from_outside);
     }
     latches.sort_unstable();
     latches.dedup();
+    inputs.sort_unstable();
+    inputs.dedup();
     let latches: Vec<Latch> =
         latches.iter().filter_map(|&it| system.latches.get(it as usize).copied()).collect();
-    let mut classes = suggested(system, &latches);
+    let mut classes = suggested(system, &latches, &inputs);
     loop {
         system.same = classes
             .iter()
@@ -91,13 +95,27 @@ pub fn correspond(system: &mut System, roots: &[Lit], deadline: Deadline) {
     }
 }
 
+/// The conjunctions on which some literals depend, each after those that it depends on itself.
+fn conjunctions(graph: &Graph, roots: impl Iterator<Item = Lit>) -> Vec<(u32, Lit, Lit)> {
+    let mut open: Vec<u32> = roots.map(Lit::node).collect();
+    let (mut seen, mut all) = (FxHashSet::default(), vec![]);
+    while let Some(node) = open.pop() {
+        if let Node::And(a, b) = graph.node(node)
+            && seen.insert(node)
+        {
+            all.push((node, a, b));
+            open.extend([a.node(), b.node()]);
+        }
+    }
+    all.sort_unstable();
+    all
+}
+
 /// The classes that simulation from power-up suggests.
-fn suggested(system: &System, latches: &[Latch]) -> Vec<Class> {
-    let mut run = Simulation {
-        system,
-        values: vec![0; system.builder.graph.len()],
-        seed: 0x9E37_79B9_7F4A_7C15,
-    };
+fn suggested(system: &System, latches: &[Latch], inputs: &[Lit]) -> Vec<Class> {
+    let ands = conjunctions(&system.builder.graph, latches.iter().map(|latch| latch.next));
+    let values = vec![0; system.builder.graph.len()];
+    let mut run = Simulation { ands, values, seed: 0x9E37_79B9_7F4A_7C15 };
     for latch in &system.latches {
         let value = match latch.first {
             First::Constant(true) => u64::MAX,
@@ -112,14 +130,9 @@ fn suggested(system: &System, latches: &[Latch]) -> Vec<Class> {
             run.set(latch.lit.node(), value);
         }
     }
-    let is_latch: rustc_hash::FxHashSet<u32> =
-        system.latches.iter().map(|latch| latch.lit.node()).collect();
-    let inputs: Vec<u32> = (0..system.builder.graph.len() as u32)
-        .filter(|node| system.builder.graph.node(*node) == Node::Input && !is_latch.contains(node))
-        .collect();
     let mut signatures: Vec<Vec<u64>> = vec![vec![]; latches.len()];
     for tick in 0..TICKS {
-        for &node in &inputs {
+        for node in inputs.iter().map(|input| input.node()) {
             // Most inputs stay for some ticks, so that timers come to their ends.
             let (new, change) = (run.random(), run.random() & run.random() & run.random());
             let change = if tick == 0 { u64::MAX } else { change };
@@ -130,8 +143,8 @@ fn suggested(system: &System, latches: &[Latch]) -> Vec<Class> {
             signature.push(run.get(latch.lit));
         }
         run.tick();
-        let next: Vec<u64> = system.latches.iter().map(|latch| run.get(latch.next)).collect();
-        for (latch, value) in system.latches.iter().zip(next) {
+        let next: Vec<u64> = latches.iter().map(|latch| run.get(latch.next)).collect();
+        for (latch, value) in latches.iter().zip(next) {
             run.set(latch.lit.node(), value);
         }
     }

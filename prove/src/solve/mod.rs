@@ -9,7 +9,7 @@ mod unroll;
 
 pub use correspondence::correspond;
 pub use induction::{Found, search};
-pub use reachability::invariant;
+pub use reachability::{Effort, invariant};
 pub use sat::{Answer, Deadline, Sat};
 pub(crate) use told::Told;
 pub use unroll::{Start, Trace, Unrolling};

@@ -26,17 +26,34 @@ const MOST_QUESTIONS: usize = 4_000;
 /// What could not be found out in time.
 struct OutOfTime;
 
+/// How much is done to find an invariant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// As many questions are put to a solver as take a moment.
+    Little,
+    /// All that there is time for.
+    All,
+}
+
+/// How many questions are put with little effort.
+const FEW_QUESTIONS: usize = 1_500;
+
+/// How many steps each of these may take.
+const FEW_STEPS: u32 = 2_000;
+
 /// Looks for an invariant that excludes `bad`. It finds no runs: [`Found::Open`] says that it has found nothing.
 ///
 /// Of several things that must not be, each is excluded by itself, since it depends on fewer bits.
-pub fn invariant(system: &System, bad: Lit, deadline: Deadline) -> Found {
+pub fn invariant(system: &System, bad: Lit, effort: Effort, deadline: Deadline) -> Found {
     let mut most = 0;
+    let mut left = (effort == Effort::Little).then_some(FEW_QUESTIONS);
     for bad in alternatives(system, bad) {
-        let mut search = Search::new(system, bad, deadline);
+        let mut search = Search::new(system, bad, left, deadline);
         match search.run() {
             Ok(true) => most = most.max(search.frames.len()),
             Ok(false) | Err(OutOfTime) => return Found::Open(0),
         }
+        left = search.left;
     }
     Found::Never(most)
 }
@@ -143,6 +160,8 @@ struct Search<'s> {
     system: &'s System,
     bad: Lit,
     deadline: Deadline,
+    /// How many more questions are put to a solver; `None` if they are not counted.
+    left: Option<usize>,
     relevant: Vec<u32>,
     /// The inputs that matter, by their nodes.
     inputs: Vec<Lit>,
@@ -186,7 +205,7 @@ pub(super) fn cone(system: &System, lit: Lit) -> (Vec<u32>, Vec<Lit>) {
 }
 
 impl<'s> Search<'s> {
-    fn new(system: &'s System, bad: Lit, deadline: Deadline) -> Self {
+    fn new(system: &'s System, bad: Lit, left: Option<usize>, deadline: Deadline) -> Self {
         let (relevant, inputs) = cone(system, bad);
         let step = Step::new(system, bad, &relevant, deadline);
         let mut lift = Step::new(system, bad, &relevant, deadline);
@@ -195,6 +214,7 @@ impl<'s> Search<'s> {
             system,
             bad,
             deadline,
+            left,
             relevant,
             inputs,
             frames: vec![vec![], vec![]],
@@ -225,8 +245,12 @@ impl<'s> Search<'s> {
     }
 
     fn solve(&mut self, assumptions: &[SatLit]) -> Result<bool, OutOfTime> {
-        if self.deadline.is_over() {
+        if self.deadline.is_over() || self.left == Some(0) {
             return Err(OutOfTime);
+        }
+        if let Some(left) = &mut self.left {
+            *left -= 1;
+            self.step.unrolling.sat().set_steps(Some(FEW_STEPS));
         }
         match self.step.unrolling.sat().solve(assumptions) {
             Answer::Yes => Ok(true),

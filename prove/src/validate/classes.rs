@@ -65,6 +65,13 @@ impl Classes {
         }
     }
 
+    /// What is known of the runs, without any node that others are compared with.
+    pub(super) fn without_notes(mut self) -> Self {
+        self.noted.clear();
+        self.classes.clear();
+        self
+    }
+
     fn is_inverted(&self, node: u32) -> bool {
         self.inverted.get(node as usize).copied().unwrap_or(false)
     }

@@ -5,6 +5,8 @@
 //! and what is left of a claim is small. Where they are not, the values that tell them apart are one more run of the
 //! simulation, which tells others apart, too.
 
+use std::rc::Rc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 use rustsat::types::Lit as SatLit;
 
@@ -37,8 +39,21 @@ const MOST_RUNS: usize = 3_000;
 /// How often a solver is told more of functions to show that two nodes are equal.
 const MOST_MENDED: usize = 4;
 
+/// How often it is told more of them to decide a claim, where nodes are compared by what is near them, and by all.
+const MOST_TOLD_NEAR: usize = 40;
+const MOST_TOLD_FAR: usize = 3_000;
+
 /// How many of these runs are tried in the interpreter where they break a claim.
 const MOST_REPLAYED: usize = 24;
+
+/// How much of a graph a solver sees where two nodes are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// What is near them. This decides most claims, and takes a part of the time.
+    Near,
+    /// All of it.
+    All,
+}
 
 /// What is found out about a claim.
 #[derive(Clone, Debug)]
@@ -58,7 +73,8 @@ pub(super) struct Sweep<'s, 'm> {
     pub(super) subject: &'s Subject<'s, 'm>,
     pub(super) graph: &'s Graph,
     deadline: Deadline,
-    claims: &'s [Claim],
+    claims: Rc<[Claim]>,
+    reach: Reach,
     run: Simulation<'s>,
     classes: Classes,
     /// What takes the place of each node that was looked at.
@@ -80,9 +96,9 @@ impl<'s, 'm> Sweep<'s, 'm> {
     /// `classes` know some runs of the whole graph, `run` was the last of them.
     pub(super) fn new(
         subject: &'s Subject<'s, 'm>,
-        claims: &'s [Claim],
-        run: Simulation<'s>,
-        mut classes: Classes,
+        claims: &[Claim],
+        reach: Reach,
+        (run, mut classes): (Simulation<'s>, Classes),
     ) -> Self {
         let (graph, deadline) = (subject.graph, subject.deadline);
         let mut of_node = FxHashMap::default();
@@ -94,7 +110,8 @@ impl<'s, 'm> Sweep<'s, 'm> {
             subject,
             graph,
             deadline,
-            claims,
+            claims: claims.into(),
+            reach,
             run,
             classes,
             made: vec![None; graph.len()],
@@ -107,6 +124,11 @@ impl<'s, 'm> Sweep<'s, 'm> {
             runs: 0,
             replayed: 0,
         }
+    }
+
+    /// The last run, and what the runs say of nodes, for another sweep.
+    pub(super) fn runs(self) -> (Simulation<'s>, Classes) {
+        (self.run, self.classes.without_notes())
     }
 
     pub(super) fn made(&self, lit: Lit) -> Option<Lit> {
@@ -244,7 +266,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
                 _ => {}
             }
         }
-        if !whole || self.runs >= MOST_RUNS {
+        if !whole || self.reach == Reach::Near || self.runs >= MOST_RUNS {
             self.undecided += 1;
             return Ok(None);
         }
@@ -306,7 +328,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
         if !self.run.run(Answers::Near(&chosen), self.deadline) {
             return Err(None);
         }
-        for claim in self.claims {
+        for claim in Rc::clone(&self.claims).iter() {
             let lanes = self.run.get(claim.differs);
             if lanes == 0 || self.replayed >= MOST_REPLAYED {
                 continue;
@@ -373,7 +395,11 @@ impl<'s, 'm> Sweep<'s, 'm> {
             Err(None) => return Finding::Open,
         };
         // Functions that are not computed may give anything at first; where that was wrong, more is told.
-        self.whole.sat.set_steps(None);
+        let (steps, most) = match self.reach {
+            Reach::Near => (Some(STEPS + self.whole.told.len() as u32), MOST_TOLD_NEAR),
+            Reach::All => (None, MOST_TOLD_FAR),
+        };
+        self.whole.sat.set_steps(steps);
         let goal_lit = self.whole.tell(&self.reduced, goal);
         let mut told = 0;
         loop {
@@ -391,7 +417,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
             if more == 0 {
                 return Finding::Broken(values);
             }
-            if told > 3_000 || self.deadline.is_over() {
+            if told > most || self.deadline.is_over() {
                 return Finding::Open;
             }
         }
