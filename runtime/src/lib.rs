@@ -46,6 +46,7 @@ mod force_list;
 mod frame_search;
 mod gdb;
 pub mod given_names;
+mod image_memory;
 mod loaded_code;
 mod mapped_code;
 mod motion_report;

@@ -3,10 +3,14 @@
 
 use std::ops::Range;
 
+use memmap2::MmapMut;
 use plcc_abi::Program;
 use plcc_abi::image::{read_u16, read_u32, write_u16, write_u32, write_u64};
 use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context, layout::region};
 
+use crate::image_memory::image_memory;
+
+use super::NctLoadError;
 use super::state::{Modules, SavedInputs};
 
 /// Where the parts of the image begin that the executive uses. `rh` to `rp` are the registers of these
@@ -89,9 +93,9 @@ impl Modules {
 }
 
 /// The process image.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Image {
-    pub(super) bytes: Vec<u8>,
+    pub(super) bytes: MmapMut,
     pub(super) places: Places,
     pub(super) inputs: Vec<FlagLocation>,
     /// Whether the input images of :001 and of :000, and the ones before them, are known to hold the same
@@ -142,10 +146,10 @@ impl Registers {
 }
 
 impl Image {
-    pub(super) fn new(program: &Program, tables: &NctTables) -> Result<Self, String> {
-        let places = Places::of(program)?;
+    pub(super) fn new(program: &Program, tables: &NctTables) -> Result<Self, NctLoadError> {
+        let places = Places::of(program).map_err(NctLoadError::Damaged)?;
         Ok(Self {
-            bytes: vec![0; program.image_size as usize],
+            bytes: image_memory(program.image_size)?,
             places,
             inputs: tables.inputs.clone(),
             input_images_equal: false,

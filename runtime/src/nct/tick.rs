@@ -14,6 +14,7 @@ use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::force_list::ONE_BIT;
+use crate::image_memory::ImageMemoryError;
 use crate::names::Names;
 use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
@@ -72,6 +73,9 @@ pub enum NctLoadError {
     /// Its tables don't fit together.
     #[error("the program is damaged: {0}")]
     Damaged(String),
+    /// There is no memory for its image.
+    #[error(transparent)]
+    Memory(#[from] ImageMemoryError),
 }
 
 /// The executive of an NCT program.
@@ -113,7 +117,7 @@ impl NctExecutive {
         let Tables::Nct(tables) = &program.tables else { return Err(NctLoadError::OtherDialect) };
         let NctOptions { settings, level0_safepoints, realtime } = options;
         validate::tables(tables, program).map_err(NctLoadError::Damaged)?;
-        let mut image = Image::new(program, tables).map_err(NctLoadError::Damaged)?;
+        let mut image = Image::new(program, tables)?;
         for &(number, value) in &settings.constants {
             if (1..nct::RP_COUNT).contains(&number) {
                 write_u16(&mut image.bytes, image.places.rp + u32::from(number) * 2, value);
@@ -484,7 +488,8 @@ impl Executive for NctExecutive {
         if !resumes || !state.fits(&self.state) {
             return Err(CheckpointError::Damaged);
         }
-        (self.image.bytes, self.state) = (image, state);
+        self.image.bytes.copy_from_slice(&image);
+        self.state = state;
         self.state.forces.list_again();
         self.image.input_images_replaced();
         Ok(())

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
+use memmap2::MmapMut;
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::place::Direction;
@@ -15,6 +16,7 @@ use thiserror::Error;
 use crate::aliased_names::with_given;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
+use crate::image_memory::{ImageMemoryError, image_memory};
 use crate::names::Names;
 use crate::online_change::{Plan, TakeOver};
 use crate::safe_outputs::SafeLines;
@@ -54,12 +56,15 @@ pub enum PmiLoadError {
     /// Its tables don't fit its image.
     #[error("the program is damaged: {0}")]
     Damaged(String),
+    /// There is no memory for its image.
+    #[error(transparent)]
+    Memory(#[from] ImageMemoryError),
 }
 
 /// The executive of a PMI program.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct PmiExecutive {
-    pub(super) image: Vec<u8>,
+    pub(super) image: MmapMut,
     pub(super) names: Arc<PmiNames>,
     /// The same with the names that people gave.
     all_names: Arc<dyn Names>,
@@ -92,7 +97,7 @@ impl PmiExecutive {
     pub fn new(program: &Program, options: PmiOptions) -> Result<Self, PmiLoadError> {
         let Tables::Pmi(tables) = &program.tables else { return Err(PmiLoadError::OtherDialect) };
         validate::tables(tables, program).map_err(PmiLoadError::Damaged)?;
-        let mut image = vec![0; program.image_size as usize];
+        let mut image = image_memory(program.image_size)?;
         for &(offset, ty, value) in &tables.initial {
             write(&mut image, ty, offset, value.into());
         }
@@ -467,7 +472,8 @@ impl Executive for PmiExecutive {
         }
         let forces = state.forces.with_room().ok_or(CheckpointError::Damaged)?;
         let state = State { forces, ..state };
-        (self.image, self.state) = (image, state);
+        self.image.copy_from_slice(&image);
+        self.state = state;
         Ok(())
     }
 }

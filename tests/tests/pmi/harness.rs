@@ -152,7 +152,7 @@ impl Machines {
     fn difference(&self, name: &str) -> String {
         let other = self.all.iter().find(|machine| machine.name == name);
         let Some((first, other)) = self.all.first().zip(other) else { return String::new() };
-        let (ours, theirs) = (first.executive.clone(), other.executive.clone());
+        let (ours, theirs) = (&first.executive, &other.executive);
         let declared = ours.names().declared().into_iter().zip(theirs.names().declared());
         let pairs = declared.map(|((name, a), (_, b))| (name, ours.read(a), theirs.read(b)));
         let text: Vec<String> = pairs
