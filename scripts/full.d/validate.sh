@@ -2,8 +2,9 @@
 #
 # The units `examples` and `corpus` build each program there with `plcc build --validate`, FULL_SECONDS for each function (10). A unit of
 # random programs is FULL_SEEDS of each language (1000). A unit `mutant-NAME` applies tests/mutants/NAME.patch to the passes, has them
-# optimise the modules of tests/ir/filetests, and says whether the unchanged proof refutes what they made. It looks only at modules of
-# which they make something else than the unchanged passes do; where there is none, no module shows the mutant.
+# optimise the modules of tests/ir/filetests and of the programs in tests/conformance, and says whether the unchanged proof refutes what
+# they made. It looks only at modules of which they make something else than the unchanged passes do; where there is none, no module shows
+# the mutant.
 # Nothing may be refuted but mutants.
 head=$'programs\tproved\tundecided\trefuted\tseconds'
 
@@ -36,11 +37,27 @@ folder() {
   printf '%s\t%s\t%s' "$proved" "$undecided" "$refuted"
 }
 
-# Optimises the modules of tests/ir/filetests with the passes of the work tree, in the folder that is named.
+# The programs of tests/conformance as modules before any pass; kept.
+modules() {
+  local file
+  [ -d "$state/modules" ] && return
+  rm -rf "$state/modules.new"
+  mkdir "$state/modules.new"
+  cargo build --release --locked -p plcc >&2
+  find tests/conformance -name '*.pmi' -o -name '*.nct' -o -name '*.pmc' -o -name '*.plc' | sort | while read -r file; do
+    # A program with errors has no module.
+    "$CARGO_TARGET_DIR/release/plcc" dev build "$file" --emit ir --opt none -o "$state/modules.new/${file//\//-}.ir" 2>>"$state/plcc.log" || true
+  done
+  mv "$state/modules.new" "$state/modules"
+}
+
+# Optimises modules with the passes of the work tree, in the folder that is named.
 optimise() {
+  modules
   rm -rf "$1"
   mkdir "$1"
   cp tests/ir/filetests/*.ir tests/ir/filetests/*/*.ir "$1"
+  find "$state/modules" -name '*.ir' -exec cp -t "$1" {} +
   cargo build --locked -p plcc-ir --features text --example optimize >&2 || return
   find "$1" -name '*.ir' | sort | xargs -n 1 timeout 60 "$CARGO_TARGET_DIR/debug/examples/optimize" >&2
 }
@@ -76,6 +93,8 @@ mutant() {
     look "$state/pairs"
   elif [ $stops = 1 ]; then
     printf '0\t0\tstops'
+  elif grep -q '^# expected: equivalent' "$root/tests/mutants/$1.patch"; then
+    printf '0\t0\tmakes the same, as its patch says'
   else
     printf '0\t0\tmakes the same'
   fi
@@ -100,7 +119,8 @@ unit() {
       PLCC_SEEDS=${FULL_SEEDS:-1000} cargo test --release --locked -p plcc-prove --test validate \
         passes_do_not -- --nocapture >&2
       tests_ran "$1" || return 1
-      result=$(grep -c 'functions proved' "$state/logs/$1")$' languages\t\t0'
+      result=$(awk -F '[, ]+' '/ functions proved, / { proved += $2; open += $5 } END { printf "%d\t%d\t0", proved, open }' \
+        "$state/logs/$1")
       ;;
     unchanged)
       proof
@@ -118,9 +138,10 @@ unit() {
 
 # How many mutants were refuted.
 note() {
-  local all refuted same
+  local all refuted same expected
   all=$(find "$state/rows" -type f -name 'mutant-*' | wc -l)
   refuted=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^[1-9]' || true)
   same=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^makes the same' || true)
-  echo "$refuted of $all mutants refuted; $same make nothing else of any module"
+  expected=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c ', as its patch says' || true)
+  echo "$refuted of $all mutants refuted; $same make nothing else of any module, $expected of them as their patches say"
 }
