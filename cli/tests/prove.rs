@@ -343,3 +343,21 @@ fn what_a_pmac_keeps_by_a_command_save_is_anything_at_first() {
         answers(&folder, &format!("b.pmc --never {condition}"), 0);
     }
 }
+
+/// A host call may change each bit of the image, here arrays of 8192 doubles: what depends on one bit is listed with all others once.
+#[cfg(target_os = "linux")]
+#[test]
+fn validation_needs_little_memory_where_calls_may_change_the_whole_image() {
+    let folder = Folder::with(&[]);
+    folder.write("calls.pmc", "I5=2\nOPEN PLC 8 CLEAR\nCMD\"J/\"\nP(P2)=P1\nP3=P(P2)\nCLOSE\n");
+    let mut shell = std::process::Command::new("sh");
+    let line = format!(
+        "ulimit -v 2000000; exec {} build calls.pmc --validate --timeout 5s",
+        env!("CARGO_BIN_EXE_plcc")
+    );
+    shell.args(["-c", &line]).current_dir(folder.path());
+    let done = support::Done::of(shell.output().unwrap());
+    // What is asked is not whether it is proved.
+    let done = done.exits(0);
+    assert!(done.stdout.contains("1 function: "), "{}", done.stdout);
+}

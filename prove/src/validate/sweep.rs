@@ -170,7 +170,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
     /// The nodes on which a literal depends that were not looked at yet, each after those that it depends on.
     fn cone(&self, lit: Lit) -> Vec<u32> {
         let mut open = vec![lit.node()];
-        let mut seen = FxHashSet::default();
+        let (mut seen, mut applied) = (FxHashSet::default(), FxHashSet::default());
         while let Some(node) = open.pop() {
             if self.made(Lit::of_node(node)).is_some() || !seen.insert(node) {
                 continue;
@@ -178,9 +178,9 @@ impl<'s, 'm> Sweep<'s, 'm> {
             match self.graph.node(node) {
                 Node::And(a, b) => open.extend([a.node(), b.node()]),
                 Node::Input => {
-                    let application =
-                        self.of_node.get(&node).and_then(|&it| self.subject.list.get(it));
-                    if let Some(application) = application {
+                    // Once for all its results: a call of the host has as many as the image has bits.
+                    let new = self.of_node.get(&node).filter(|&&it| applied.insert(it));
+                    if let Some(application) = new.and_then(|&it| self.subject.list.get(it)) {
                         open.extend(application.operands.iter().map(|lit| lit.node()));
                         open.extend(application.results.iter().map(|lit| lit.node()));
                     }
