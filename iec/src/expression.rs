@@ -21,6 +21,9 @@ pub enum Level {
     Name,
 }
 
+/// What inverts an expression.
+const NOT: &str = "NOT ";
+
 /// An expression's text. What is put in front of it is kept apart, so that chains of any length take a time that grows with
 /// their length alone.
 #[derive(Clone, Debug)]
@@ -29,18 +32,28 @@ pub struct Expression {
     front: Vec<&'static str>,
     text: String,
     level: Level,
+    /// Whether a comparison is an operand of its last operator.
+    compares: bool,
 }
 
 impl Expression {
     /// A variable, a literal without a sign, a call.
     pub fn name(text: impl Into<String>) -> Self {
-        Self { front: vec![], text: text.into(), level: Level::Name }
+        Self { front: vec![], text: text.into(), level: Level::Name, compares: false }
     }
 
-    /// `NOT` of it.
+    /// `NOT` of it. Not all compilers take `NOT` of what an operator makes of comparisons, which they know as a number.
     #[must_use]
-    pub fn inverted(self) -> Self {
-        self.in_front("NOT ", Level::Sign)
+    pub fn inverted(mut self) -> Self {
+        if self.level == Level::Sign && self.front.last() == Some(&NOT) {
+            self.front.pop();
+            self.level = Level::Name;
+            return self;
+        }
+        if self.compares && self.level < Level::Relation {
+            return self.infix("=", Level::Relation, Self::name("FALSE"));
+        }
+        self.in_front(NOT, Level::Sign)
     }
 
     /// With a sign in front.
@@ -70,6 +83,7 @@ impl Expression {
         self.front.push(function);
         self.text.push(')');
         self.level = Level::Name;
+        self.compares = false;
         self
     }
 
@@ -89,6 +103,7 @@ impl Expression {
         this.text.push(' ');
         this.text.push_str(operator);
         this.text.push(' ');
+        this.compares |= right.compares || level == Level::Relation;
         let right = if right.level <= level { right.in_parentheses() } else { right };
         right.append_to(&mut this.text);
         this.level = level;
@@ -146,7 +161,10 @@ mod tests {
             (and(name("A"), and(name("B"), name("C"))), "A AND (B AND C)"),
             (equal(equal(name("A"), name("B")), name("C")), "(A = B) = C"),
             (equal(name("A"), name("B")).inverted(), "NOT (A = B)"),
-            (name("A").inverted().inverted(), "NOT (NOT A)"),
+            (name("A").inverted().inverted(), "A"),
+            (and(name("A"), name("B")).inverted().inverted(), "(A AND B)"),
+            (and(equal(name("A"), name("1")), name("B")).inverted(), "(A = 1 AND B) = FALSE"),
+            (or(name("A"), name("B")).inverted(), "NOT (A OR B)"),
             (and(name("A").inverted(), name("B")), "NOT A AND B"),
             (literal(-5).negative(), "-(-5)"),
             (literal(-32_768).call("F("), "F(-32767 - 1)"),

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::expression::Expression;
 use crate::text::comment;
 
 /// What an item does.
@@ -15,8 +16,8 @@ pub enum Step {
     Branch {
         /// Lines.
         before: Vec<String>,
-        /// An expression.
-        condition: String,
+        /// A bit.
+        condition: Expression,
         /// A number of an item.
         otherwise: usize,
     },
@@ -47,6 +48,11 @@ impl From<Step> for Item {
     fn from(step: Step) -> Self {
         Self { comments: vec![], behind: String::new(), step }
     }
+}
+
+/// The beginning of an IF whose body is executed where a condition does not hold.
+fn if_not(condition: &Expression) -> String {
+    format!("IF {} THEN", condition.clone().inverted().into_text())
 }
 
 /// How deep IFs may stand in one another.
@@ -208,8 +214,7 @@ impl<'a> Flow<'a> {
                             continue;
                         }
                         None => {
-                            let condition = format!("IF NOT ({condition}) THEN");
-                            out.line(condition);
+                            out.line(if_not(condition));
                             out.behind(from, &item.behind);
                             out.depth += 1;
                             self.jump(out, *otherwise);
@@ -264,7 +269,7 @@ impl<'a> Flow<'a> {
                     return;
                 }
                 let from = out.lines.len();
-                out.line(format!("IF NOT ({condition}) THEN"));
+                out.line(if_not(condition));
                 out.behind(from, &item.behind);
                 out.lines.extend(body.into_iter().chain(rest));
                 break;
@@ -273,7 +278,7 @@ impl<'a> Flow<'a> {
                 body.push(format!("{}{NOTHING}", "  ".repeat(out.depth + 1)));
             }
             let from = out.lines.len();
-            out.line(format!("{word} {condition} THEN"));
+            out.line(format!("{word} {} THEN", condition.clone().into_text()));
             out.behind(from, &item.behind);
             out.lines.extend(body);
             if !has_other {
@@ -349,7 +354,7 @@ mod tests {
     }
 
     fn branch(condition: &str, otherwise: usize) -> Step {
-        Step::Branch { before: vec![], condition: condition.into(), otherwise }
+        Step::Branch { before: vec![], condition: Expression::name(condition), otherwise }
     }
 
     fn text(steps: Vec<Step>) -> String {
@@ -374,7 +379,7 @@ mod tests {
         assert_eq!(text(vec![branch("A", 1)]), "");
         let end = |to| Step::Jump { to, ends_body: true };
         let steps = vec![branch("A", 2), end(3), does("X")];
-        assert_eq!(text(steps), "IF NOT (A) THEN\n  X;\nEND_IF;");
+        assert_eq!(text(steps), "IF NOT A THEN\n  X;\nEND_IF;");
         let steps = vec![branch("A", 3), does("X"), end(6), branch("B", 5), end(6), does("Y")];
         assert_eq!(
             text(steps),
@@ -391,7 +396,7 @@ mod tests {
         assert_eq!(
             text(steps),
             "WHILE NEXT <> 0 DO\n  REPEAT\n    CASE NEXT OF\n      1:\n        IF A THEN\n          NEXT := 4;\n          EXIT;\n\
-             \x20       END_IF;\n        IF NOT (B) THEN\n          NEXT := 6;\n          EXIT;\n        END_IF;\n        NEXT := 4;\n\
+             \x20       END_IF;\n        IF NOT B THEN\n          NEXT := 6;\n          EXIT;\n        END_IF;\n        NEXT := 4;\n\
              \x20     4:\n        X;\n        NEXT := 7;\n      6:\n        Y;\n        NEXT := 7;\n      7:\n        LAST;\n\
              \x20       NEXT := 0;\n    END_CASE;\n  UNTIL TRUE\n  END_REPEAT;\nEND_WHILE;"
         );

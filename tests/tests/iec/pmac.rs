@@ -4,15 +4,14 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use plcc_abi::Dialect;
-use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, Options};
 use plcc_random::{Rng, seeds};
 use plcc_tests::{gen_pmac, idioms};
 
-use crate::matiec;
-use crate::run::{Compared, Rules, compare, compare_files};
+use crate::batch::{Batch, files};
+use crate::case::Rules;
 
-const RULES: Rules = Rules {
+static RULES: Rules = Rules {
     dialect: Dialect::Pmac,
     is_given: |name| name.starts_with(['P', 'M', 'Q']),
     line: |address| address.to_owned(),
@@ -20,6 +19,7 @@ const RULES: Rules = Rules {
     differs: |_| false,
     bits_alone: true,
     is_output: |_, _| false,
+    refusal: "PMAC-X10",
 };
 
 struct Generator {
@@ -120,70 +120,46 @@ fn generate(seed: u64) -> String {
     this.out
 }
 
-/// How many programs are compared, and how many can't be exported.
-fn compare_all(programs: impl Iterator<Item = (u64, String)>) -> (usize, usize) {
-    let (mut same, mut refused) = (0, 0);
-    for (seed, source) in programs {
-        match compare(&RULES, &[("case.pmc", &source)], seed) {
-            Some(Compared::Same { .. }) => same += 1,
-            Some(Compared::NotExported(why)) => {
-                assert!(why.iter().all(|text| text.contains("PMAC-X10")), "{why:?}");
-                refused += 1;
-            }
-            None => panic!("{source}"),
-        }
+/// Compares generated programs. Gives how many can't be exported.
+fn compare_all(what: &str, default_count: u64, generate: impl Fn(u64) -> String) -> usize {
+    let Some(mut batch) = Batch::new(&RULES) else { return 0 };
+    for seed in seeds(default_count) {
+        batch.generated("case.pmc", &generate(seed), seed);
     }
-    eprintln!("{same} programs; {refused} not exported");
-    (same, refused)
+    batch.finish(what).refused
 }
 
 #[test]
 fn generated_programs_run_alike() {
-    let Some(_) = matiec::folder() else { return };
-    let (_, refused) = compare_all(seeds(20).map(|seed| (seed, generate(seed))));
-    assert_eq!(refused, 0);
+    assert_eq!(compare_all("PMAC, generated", 20, generate), 0);
 }
 
 #[test]
 fn programs_of_other_generators_run_alike_or_are_told() {
-    let Some(_) = matiec::folder() else { return };
-    compare_all(seeds(10).map(|seed| (seed, gen_pmac::generate(seed, 20).source)));
-    compare_all(seeds(10).map(|seed| (seed, idioms::pmac::generate(seed, false).source)));
+    compare_all("PMAC, other generator", 10, |seed| gen_pmac::generate(seed, 20).source);
+    compare_all("PMAC, idioms", 10, |seed| idioms::pmac::generate(seed, false).source);
+}
+
+/// What `defines.tsv` beside a file of the corpus defines for it.
+fn defines(path: &Path) -> Vec<(String, String)> {
+    let name = path.file_name().unwrap().to_string_lossy().into_owned();
+    let table = std::fs::read_to_string(path.with_file_name("defines.tsv")).unwrap_or_default();
+    let row = table.lines().filter_map(|row| row.split_once('\t')).find(|row| row.0 == name);
+    let defines = row.map_or("", |row| row.1).split_whitespace();
+    let pairs = defines.map(|define| define.split_once('=').unwrap());
+    pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()
 }
 
 #[test]
 fn examples_cases_and_the_corpus_run_alike_or_are_told() {
-    let Some(_) = matiec::folder() else { return };
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let (mut count, mut refused, mut wrong) = (0, 0, 0);
-    let mut open = vec![
-        root.join("examples/pmac"),
-        root.join("tests/conformance/pmac"),
-        root.join("tests/corpus/pmac"),
-    ];
-    while let Some(path) = open.pop() {
-        if path.is_dir() {
-            open.extend(std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
-            continue;
-        }
-        if path
-            .extension()
-            .is_none_or(|ending| !["pmc", "plc", "pmac"].iter().any(|it| ending == *it))
-        {
-            continue;
-        }
+    let Some(mut batch) = Batch::new(&RULES) else { return };
+    let folders = ["examples/pmac", "examples/desk", "tests/conformance/pmac", "tests/corpus/pmac"];
+    for path in files(&folders, &["pmc", "plc", "pmac"]) {
         for controller in [Controller::Pmac, Controller::Turbo] {
-            let mut sources = SourceMap::new();
-            let file = plcc_tests::compile::add(&mut sources, &path).unwrap();
-            let options = Options { controller, ..Options::default() };
-            match compare_files(&RULES, &mut sources, &[file], 1, &options) {
-                Some(Compared::Same { .. }) => count += 1,
-                Some(Compared::NotExported(_)) => refused += 1,
-                // It is for the other controller, or one of several files.
-                None => wrong += 1,
-            }
+            let defines = defines(&path);
+            batch.file(&path, &Options { controller, defines, ..Options::default() });
         }
     }
-    eprintln!("{count} programs; {refused} not exported, {wrong} not valid alone");
-    assert!(count > 10, "{count}");
+    let tally = batch.finish("PMAC, files");
+    assert!(tally.compared > 10, "{tally:?}");
 }

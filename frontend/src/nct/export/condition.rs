@@ -23,7 +23,7 @@ pub(super) fn any_indirect(program: &Program) -> bool {
 
 impl Writer<'_> {
     /// Lines in front of a condition, and the condition.
-    pub(super) fn condition(&self, first: u32, count: u32) -> (Vec<String>, String) {
+    pub(super) fn condition(&self, first: u32, count: u32) -> (Vec<String>, Expression) {
         let range = first as usize..(first as usize).saturating_add(count as usize);
         let parts = self.program.condition_parts.get(range).unwrap_or_default();
         let apart = parts.iter().any(is_indirect);
@@ -61,7 +61,7 @@ impl Writer<'_> {
             }
         }
         let condition = stack.pop().unwrap_or_else(|| Expression::name("FALSE"));
-        (lines, condition.into_text())
+        (lines, condition)
     }
 
     fn test(&self, test: &Test) -> Expression {

@@ -189,7 +189,7 @@ impl<'a> Writer<'a> {
             StmtKind::Assign(target, value) => Step::Do(self.assign(target, value)),
             StmtKind::If(condition, target) | StmtKind::While(condition, target) => Step::Branch {
                 before: vec![],
-                condition: self.value(condition).truth().into_text(),
+                condition: self.value(condition).truth(),
                 otherwise: item(target),
             },
             StmtKind::Jump(target) => Step::Jump { to: item(target), ends_body: true },

@@ -42,7 +42,7 @@ pub(super) fn items(
                 Step::Do(assign(checked, variables, own, &mut indices, target, value))
             }
             Action::If { condition, otherwise } => {
-                let condition = indices.value(checked.ops(condition)).truth().into_text();
+                let condition = indices.value(checked.ops(condition)).truth();
                 Step::Branch { before: indices.lines, condition, otherwise: *otherwise as usize }
             }
             Action::Jump { to, is_goto } => Step::Jump { to: *to as usize, ends_body: !is_goto },

@@ -1,0 +1,50 @@
+//! The text of several programs in one file, so that a compiler reads its library, and a C compiler its headers, once for all of them.
+
+use std::collections::BTreeSet;
+
+use plcc_iec::{Project, structured_text};
+
+/// A program's text in its parts.
+pub(crate) struct Parts {
+    /// The functions, each with its comment.
+    pub(crate) functions: Vec<String>,
+    /// From PROGRAM to END_PROGRAM.
+    pub(crate) program: String,
+    /// The configuration.
+    pub(crate) configuration: String,
+}
+
+/// The parts of a program.
+pub(crate) fn parts(project: &Project) -> Parts {
+    const END: &str = "END_FUNCTION\n\n";
+    let text = structured_text(project);
+    let begin = text.find(&format!("\nPROGRAM {}\n", project.name)).unwrap() + 1;
+    let end = begin + text[begin..].find("\nCONFIGURATION ").unwrap() + 1;
+    Parts {
+        functions: text[..begin]
+            .split_inclusive(END)
+            .filter(|it| it.ends_with(END))
+            .map(str::to_owned)
+            .collect(),
+        program: text[begin..end].to_owned(),
+        configuration: text[end..].to_owned(),
+    }
+}
+
+/// All programs, with each function once, and the configuration of the first one.
+pub(crate) fn together<'a>(projects: impl Iterator<Item = &'a Project>) -> String {
+    let mut known = BTreeSet::new();
+    let (mut functions, mut programs, mut configuration) = (String::new(), String::new(), None);
+    for project in projects {
+        let parts = parts(project);
+        for function in parts.functions {
+            let from = function.find("FUNCTION ").unwrap();
+            if known.insert(function[from..].to_owned()) {
+                functions.push_str(&function);
+            }
+        }
+        programs.push_str(&parts.program);
+        configuration.get_or_insert(parts.configuration);
+    }
+    functions + &programs + &configuration.unwrap()
+}
