@@ -1,7 +1,8 @@
-# Programs that `plcc export` writes, compiled by matiec, beside the control: 300 of each language, 2000 scans each.
+# Programs that `plcc export` writes, compiled by compilers of other makes, beside the control: 300 of each language, 2000 scans each.
 #
 # Builds matiec first, of the sources that FULL_MATIEC_SOURCE names (a folder or an address for git). It needs git, autoconf,
 # automake, flex, bison, make, a C++ and a C compiler. PLCC_MATIEC names a matiec that is built already. A unit is a language.
+# PLCC_STRUCPP and PLCC_IRONPLC name folders with STruC++ and IronPLC, which are then used too; docs/dev/export.md says what is in them.
 head=$'language\tresult\tseconds'
 
 units() { printf '%s\n' pmi nct pmac; }

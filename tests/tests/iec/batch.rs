@@ -145,6 +145,9 @@ impl Batch {
     /// Compares the programs that were added.
     fn compare(&mut self) {
         let cases = std::mem::take(&mut self.cases);
+        if cases.is_empty() {
+            return;
+        }
         let folder = tempfile::tempdir().unwrap();
         let mut outputs: Vec<Vec<(&'static str, String)>> = cases.iter().map(|_| vec![]).collect();
         for compiler in &self.compilers.told {
@@ -229,6 +232,8 @@ impl Tally {
     /// A compiler did not compile a program.
     fn miss(&mut self, compiler: &str, case: &Case, error: &str) {
         let first = error.lines().find(|line| line.contains("rror")).unwrap_or(error).trim();
+        // The place is another one in each program.
+        let first = first.split_once("error: ").map_or(first, |(_, what)| what);
         eprintln!("{}: not compiled by {compiler}: {first}", case.label);
         assert!(compiler != "matiec", "{error}\n{}", structured_text(case.project()));
         *self.not_compiled.entry(format!("{compiler}: {first}")).or_default() += 1;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use plcc_iec::{Project, Type, Variable};
+use plcc_iec::{Kind, Project, Type, Variable};
 
 /// A variable, or an element of an array.
 #[derive(Clone, Copy)]
@@ -57,7 +57,9 @@ pub(crate) fn text(projects: &[&Project], reach: &Reach) -> String {
         for (number, place) in places(project).into_iter().enumerate() {
             let real = place.variable.ty == Type::Lreal;
             let value = if real { "strtod(word, 0)" } else { "strtoll(word, 0, 10)" };
-            let _ = writeln!(set, "case {number}: {} = {value}; break;", (reach.write)(&place));
+            if place.variable.kind != Kind::Constant {
+                let _ = writeln!(set, "case {number}: {} = {value}; break;", (reach.write)(&place));
+            }
             let (form, to) = if real { ("%.17g", "double") } else { ("%lld", "long long") };
             let _ = writeln!(tell, "printf(\"{form} \", ({to}){});", (reach.read)(&place));
         }
