@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use plcc_iec::{Kind, Project, Type, Variable};
+use plcc_iec::{Project, Type, Variable};
 
 /// A variable, or an element of an array.
 #[derive(Clone, Copy)]
@@ -38,39 +38,90 @@ impl Place<'_> {
 
 /// How C reaches what a program has.
 pub(crate) struct Reach {
-    /// The variable `it` of a program, and what makes it ready.
+    /// The declaration of the program's variable; `it` is to be its name.
     pub(crate) instance: fn(&Project) -> String,
-    /// A value of it, to read.
-    pub(crate) read: fn(&Place) -> String,
-    /// The same, to write.
-    pub(crate) write: fn(&Place) -> String,
+    /// What makes it ready.
+    pub(crate) begin: fn(&Project) -> String,
+    /// Where a value of it is.
+    pub(crate) pointer: fn(&Place) -> String,
     /// Runs a scan.
     pub(crate) scan: fn(&Project) -> String,
 }
 
+/// What all programs need: values are reached by their pointers, since compilers take long for a statement that reads or writes each.
+const COMMON: &str = r#"
+static char line[1 << 20];
+
+static void set(void *at, char type, const char *word) {
+  switch (type) {
+    case 'b': case 'u': *(unsigned char *)at = atoi(word); break;
+    case 'i': *(short *)at = atoi(word); break;
+    case 'w': *(unsigned short *)at = atoi(word); break;
+    case 'd': *(int *)at = strtoll(word, 0, 10); break;
+    case 'l': *(long long *)at = strtoll(word, 0, 10); break;
+    case 'r': *(double *)at = strtod(word, 0); break;
+  }
+}
+
+static void tell(void *at, char type) {
+  switch (type) {
+    case 'b': case 'u': printf("%d ", *(unsigned char *)at); break;
+    case 'i': printf("%d ", *(short *)at); break;
+    case 'w': printf("%d ", *(unsigned short *)at); break;
+    case 'd': printf("%d ", *(int *)at); break;
+    case 'l': printf("%lld ", *(long long *)at); break;
+    case 'r': printf("%.17g ", *(double *)at); break;
+  }
+}
+
+static void run(void (*scan)(void), void **at, const char *types) {
+  while (fgets(line, sizeof line, stdin)) {
+    char *word = strtok(line, " \n");
+    while (word) {
+      int number = atoi(word);
+      set(at[number], types[number], strtok(0, " \n"));
+      word = strtok(0, " \n");
+    }
+    scan();
+    for (int number = 0; types[number]; number++) tell(at[number], types[number]);
+    puts("");
+  }
+}
+"#;
+
+/// The letter of a type.
+fn letter(ty: Type) -> char {
+    match ty {
+        Type::Bool => 'b',
+        Type::Usint => 'u',
+        Type::Int => 'i',
+        Type::Uint => 'w',
+        Type::Dint => 'd',
+        Type::Lint => 'l',
+        Type::Lreal => 'r',
+    }
+}
+
 /// The functions of the programs, and `main`.
 pub(crate) fn text(projects: &[&Project], reach: &Reach) -> String {
-    let mut out = String::from("static char line[1 << 20];\n");
+    let mut out = String::from(COMMON);
     let mut cases = String::new();
     for (number, project) in projects.iter().enumerate() {
-        let (mut set, mut tell) = (String::new(), String::new());
-        for (number, place) in places(project).into_iter().enumerate() {
-            let real = place.variable.ty == Type::Lreal;
-            let value = if real { "strtod(word, 0)" } else { "strtoll(word, 0, 10)" };
-            if place.variable.kind != Kind::Constant {
-                let _ = writeln!(set, "case {number}: {} = {value}; break;", (reach.write)(&place));
-            }
-            let (form, to) = if real { ("%.17g", "double") } else { ("%lld", "long long") };
-            let _ = writeln!(tell, "printf(\"{form} \", ({to}){});", (reach.read)(&place));
-        }
+        let places = places(project);
+        let types: String = places.iter().map(|place| letter(place.variable.ty)).collect();
         let _ = writeln!(
             out,
-            "static void run_{number}(void) {{\n{}\nwhile (fgets(line, sizeof line, stdin)) {{\n\
-             char *word = strtok(line, \" \\n\");\nwhile (word) {{ int number = atoi(word); word = strtok(0, \" \\n\");\n\
-             switch (number) {{\n{set}}}\nword = strtok(0, \" \\n\"); }}\n{}\n{tell}puts(\"\"); }} }}",
+            "#define it it_{number}\nstatic {};\nstatic void scan_{number}(void) {{ {} }}\n\
+             static void run_{number}(void) {{\nstatic void *at[{}];\n{}",
             (reach.instance)(project),
             (reach.scan)(project),
+            places.len() + 1,
+            (reach.begin)(project)
         );
+        for (number, place) in places.iter().enumerate() {
+            let _ = writeln!(out, "at[{number}] = (void *){};", (reach.pointer)(place));
+        }
+        let _ = writeln!(out, "run(scan_{number}, at, \"{types}\"); }}\n#undef it");
         let _ = writeln!(cases, "case {number}: run_{number}(); break;");
     }
     let _ = writeln!(

@@ -11,19 +11,19 @@ use plcc_iec::Project;
 use crate::driver::{Place, Reach, done, text};
 use crate::source::together;
 
-fn reach(place: &Place) -> String {
+fn pointer(place: &Place) -> String {
     let name = &place.variable.name;
     match (place.variable.address.is_some(), place.element) {
-        (true, _) => format!("(*(it.{name}.value))"),
-        (false, None) => format!("it.{name}.value"),
-        (false, Some(element)) => format!("it.{name}.value.table[{element}]"),
+        (true, _) => format!("it.{name}.value"),
+        (false, None) => format!("&it.{name}.value"),
+        (false, Some(element)) => format!("&it.{name}.value.table[{element}]"),
     }
 }
 
 const REACH: Reach = Reach {
-    instance: |project| format!("static {0} it; {0}_init__(&it, 0);", project.name),
-    read: reach,
-    write: reach,
+    instance: |project| format!("{} it", project.name),
+    begin: |project| format!("{}_init__(&it, 0);", project.name),
+    pointer,
     scan: |project| format!("{}_body__(&it);", project.name),
 };
 

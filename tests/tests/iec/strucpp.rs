@@ -9,18 +9,18 @@ use plcc_iec::Project;
 use crate::driver::{Place, Reach, done, text};
 use crate::source::together;
 
-fn reach(place: &Place) -> String {
+fn pointer(place: &Place) -> String {
     let name = &place.variable.name;
     match place.element {
-        None => format!("it.{name}"),
-        Some(element) => format!("it.{name}[{element}]"),
+        None => format!("it.{name}.raw_ptr()"),
+        Some(element) => format!("it.{name}[{element}].raw_ptr()"),
     }
 }
 
 const REACH: Reach = Reach {
-    instance: |project| format!("static strucpp::Program_{} it;", project.name),
-    read: |place| format!("{}.get()", reach(place)),
-    write: reach,
+    instance: |project| format!("strucpp::Program_{} it", project.name),
+    begin: |_| String::new(),
+    pointer,
     scan: |_| "it.run();".to_owned(),
 };
 
