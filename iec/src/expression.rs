@@ -24,6 +24,28 @@ pub enum Level {
 /// What inverts an expression.
 const NOT: &str = "NOT ";
 
+/// What compilers that make C++ of a truth value take it for. AND, OR and XOR are operators of bits there, which make a number of what
+/// is no variable's type; and a number can't be inverted by `NOT`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Truth {
+    /// A value of a variable's type, or what an operator makes of one.
+    Variable,
+    /// A literal, a comparison, something inverted.
+    Bool,
+    /// What an operator makes of two of these.
+    Number,
+}
+
+impl Truth {
+    /// What AND, OR or XOR makes of two.
+    fn joined(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Number, _) | (_, Self::Number) | (Self::Bool, Self::Bool) => Self::Number,
+            _ => Self::Variable,
+        }
+    }
+}
+
 /// An expression's text. What is put in front of it is kept apart, so that chains of any length take a time that grows with
 /// their length alone.
 #[derive(Clone, Debug)]
@@ -32,17 +54,21 @@ pub struct Expression {
     front: Vec<&'static str>,
     text: String,
     level: Level,
-    /// Whether a comparison is an operand of its last operator.
-    compares: bool,
+    truth: Truth,
 }
 
 impl Expression {
     /// A variable, a literal without a sign, a call.
     pub fn name(text: impl Into<String>) -> Self {
-        Self { front: vec![], text: text.into(), level: Level::Name, compares: false }
+        let text = text.into();
+        let truth = match text.as_str() {
+            "TRUE" | "FALSE" => Truth::Bool,
+            _ => Truth::Variable,
+        };
+        Self { front: vec![], text, level: Level::Name, truth }
     }
 
-    /// `NOT` of it. Not all compilers take `NOT` of what an operator makes of comparisons, which they know as a number.
+    /// `NOT` of it, or a comparison with FALSE where not all compilers take that.
     #[must_use]
     pub fn inverted(mut self) -> Self {
         if self.level == Level::Sign && self.front.last() == Some(&NOT) {
@@ -50,9 +76,10 @@ impl Expression {
             self.level = Level::Name;
             return self;
         }
-        if self.compares && self.level < Level::Relation {
+        if self.truth == Truth::Number {
             return self.infix("=", Level::Relation, Self::name("FALSE"));
         }
+        self.truth = Truth::Bool;
         self.in_front(NOT, Level::Sign)
     }
 
@@ -83,7 +110,7 @@ impl Expression {
         self.front.push(function);
         self.text.push(')');
         self.level = Level::Name;
-        self.compares = false;
+        self.truth = Truth::Variable;
         self
     }
 
@@ -103,7 +130,11 @@ impl Expression {
         this.text.push(' ');
         this.text.push_str(operator);
         this.text.push(' ');
-        this.compares |= right.compares || level == Level::Relation;
+        this.truth = match level {
+            Level::Or | Level::Xor | Level::And => this.truth.joined(right.truth),
+            Level::Relation => Truth::Bool,
+            _ => Truth::Variable,
+        };
         let right = if right.level <= level { right.in_parentheses() } else { right };
         right.append_to(&mut this.text);
         this.level = level;
@@ -163,7 +194,13 @@ mod tests {
             (equal(name("A"), name("B")).inverted(), "NOT (A = B)"),
             (name("A").inverted().inverted(), "A"),
             (and(name("A"), name("B")).inverted().inverted(), "(A AND B)"),
-            (and(equal(name("A"), name("1")), name("B")).inverted(), "(A = 1 AND B) = FALSE"),
+            (and(equal(name("A"), name("1")), name("B")).inverted(), "NOT (A = 1 AND B)"),
+            (and(equal(name("A"), name("1")), name("TRUE")).inverted(), "(A = 1 AND TRUE) = FALSE"),
+            (or(name("A").inverted(), name("B").inverted()).inverted(), "(NOT A OR NOT B) = FALSE"),
+            (
+                and(name("C"), or(name("A").inverted(), name("B").inverted())).inverted(),
+                "(C AND (NOT A OR NOT B)) = FALSE",
+            ),
             (or(name("A"), name("B")).inverted(), "NOT (A OR B)"),
             (and(name("A").inverted(), name("B")), "NOT A AND B"),
             (literal(-5).negative(), "-(-5)"),
