@@ -218,16 +218,21 @@ class Editor {
     await row.click({ timeout });
   }
 
-  /** Opens the input at the top by these keys, writes into it, and chooses the first of some rows; again where the input is closed meanwhile. */
-  async choose(keys, text, rows) {
+  /** Opens the list at the top, and chooses the first of some rows; again where the list is closed meanwhile. */
+  async chooseAfter(open, rows) {
     for (let left = 4; ; left--) {
-      await this.ask(keys, text);
+      await open();
       try {
         return await this.pick(rows, 12);
       } catch (error) {
         if (left === 0) throw error;
       }
     }
+  }
+
+  /** Opens the input at the top by these keys, writes into it, and chooses the first of some rows. */
+  async choose(keys, text, rows) {
+    await this.chooseAfter(() => this.ask(keys, text), rows);
   }
 
   /** Runs a command of the palette, by its title. */
