@@ -25,8 +25,16 @@ folder() {
     code=0
     text=$("$CARGO_TARGET_DIR/release/plcc" build "$file" --validate --timeout "${seconds}s" \
       --message-format json -o "$state/artifact.plcx" 2>>"$state/plcc.log") || code=$?
-    # A program with errors has no code.
-    [ "$code" = 0 ] || [ "$code" = 4 ] || continue
+    # A program with errors (1) has no code. One whose proof ends otherwise counts as refuted, since it must not.
+    case $code in
+      0 | 4) ;;
+      1) continue ;;
+      *)
+        printf '%s: plcc ended with %s\n' "$file" "$code" >&2
+        refuted=$((refuted + 1))
+        continue
+        ;;
+    esac
     proved=$((proved + $(grep -c '"result":"proved"' <<<"$text" || true)))
     undecided=$((undecided + $(grep -c '"result":"undecided"' <<<"$text" || true)))
     if [ "$code" = 4 ]; then
