@@ -8,6 +8,7 @@ use plcc_tests::{gen_pmi, idioms};
 
 use crate::batch::{Batch, files};
 use crate::case::{Rules, is_located_output};
+use crate::source::exported;
 
 /// Inputs and variables of the control are given; those that the control itself changes around a scan are not, since what they
 /// do then is a part of what is compared.
@@ -31,6 +32,19 @@ static RULES: Rules = Rules {
     is_output: is_located_output,
     refusal: "",
 };
+
+/// STruC++ takes no first values for arrays.
+#[test]
+fn constant_arrays_are_assigned_in_the_first_scan() {
+    let source = "$INTEGER\nTABLE[2]=[10,-20],SUM,I\n$END\nSUM = TABLE[I] + TABLE[1]\nI = 1 - I\n";
+    let text = exported(&RULES, "case.pmi", source);
+    assert!(text.contains("    TABLE : ARRAY [0..1] OF INT;\n"), "{text}");
+    let assigned = "  IF FIRST_SCAN THEN\n    TABLE[0] := 10;\n    TABLE[1] := -20;\n  END_IF;\n";
+    assert!(text.contains(assigned), "{text}");
+    let Some(mut batch) = Batch::new(&RULES) else { return };
+    batch.generated("case.pmi", source, 1);
+    batch.finish("PMI, constant arrays");
+}
 
 #[test]
 fn generated_programs_scan_alike() {

@@ -2,7 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use plcc_diag::SourceMap;
+use plcc_frontend::common::Options;
 use plcc_iec::{Project, structured_text};
+
+use crate::case::{Case, Made, Rules};
 
 /// A program's text in its parts.
 pub(crate) struct Parts {
@@ -28,6 +32,17 @@ pub(crate) fn parts(project: &Project) -> Parts {
             .collect(),
         program: text[begin..end].to_owned(),
         configuration: text[end..].to_owned(),
+    }
+}
+
+/// What a source is exported as.
+pub(crate) fn exported(rules: &'static Rules, file: &str, source: &str) -> String {
+    let mut map = SourceMap::new();
+    let id = map.add(file, source.as_bytes());
+    match Case::of(rules, &mut map, &[id], String::new(), 0, &Options::default()) {
+        Made::Case(case) => structured_text(case.project()),
+        Made::NotExported(why) => panic!("{why:?}"),
+        Made::Wrong => panic!("{source} has errors"),
     }
 }
 

@@ -137,7 +137,7 @@ impl Own {
                 "the line whose index was outside its array; the control does not scan again";
             variables.add(Variable::local(&self.stop, Type::Dint, about));
         }
-        if variables.has("@IPL") {
+        if variables.needs_first_scan() {
             let initial = vec!["TRUE".to_owned()];
             let variable = Variable::local(&self.first, Type::Bool, "the first scan");
             variables.add(Variable { initial, ..variable });

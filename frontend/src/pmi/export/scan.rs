@@ -44,8 +44,15 @@ pub(super) fn body(
     lines
 }
 
-/// Inputs whose lines are others' too, groups, and the time of the timers.
+/// Constant arrays, inputs whose lines are others' too, groups, and the time of the timers.
 fn before(checked: &Checked, variables: &Variables<'_>, own: &Own, lines: &mut Vec<String>) {
+    let tables = variables.tables();
+    if !tables.is_empty() {
+        lines.push(comment("Constant arrays"));
+        lines.push(format!("IF {} THEN", own.first));
+        lines.extend(tables.iter().map(|line| format!("  {line}")));
+        lines.push("END_IF;".into());
+    }
     let mut latch = vec![];
     for (id, symbol) in (0..).map(SymbolId).zip(&checked.symbols) {
         let (Meaning::Input(of), name) = (&symbol.meaning, variables.name(id)) else { continue };
@@ -150,7 +157,7 @@ fn after(checked: &Checked, variables: &mut Variables<'_>, own: &Own, lines: &mu
     if let Some(name) = variables.of_the_control("@CRSET") {
         lines.push(format!("{name} := FALSE;"));
     }
-    if variables.has("@IPL") {
+    if variables.needs_first_scan() {
         lines.push(format!("{} := FALSE;", own.first));
     }
 }

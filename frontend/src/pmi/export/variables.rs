@@ -28,7 +28,7 @@ pub(super) fn type_of(ty: PmiType) -> Type {
 pub(super) struct Variables<'a> {
     pub(super) checked: &'a Checked,
     pub(super) list: Vec<Variable>,
-    /// What each variable of the source is called.
+    /// What each variable of the source is called, other than constants.
     pub(super) pairs: Vec<(String, String)>,
     /// By the numbers of the symbols; empty for those that the program does not have.
     names: Vec<String>,
@@ -59,7 +59,10 @@ impl<'a> Variables<'a> {
                 if is_declared(symbol) && symbol.executive == executive {
                     let name = names.make(&symbol.name);
                     this.declare(symbol, &name, said.get(symbol.name.as_str()).copied());
-                    this.pairs.push((symbol.name.clone(), name.clone()));
+                    // The control has no variables for constants.
+                    if !matches!(symbol.meaning, Meaning::Constant(_)) {
+                        this.pairs.push((symbol.name.clone(), name.clone()));
+                    }
                     if let Some(slot) = this.names.get_mut(index) {
                         *slot = name;
                     }
@@ -91,19 +94,27 @@ impl<'a> Variables<'a> {
         self.of_the_control(name).is_some()
     }
 
+    /// Whether something in the program is of the first scan alone.
+    pub(super) fn needs_first_scan(&self) -> bool {
+        self.has("@IPL") || !self.tables().is_empty()
+    }
+
     pub(super) fn add(&mut self, variable: Variable) {
         self.list.push(variable);
     }
 
     fn declare(&mut self, symbol: &Symbol, name: &str, said: Option<&str>) {
         let kind = match &symbol.meaning {
-            Meaning::Constant(_) => Kind::Constant,
+            Meaning::Constant(_) if symbol.elements.is_none() => Kind::Constant,
             Meaning::ReadOnly if !OF_THE_SCAN.contains(&symbol.name.as_str()) => Kind::Input,
             _ if RETAINED.contains(&symbol.name.as_str()) => Kind::Retained,
             _ => Kind::Local,
         };
         let initial = match &symbol.meaning {
-            Meaning::Constant(values) => values.iter().map(|&it| self.value(symbol, it)).collect(),
+            // Compilers may take no first values for an array, and do not tell; see `tables`.
+            Meaning::Constant(values) if symbol.elements.is_none() => {
+                values.iter().map(|&it| self.value(symbol, it)).collect()
+            }
             _ => vec![],
         };
         let mut address = None;
@@ -126,6 +137,22 @@ impl<'a> Variables<'a> {
             elements: symbol.elements,
             ..Variable::local(name, type_of(symbol.ty), self.about(symbol, name, said))
         });
+    }
+
+    /// The constant arrays, as assignments to their elements. Those that are 0 are so from the beginning.
+    pub(super) fn tables(&self) -> Vec<String> {
+        let mut lines = vec![];
+        for (symbol, name) in self.checked.symbols.iter().zip(&self.names) {
+            let Meaning::Constant(values) = &symbol.meaning else { continue };
+            if name.is_empty() || symbol.elements.is_none() {
+                continue;
+            }
+            let set = (0..).zip(values).filter(|(_, value)| **value != 0);
+            lines.extend(
+                set.map(|(at, &it)| format!("{name}[{at}] := {};", self.value(symbol, it))),
+            );
+        }
+        lines
     }
 
     fn value(&self, symbol: &Symbol, value: i32) -> String {
