@@ -25,14 +25,15 @@ pub enum Level {
 const NOT: &str = "NOT ";
 
 /// What compilers that make C++ of a truth value take it for. AND, OR and XOR are operators of bits there, which make a number of what
-/// is no variable's type; and a number can't be inverted by `NOT`.
+/// is no variable's type; and a number can't be inverted by `NOT`. Where unsigned numbers are compared, others let `NOT` invert all bits of
+/// what came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Truth {
     /// A value of a variable's type, or what an operator makes of one.
     Variable,
     /// A literal, a comparison, something inverted.
     Bool,
-    /// What an operator makes of two of these.
+    /// What an operator makes of two of these, or a comparison of unsigned numbers.
     Number,
 }
 
@@ -132,6 +133,9 @@ impl Expression {
         this.text.push(' ');
         this.truth = match level {
             Level::Or | Level::Xor | Level::And => this.truth.joined(right.truth),
+            Level::Relation if this.truth == Truth::Number || right.truth == Truth::Number => {
+                Truth::Number
+            }
             Level::Relation => Truth::Bool,
             _ => Truth::Variable,
         };
@@ -139,6 +143,13 @@ impl Expression {
         right.append_to(&mut this.text);
         this.level = level;
         this
+    }
+
+    /// The same, a comparison of unsigned numbers.
+    #[must_use]
+    pub fn of_unsigned(mut self) -> Self {
+        self.truth = Truth::Number;
+        self
     }
 
     /// How strongly its last operator binds.
@@ -202,6 +213,11 @@ mod tests {
                 "(C AND (NOT A OR NOT B)) = FALSE",
             ),
             (or(name("A"), name("B")).inverted(), "NOT (A OR B)"),
+            (equal(name("A"), name("1")).of_unsigned().inverted(), "(A = 1) = FALSE"),
+            (
+                and(name("B"), equal(name("A"), name("1")).of_unsigned()).inverted(),
+                "(B AND A = 1) = FALSE",
+            ),
             (and(name("A").inverted(), name("B")), "NOT A AND B"),
             (literal(-5).negative(), "-(-5)"),
             (literal(-32_768).call("F("), "F(-32767 - 1)"),

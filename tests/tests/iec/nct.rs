@@ -8,6 +8,7 @@ use plcc_tests::{gen_nct, idioms};
 
 use crate::batch::{Batch, files};
 use crate::case::Rules;
+use crate::source::exported;
 
 /// The line `%IX1.2` is P012.
 fn line(address: &str) -> String {
@@ -35,6 +36,20 @@ static RULES: Rules = Rules {
     is_output: |_, _| false,
     refusal: "NCT-X4",
 };
+
+/// IronPLC inverts all bits of what a comparison of unsigned numbers gives, where `NOT` is in front of it.
+#[test]
+fn comparisons_of_words_are_not_inverted_by_not() {
+    let source =
+        ":001\nLF020 <=5 GF040 Z U010\nLF020 (I000 A >5) GF040 Z U011\nJ1 :000 J0 :010 U012 R\n";
+    let text = exported(&RULES, "case.nct", source);
+    for condition in ["OP <= 5", "I000 AND OP > 5"] {
+        assert!(text.contains(&format!("IF ({condition}) = FALSE THEN")), "{text}");
+    }
+    let Some(mut batch) = Batch::new(&RULES) else { return };
+    batch.generated("case.nct", source, 1);
+    batch.finish("NCT, comparisons");
+}
 
 /// Compares as many programs as are wanted, so that those which can't be exported do not count.
 fn compare_all(what: &str, generate: impl Fn(u64) -> String) {

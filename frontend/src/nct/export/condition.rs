@@ -72,11 +72,13 @@ impl Writer<'_> {
             }
             Test::Word { negate, word } => {
                 let operator = if negate { "=" } else { "<>" };
-                self.word(word).infix(operator, Level::Relation, Expression::name("0"))
+                let zero = Expression::name("0");
+                self.word(word).infix(operator, Level::Relation, zero).of_unsigned()
             }
             Test::Relation { relation, operand } => {
                 let right = self.operand(operand);
-                Expression::name(&self.own.op).infix(sign(relation), Level::Relation, right)
+                let op = Expression::name(&self.own.op);
+                op.infix(sign(relation), Level::Relation, right).of_unsigned()
             }
         }
     }

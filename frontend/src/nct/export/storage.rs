@@ -275,5 +275,5 @@ pub(super) fn has_weight(number: &str, weight: u32) -> Expression {
         weight => number.infix("/", Level::Product, Expression::name(weight.to_string())),
     };
     let low = shifted.infix("MOD", Level::Product, Expression::name("2"));
-    low.infix("=", Level::Relation, Expression::name("1"))
+    low.infix("=", Level::Relation, Expression::name("1")).of_unsigned()
 }
