@@ -208,8 +208,11 @@ impl Batch {
             *self.tally.same.entry(name).or_default() += 1;
         }
         if let Some(ironplc) = &self.compilers.ironplc {
-            if let Err(error) = ironplc::compile(ironplc, case, folder) {
+            if let Err(error) = ironplc::compile_exported(ironplc, case, folder) {
                 self.tally.miss("IronPLC", case, &error);
+            }
+            if let Err(error) = ironplc::compile(ironplc, case, folder) {
+                self.tally.miss("IronPLC without addresses", case, &error);
                 return;
             }
             let scan = Scan { number: scans - 1, stopped, values: &last };

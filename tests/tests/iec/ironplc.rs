@@ -45,6 +45,8 @@ impl Sums {
                 match *value {
                     Number::Int(value) if !real => self.add_whole(value),
                     value if real => self.add_real(value.real()),
+                    // A PMAC's control has all values as doubles.
+                    value if value.real().fract() == 0.0 => self.add_whole(value.real() as i64),
                     value => panic!("{} is {value:?}", common.name),
                 }
             }
@@ -129,16 +131,36 @@ fn text(case: &Case) -> String {
     )
 }
 
-/// Compiles a program as it is exported, and with its own inputs.
+/// Compiles a text.
+fn compiled(ironplc: &Path, folder: &Path, name: &str, text: &str) -> Result<(), String> {
+    let path = folder.join(name);
+    fs::write(&path, text).unwrap();
+    let mut ironplcc = Command::new(ironplc.join("ironplcc"));
+    ironplcc.arg("compile").arg(&path).arg("-o").arg(path.with_extension("iplc"));
+    done(&mut ironplcc).map(|_| ()).map_err(|error| reason(&error))
+}
+
+/// Compiles a program as it is exported.
+pub(crate) fn compile_exported(ironplc: &Path, case: &Case, folder: &Path) -> Result<(), String> {
+    compiled(ironplc, folder, "exported.st", &plcc_iec::structured_text(case.project()))
+}
+
+/// Compiles a program with its own inputs.
 pub(crate) fn compile(ironplc: &Path, case: &Case, folder: &Path) -> Result<(), String> {
-    let exported = plcc_iec::structured_text(case.project());
-    for (name, text) in [("exported.st", &exported), ("program.st", &text(case))] {
-        let path = folder.join(name);
-        fs::write(&path, text).unwrap();
-        let mut ironplcc = Command::new(ironplc.join("ironplcc"));
-        done(ironplcc.arg("compile").arg(&path).arg("-o").arg(path.with_extension("iplc")))?;
-    }
-    Ok(())
+    compiled(ironplc, folder, "program.st", &text(case))
+}
+
+/// What a message says, without its colours: the error, and what it found. Numbers are all 9, so that equal ones are counted together.
+fn reason(message: &str) -> String {
+    let mut parts = message.split('\u{1b}');
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    parts.for_each(|part| plain.push_str(part.split_once('m').map_or("", |(_, rest)| rest)));
+    let line = |what: &str| plain.lines().find(|line| line.contains(what));
+    let Some(error) = line("error[") else { return plain };
+    let found = line("^").unwrap_or_default().trim_start_matches(['│', '^', ' ']);
+    let found = found.rsplit_once("Found").map_or(found, |(_, found)| found).trim();
+    let found = found.replace(|c: char| c.is_ascii_digit(), "9").replace("99", "9");
+    format!("{error}, {found}")
 }
 
 /// Runs it for as many scans as the control has run, and compares the values after the last one, and the sums of those before.
@@ -152,8 +174,10 @@ pub(crate) fn compare(
     let mut ironplcvm = Command::new(ironplc.join("ironplcvm"));
     ironplcvm.arg("run").arg(folder.join("program.iplc")).arg("--dump-vars");
     let text = done(ironplcvm.arg("--scans").arg((scan.number + 1).to_string()))?;
+    // The variables of functions, which may have the same names, come after the program's.
     let values: BTreeMap<&str, &str> = text
         .lines()
+        .rev()
         .filter_map(|line| line.split_once(": "))
         .map(|(name, value)| match value {
             "FALSE" => (name, "0"),
