@@ -6,8 +6,9 @@ use plcc_ir::{Func, FuncData, Label};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::classes::Classes;
+use super::known::{Known, Place, left};
 use super::simulate::{Answers, Simulation};
-use super::sweep::{Finding, Reach, Sweep, left};
+use super::sweep::{Finding, Reach, Sweep};
 use super::terms::{Application, Terms};
 use super::universe::Universe;
 use super::walk::{Context, Exit, Happening, Version, Way};
@@ -58,6 +59,8 @@ pub(super) struct Pair<'p, 'm> {
     pub(super) deadline: Deadline,
     /// What was proved last.
     pub(super) proved: RefCell<Vec<Question>>,
+    /// What is known of its logic.
+    pub(super) known: RefCell<Known>,
 }
 
 /// What is claimed of a graph.
@@ -172,7 +175,7 @@ impl Pair<'_, '_> {
             second,
             deadline: self.deadline,
         };
-        let attempt = subject.decide(&question.claims);
+        let attempt = subject.decide(&question.claims, &mut self.known.borrow_mut());
         if matches!(attempt, Attempt::Done(Verdict::Proved)) {
             let mut proved = self.proved.borrow_mut();
             proved.truncate(MOST_KEPT - 1);
@@ -262,8 +265,16 @@ impl Subject<'_, '_> {
         run.randomize(self.universe, self.raw, self.constants);
     }
 
+    /// The bit of the image for which each of the first inputs stands.
+    pub(super) fn places(&self) -> FxHashMap<u32, Place> {
+        let cells = self.universe.cells.iter();
+        let places =
+            cells.flat_map(|cell| (0..cell.width()).map(|bit| (cell.kind, cell.offset, bit)));
+        self.raw.iter().map(|lit| lit.node()).zip(places).collect()
+    }
+
     /// Whether one of the claims does not hold.
-    fn decide(&self, claims: &[Claim]) -> Attempt {
+    fn decide(&self, claims: &[Claim], known: &mut Known) -> Attempt {
         let mut run = Simulation::new(self.graph, self.list);
         let mut classes = Classes::new(self.graph.len());
         let mut broken = vec![];
@@ -290,10 +301,11 @@ impl Subject<'_, '_> {
             return Attempt::Differs(broken.iter().filter_map(|claim| claim.cut).collect());
         }
         let mut claims = left(self.graph, claims, self.deadline);
+        known.shrink();
         let mut runs = (run, classes);
         for reach in [Reach::Near, Reach::All] {
             let mut open = vec![];
-            let mut sweep = Sweep::new(self, &claims, reach, runs);
+            let mut sweep = Sweep::new(known, self, &claims, reach, runs);
             for claim in &claims {
                 match sweep.decide(claim.differs) {
                     Finding::Holds => {}

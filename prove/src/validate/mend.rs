@@ -16,7 +16,7 @@ const MOST: usize = 8;
 /// How many gates a product takes at most where the solver is told what it is.
 const MOST_OF_PRODUCT: usize = 600;
 
-impl Sweep<'_, '_> {
+impl Sweep<'_, '_, '_> {
     /// Tells the solver more of functions whose results it has chosen wrongly; says of how many.
     pub(super) fn mend(&mut self) -> usize {
         let list = self.subject.list;
@@ -44,7 +44,11 @@ impl Sweep<'_, '_> {
                     }
                 }
             }
-            if !it.function.is_event() && !self.whole.defined.contains(&number) {
+            let is_defined = || {
+                let first = it.results.first().and_then(|&lit| self.made(lit));
+                first.is_some_and(|it| self.known.whole.defined.contains(&it))
+            };
+            if !it.function.is_event() && !is_defined() {
                 let operands = it.numbers(&run);
                 let real = it.function.value(&operands);
                 let chosen = |real: &u64| {
@@ -76,13 +80,16 @@ impl Sweep<'_, '_> {
         let list = self.subject.list;
         let (Some(a), Some(b)) = (list.get(one), list.get(other)) else { return };
         let (x, y) = (self.made_all(&a.operands), self.made_all(&b.operands));
-        let differ = !self.reduced.equal(&x, &y);
-        let differ = self.whole.tell(&self.reduced, differ);
+        let differ = !self.known.graph.equal(&x, &y);
+        let differ = self.known.whole.tell(&self.known.graph, differ);
         for (&x, &y) in a.results.iter().zip(&b.results) {
             if let (Some(x), Some(y)) = (self.made(x), self.made(y)) {
-                let (x, y) = (self.whole.tell(&self.reduced, x), self.whole.tell(&self.reduced, y));
-                self.whole.sat.add(&[differ, !x, y]);
-                self.whole.sat.add(&[differ, x, !y]);
+                let (x, y) = (
+                    self.known.whole.tell(&self.known.graph, x),
+                    self.known.whole.tell(&self.known.graph, y),
+                );
+                self.known.whole.sat.add(&[differ, !x, y]);
+                self.known.whole.sat.add(&[differ, x, !y]);
             }
         }
     }
@@ -91,10 +98,10 @@ impl Sweep<'_, '_> {
     fn correct(&mut self, number: usize, operands: &[u64], real: u64) {
         let Some(it) = self.subject.list.get(number) else { return };
         let (own, results) = (self.made_all(&it.operands), self.made_all(&it.results));
-        if let Some(holds) = definition(&mut self.reduced, it.function, &own, &results) {
-            let holds = self.whole.tell(&self.reduced, holds);
-            self.whole.sat.add(&[holds]);
-            self.whole.defined.insert(number);
+        if let Some(holds) = definition(&mut self.known.graph, it.function, &own, &results) {
+            let holds = self.known.whole.tell(&self.known.graph, holds);
+            self.known.whole.sat.add(&[holds]);
+            self.known.whole.defined.extend(results.first());
             return;
         }
         let mut differ = FALSE;
@@ -102,15 +109,15 @@ impl Sweep<'_, '_> {
         for (width, &value) in it.function.widths().into_iter().zip(operands) {
             let (lits, others) = rest.split_at(width.min(rest.len()));
             rest = others;
-            let value = self.reduced.number(lits.len(), value as i64);
-            let same = self.reduced.equal(lits, &value);
-            differ = self.reduced.or(differ, !same);
+            let value = self.known.graph.number(lits.len(), value as i64);
+            let same = self.known.graph.equal(lits, &value);
+            differ = self.known.graph.or(differ, !same);
         }
-        let differ = self.whole.tell(&self.reduced, differ);
+        let differ = self.known.whole.tell(&self.known.graph, differ);
         for (at, &lit) in results.iter().enumerate() {
-            let lit = self.whole.tell(&self.reduced, lit);
+            let lit = self.known.whole.tell(&self.known.graph, lit);
             let lit = if real >> at.min(63) & 1 == 1 { lit } else { !lit };
-            self.whole.sat.add(&[differ, lit]);
+            self.known.whole.sat.add(&[differ, lit]);
         }
     }
 }

@@ -15,6 +15,7 @@ mod cuts;
 mod divide;
 mod float;
 mod join;
+mod known;
 mod mend;
 mod refute;
 mod simulate;
@@ -23,6 +24,7 @@ mod sweep;
 mod terms;
 mod universe;
 mod walk;
+mod window;
 
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
@@ -35,6 +37,7 @@ use crate::solve::Deadline;
 
 use claims::Pair;
 use cuts::{Dead, end_of_row, representatives};
+use known::Known;
 
 /// How two versions of a function differ.
 #[derive(Clone, Debug)]
@@ -141,6 +144,7 @@ impl<'m> Validation<'m> {
             constants: constants(&[before, after]),
             deadline,
             proved: RefCell::default(),
+            known: RefCell::new(Known::new(deadline)),
         };
         let mut seen = FxHashSet::default();
         let mut open = None;

@@ -8,15 +8,15 @@
 use std::rc::Rc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
-use rustsat::types::Lit as SatLit;
 
 use super::Difference;
 use super::claims::{Claim, Subject};
 use super::classes::Classes;
+use super::known::{Known, Place, STEPS, Whole};
 use super::simulate::{Answers, Simulation};
 use super::terms::Function;
 use crate::logic::{FALSE, Graph, Lit, Node};
-use crate::solve::{Answer, Deadline, Sat, Told};
+use crate::solve::{Answer, Deadline};
 
 /// How many nodes a solver sees at most, one after the other, to show that two nodes are equal, before it sees all.
 const WINDOWS: [usize; 2] = [50, 400];
@@ -27,11 +27,8 @@ const MOST_TRIED: usize = 3;
 /// How many nodes a solver is told of before another one takes its place: each search decides about all of them.
 const MOST_TOLD: usize = 8_000;
 
-/// How many steps a solver may take to show that two nodes are equal, where it sees a part of the graph, or all.
-const STEPS: u32 = 2_000;
-
-/// How many claims are hard before all others count as hard.
-const MOST_HARD: usize = 6;
+/// How many pairs are left undecided by what is near them before they are compared by all.
+const MOST_NEAR: u32 = 500;
 
 /// How many runs that tell nodes apart are made.
 const MOST_RUNS: usize = 3_000;
@@ -64,12 +61,15 @@ pub(super) enum Finding {
     Broken(FxHashMap<u32, bool>),
     /// Both versions differ in the interpreter.
     Differs(Difference),
-    /// The time was up.
+    /// The time was up, or what is near decides too little.
     Open,
 }
 
-/// A graph in which nodes that are equal are one.
-pub(super) struct Sweep<'s, 'm> {
+/// Has nodes of a graph that are equal become one.
+pub(super) struct Sweep<'k, 's, 'm> {
+    pub(super) known: &'k mut Known,
+    /// The bit of the image for which each input of the graph stands.
+    places: FxHashMap<u32, Place>,
     pub(super) subject: &'s Subject<'s, 'm>,
     pub(super) graph: &'s Graph,
     deadline: Deadline,
@@ -79,22 +79,21 @@ pub(super) struct Sweep<'s, 'm> {
     classes: Classes,
     /// What takes the place of each node that was looked at.
     made: Vec<Option<Lit>>,
-    pub(super) reduced: Graph,
     /// The input of the graph for which each input of the reduced graph was made.
     origins: FxHashMap<u32, u32>,
     pub(super) applications: FxHashMap<(Function, Vec<Lit>), usize>,
     /// The application to whose results a node belongs.
     of_node: FxHashMap<u32, usize>,
-    pub(super) whole: Whole,
     /// How many pairs were not decided.
     undecided: u32,
     runs: usize,
     replayed: usize,
 }
 
-impl<'s, 'm> Sweep<'s, 'm> {
+impl<'k, 's, 'm> Sweep<'k, 's, 'm> {
     /// `classes` know some runs of the whole graph, `run` was the last of them.
     pub(super) fn new(
+        known: &'k mut Known,
         subject: &'s Subject<'s, 'm>,
         claims: &[Claim],
         reach: Reach,
@@ -107,6 +106,8 @@ impl<'s, 'm> Sweep<'s, 'm> {
         }
         classes.note(FALSE.node(), FALSE);
         Self {
+            known,
+            places: subject.places(),
             subject,
             graph,
             deadline,
@@ -115,11 +116,9 @@ impl<'s, 'm> Sweep<'s, 'm> {
             run,
             classes,
             made: vec![None; graph.len()],
-            reduced: Graph::default(),
             origins: FxHashMap::default(),
             applications: FxHashMap::default(),
             of_node,
-            whole: Whole::new(deadline),
             undecided: 0,
             runs: 0,
             replayed: 0,
@@ -142,7 +141,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
         }
     }
 
-    /// What takes the place of a literal; a difference if one is found, or nothing if the time is up.
+    /// What takes the place of a literal; a difference if one is found, or nothing if the time is up or what is near decides too little.
     fn reduce(&mut self, lit: Lit) -> Result<Lit, Option<Difference>> {
         for (step, node) in self.cone(lit).into_iter().enumerate() {
             if step % 16 == 0 && self.deadline.is_over() {
@@ -158,7 +157,7 @@ impl<'s, 'm> Sweep<'s, 'm> {
                     let (Some(a), Some(b)) = (self.made(a), self.made(b)) else {
                         return Err(None);
                     };
-                    let new = self.reduced.and(a, b);
+                    let new = self.known.graph.and(a, b);
                     let same = self.same_as(node, new)?;
                     self.put(node, same);
                 }
@@ -194,7 +193,15 @@ impl<'s, 'm> Sweep<'s, 'm> {
     }
 
     fn input(&mut self, node: u32) {
-        let new = self.reduced.input();
+        let place = self.places.get(&node).copied();
+        let new = match place {
+            Some(place) => self.known.input(place),
+            None => self.known.graph.input(),
+        };
+        self.made_input(node, new);
+    }
+
+    fn made_input(&mut self, node: u32, new: Lit) {
         self.origins.insert(new.node(), node);
         self.classes.note(node, new);
         self.put(node, new);
@@ -206,21 +213,23 @@ impl<'s, 'm> Sweep<'s, 'm> {
         let operands: Vec<Lit> =
             application.operands.iter().filter_map(|&lit| self.made(lit)).collect();
         let key = (application.function, operands);
-        let known = *self.applications.entry(key).or_insert(number);
-        let same = (known != number).then(|| self.subject.list.get(known)).flatten();
-        for (at, &lit) in application.results.iter().enumerate() {
+        let results = self.known.results(&key, application.results.len());
+        let is_first = *self.applications.entry(key).or_insert(number) == number;
+        for (&lit, new) in application.results.iter().zip(results) {
             if self.made(lit).is_some() {
                 continue;
             }
-            match same.and_then(|it| it.results.get(at)).and_then(|&lit| self.made(lit)) {
-                Some(other) => self.put(lit.node(), other),
-                None => self.input(lit.node()),
+            if is_first {
+                self.made_input(lit.node(), new);
+            } else {
+                self.put(lit.node(), new);
             }
         }
     }
 
     /// A literal that is always the same as a node of the graph that became `new`.
     fn same_as(&mut self, node: u32, new: Lit) -> Result<Lit, Option<Difference>> {
+        let new = self.known.resolve(new);
         if new.value().is_some() {
             return Ok(new);
         }
@@ -235,7 +244,10 @@ impl<'s, 'm> Sweep<'s, 'm> {
                 break;
             }
             match self.is_equal((node, new), (like, other), is_new)? {
-                Some(true) => return Ok(other),
+                Some(true) => {
+                    self.known.equate(new, other);
+                    return Ok(self.known.resolve(other));
+                }
                 // The one that it was compared with is not of its class any more.
                 Some(false) => {}
                 None => number += 1,
@@ -253,37 +265,50 @@ impl<'s, 'm> Sweep<'s, 'm> {
         (like, b): (u32, Lit),
         whole: bool,
     ) -> Result<Option<bool>, Option<Difference>> {
-        let differ = self.reduced.xor(a, b);
+        let is_last = !whole || self.reach == Reach::Near || self.runs >= MOST_RUNS;
+        let is_tried = self.known.is_tried(a, b);
+        if self.reach == Reach::Near && self.undecided > MOST_NEAR {
+            return Err(None);
+        }
+        if is_last && is_tried {
+            self.undecided += 1;
+            return Ok(None);
+        }
+        let differ = self.known.graph.xor(a, b);
         if differ == FALSE {
             return Ok(Some(true));
         }
-        for size in WINDOWS {
-            match self.window(differ, size) {
+        for size in WINDOWS.into_iter().filter(|_| !is_tried) {
+            match self.known.window(differ, size) {
                 (Answer::No, _) => return Ok(Some(true)),
-                (Answer::Yes, Some(values)) if self.tell_apart(&values, node, like)? => {
-                    return Ok(Some(false));
+                (Answer::Yes, Some(values)) => {
+                    let values = self.of_graph(&values);
+                    if self.tell_apart(&values, node, like)? {
+                        return Ok(Some(false));
+                    }
                 }
                 _ => {}
             }
         }
-        if !whole || self.reach == Reach::Near || self.runs >= MOST_RUNS {
+        self.known.note_tried(a, b);
+        if is_last {
             self.undecided += 1;
             return Ok(None);
         }
-        if self.whole.told.len() > MOST_TOLD {
-            self.whole = Whole::new(self.deadline);
+        if self.known.whole.told.len() > MOST_TOLD {
+            self.known.renew();
         }
-        let goal = self.whole.tell(&self.reduced, differ);
+        let goal = self.known.whole.tell(&self.known.graph, differ);
         let spare = if self.undecided > 100 { STEPS / 4 } else { STEPS };
-        self.whole.sat.set_steps(Some(spare + self.whole.told.len() as u32));
+        self.known.whole.sat.set_steps(Some(spare + self.known.whole.told.len() as u32));
         for _ in 0..MOST_MENDED {
-            match self.whole.sat.solve(&[goal]) {
+            match self.known.whole.sat.solve(&[goal]) {
                 Answer::No => {
-                    self.whole.sat.add(&[!goal]);
+                    self.known.whole.sat.add(&[!goal]);
                     return Ok(Some(true));
                 }
                 Answer::Yes => {
-                    let values = self.values(&self.whole);
+                    let values = self.values(&self.known.whole);
                     if self.tell_apart(&values, node, like)? {
                         return Ok(Some(false));
                     }
@@ -346,44 +371,10 @@ impl<'s, 'm> Sweep<'s, 'm> {
         Ok(true)
     }
 
-    /// Whether a literal can be true where nothing is known of what lies beyond `size` nodes; and with which values of inputs, if
-    /// nothing lies beyond.
-    fn window(&self, lit: Lit, size: usize) -> (Answer, Option<FxHashMap<u32, bool>>) {
-        let mut sat = Sat::new(self.deadline);
-        sat.set_steps(Some(STEPS));
-        let mut told: FxHashMap<u32, SatLit> = FxHashMap::default();
-        let mut queue = std::collections::BinaryHeap::from([lit.node()]);
-        let (mut is_whole, mut ands) = (true, vec![]);
-        while let Some(node) = queue.pop() {
-            if told.contains_key(&node) {
-                continue;
-            }
-            let variable = sat.variable();
-            told.insert(node, variable);
-            match self.reduced.node(node) {
-                Node::False => sat.add(&[!variable]),
-                Node::Input => {}
-                Node::And(..) if ands.len() >= size => is_whole = false,
-                Node::And(a, b) => {
-                    ands.push((node, a, b));
-                    queue.extend([a.node(), b.node()]);
-                }
-            }
-        }
-        let get =
-            |lit: Lit| told.get(&lit.node()).map(|&it| if lit.is_complement() { !it } else { it });
-        for (node, a, b) in ands {
-            if let (Some(it), Some(a), Some(b)) = (get(Lit::of_node(node)), get(a), get(b)) {
-                sat.define_and(it, a, b);
-            }
-        }
-        let Some(goal) = get(lit) else { return (Answer::Unknown, None) };
-        let answer = sat.solve(&[goal]);
-        let values = (answer == Answer::Yes && is_whole).then(|| {
-            let value = |(node, origin): (&u32, &u32)| Some((*origin, sat.value(*told.get(node)?)));
-            self.origins.iter().filter_map(value).collect()
-        });
-        (answer, values)
+    /// Values of inputs of the graph where those of what takes their places are known.
+    fn of_graph(&self, values: &FxHashMap<u32, bool>) -> FxHashMap<u32, bool> {
+        let own = |(node, &value): (&u32, &bool)| Some((*self.origins.get(node)?, value));
+        values.iter().filter_map(own).collect()
     }
 
     /// Whether a claim can be broken: whether a literal can be true.
@@ -396,16 +387,17 @@ impl<'s, 'm> Sweep<'s, 'm> {
         };
         // Functions that are not computed may give anything at first; where that was wrong, more is told.
         let (steps, most) = match self.reach {
-            Reach::Near => (Some(STEPS + self.whole.told.len() as u32), MOST_TOLD_NEAR),
+            Reach::Near => (Some(STEPS + self.known.whole.told.len() as u32), MOST_TOLD_NEAR),
             Reach::All => (None, MOST_TOLD_FAR),
         };
-        self.whole.sat.set_steps(steps);
-        let goal_lit = self.whole.tell(&self.reduced, goal);
+        self.known.whole.sat.set_steps(steps);
+        let goal_lit = self.known.whole.tell(&self.known.graph, goal);
         let mut told = 0;
         loop {
-            match self.whole.sat.solve(&[goal_lit]) {
+            match self.known.whole.sat.solve(&[goal_lit]) {
                 Answer::No => {
-                    self.whole.sat.add(&[!goal_lit]);
+                    self.known.whole.sat.add(&[!goal_lit]);
+                    self.known.equate(goal, FALSE);
                     return Finding::Holds;
                 }
                 Answer::Unknown => return Finding::Open,
@@ -426,8 +418,8 @@ impl<'s, 'm> Sweep<'s, 'm> {
     /// The values that a solver has found, by the inputs of the graph; all that it was not told of are false.
     pub(super) fn all_values(&self) -> FxHashMap<u32, bool> {
         let value = |lit: Lit| {
-            let known = self.whole.told.node(lit.node());
-            let known = known.is_some_and(|it| self.whole.sat.value(it));
+            let known = self.known.whole.told.node(lit.node());
+            let known = known.is_some_and(|it| self.known.whole.sat.value(it));
             lit.value().unwrap_or(known != lit.is_complement())
         };
         let nodes = self.made.iter().zip(0..).filter_map(|(made, node)| Some((node, (*made)?)));
@@ -441,42 +433,5 @@ impl<'s, 'm> Sweep<'s, 'm> {
             Some((origin, whole.sat.value(whole.told.node(node)?)))
         };
         self.origins.iter().filter_map(value).collect()
-    }
-}
-
-/// The claims that a solver does not see at once to hold. It sees no functions, and gives up when a few claims are hard.
-pub(super) fn left(graph: &Graph, claims: &[Claim], deadline: Deadline) -> Vec<Claim> {
-    let mut whole = Whole::new(deadline);
-    whole.sat.set_steps(Some(STEPS));
-    let mut hard = 0;
-    let mut left = vec![];
-    for claim in claims {
-        if hard < MOST_HARD {
-            let goal = whole.tell(graph, claim.differs);
-            if whole.sat.solve(&[goal]) == Answer::No {
-                continue;
-            }
-            hard += 1;
-        }
-        left.push(*claim);
-    }
-    left
-}
-
-/// A solver that is told of a graph as far as it is asked about.
-pub(super) struct Whole {
-    pub(super) sat: Sat,
-    told: Told,
-    /// Applications of which it knows all.
-    pub(super) defined: FxHashSet<usize>,
-}
-
-impl Whole {
-    fn new(deadline: Deadline) -> Self {
-        Self { sat: Sat::new(deadline), told: Told::default(), defined: FxHashSet::default() }
-    }
-
-    pub(super) fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
-        self.told.tell(&mut self.sat, graph, lit)
     }
 }

@@ -7,7 +7,7 @@ use plcc_ir::{Address, Block, FuncData, InstData, Module, RegionId, Type};
 use crate::logic::{FALSE, Graph, Lit, Memory};
 
 /// What is kept up in some bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Kind {
     /// Nothing.
     Plain,
