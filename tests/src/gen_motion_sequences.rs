@@ -182,11 +182,16 @@ impl Generator {
                 for _ in 0..count {
                     let mode = *self.rng.pick(&["CIRCLE1", "CIRCLE2", "LINEAR"]);
                     let _ = write!(self.out, "{mode} ");
+                    let before = self.at;
                     self.words(&mut |_| String::new());
                     if mode != "LINEAR" {
                         let [i, j] = [(); 2].map(|()| self.distance());
-                        let centre =
-                            if self.rng.chance(50) { format!("I{i} J{j}") } else { "R30".into() };
+                        // No circle has a radius through one point of the plane alone.
+                        let in_plane = self.at[0] != before[0] || self.at[1] != before[1];
+                        let centre = match self.rng.chance(50) || !in_plane {
+                            true => format!("I{i} J{j}"),
+                            false => "R30".into(),
+                        };
                         self.out.push_str(&centre);
                     }
                     self.out.push('\n');
