@@ -368,8 +368,16 @@ class Editor {
     await this.page.locator(".quick-input-widget input").first().waitFor();
     await eventually(() => this.page.locator(".quick-input-widget input").first().inputValue(), (value) => value.startsWith("/"), "the dialog's folder");
     await this.answer(name);
-    await eventually(() => this.picks.allInnerTexts(), (rows) => rows.length > 0, "the file among those of the folder");
-    await this.press("Enter");
+    await eventually(() => this.picks.allInnerTexts(), (rows) => rows.length > 0, "the files of the folder");
+    // While the folder is being read, Enter does nothing. Sockets are not among its files.
+    for (let left = 10; ; left--) {
+      await this.press("Enter");
+      try {
+        return await this.page.locator(".quick-input-widget").first().waitFor({ state: "hidden", timeout: 3000 });
+      } catch (error) {
+        if (left === 0) throw error;
+      }
+    }
   }
 
   async screenshot(name) {
