@@ -503,6 +503,22 @@ fn a_long_forward_program_is_not_run_for_displays() {
     assert_eq!(end, 10.0);
 }
 
+/// The second move begins at 24 - 5/2 = 21.5 ms and so in the segment of 28 ms, and its stop would begin at 24 + TM - 5/2 ms.
+#[test]
+fn a_move_of_less_than_two_segments_is_late_where_the_next_point_is_beyond_its_stop() {
+    let runs = |tm: u32| {
+        let text = format!(
+            "{MOTOR}I13=7\n#1->100X\nOPEN PROG 1 CLEAR\nLINEAR ABS TM{tm} TA16 TS7\nX1\nTA5 TS2\nX2\nX3\nCLOSE\n&1B1R\n"
+        );
+        let folder = Folder::with(&[("s.pmc", &text)]);
+        folder.plcc("run s.pmc --simulate --ticks 200 --events e.jsonl").exits(0);
+        events(&folder, "e.jsonl").swap_remove(1)
+    };
+    let late = runs(13);
+    assert!(late.starts_with("{\"tick\":56,") && late.contains("\"late\""), "{late}");
+    assert!(runs(14).contains("\"ended\""));
+}
+
 #[test]
 fn kinematics_are_asked_for_each_point_of_a_path_in_segments() {
     let program = "OPEN PROG 1 CLEAR\nABS TA20 F100\nX10\nCLOSE\n&1B1R\n";

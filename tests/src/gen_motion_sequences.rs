@@ -29,12 +29,15 @@ struct Generator {
     out: String,
     at: [f64; 3],
     absolute: bool,
+    /// The time of a segment in ms; 0 without segmentation.
+    interval: usize,
 }
 
 /// Some sequences for PMAC, or for Turbo PMAC if `turbo`.
 pub fn generate(seed: u64, turbo: bool) -> Sequences {
     let rng = Rng::new(seed ^ 0x5EC0);
-    let mut g = Generator { rng, out: String::from("I5=0\n"), at: [0.0; 3], absolute: true };
+    let mut g =
+        Generator { rng, out: String::from("I5=0\n"), at: [0.0; 3], absolute: true, interval: 0 };
     let kinematic = turbo && g.rng.chance(50);
     let segmented = g.rng.chance(50);
     let scales = [100.0, 50.5, -20.0];
@@ -111,8 +114,9 @@ impl Generator {
             system + 89,
             system + 90
         );
-        let interval = if segmented { *self.rng.pick(&[2, 5, 7]) } else { 0 };
-        let _ = writeln!(self.out, "I{}={interval}", if turbo { system + 13 } else { 13 });
+        self.interval = if segmented { *self.rng.pick(&[2, 5, 7]) } else { 0 };
+        let interval = if turbo { system + 13 } else { 13 };
+        let _ = writeln!(self.out, "I{interval}={}", self.interval);
     }
 
     fn distance(&mut self) -> f64 {
@@ -138,7 +142,10 @@ impl Generator {
         let count = 1 + self.rng.below(4) as u32;
         match self.rng.below(if limited { 2 } else { 6 }) {
             0 => {
-                let _ = writeln!(self.out, "LINEAR TM{}", 10 + self.rng.below(30));
+                // The move that follows is calculated up to a segment behind the beginning of this one, and is late a segment
+                // in front of the beginning of its stop, whose acceleration may be longer by less than 20 ms.
+                let shortest = 2 * self.interval + 10;
+                let _ = writeln!(self.out, "LINEAR TM{}", shortest + self.rng.below(30));
                 for _ in 0..count {
                     if self.rng.chance(30) {
                         let _ =
