@@ -9,12 +9,12 @@ use std::time::Duration;
 
 use fastrand::Rng;
 use plcc_abi::Dialect;
+use plcc_prove::Answer;
 use plcc_prove::aiger::{Coding, write};
 use plcc_prove::control::Source;
 use plcc_prove::logic::Lit;
 use plcc_prove::scan::Builder;
 use plcc_prove::system::{First, Latch, System, Time};
-use plcc_prove::{Answer, Subject};
 use rustc_hash::FxHashMap;
 use support::Bench;
 
@@ -286,12 +286,7 @@ fn a_run_that_refutes_a_question_does_so_in_the_file() {
         let bench = Bench::new(Dialect::Pmi, &text);
         let question = bench.question(&format!("never {condition}"));
         let names = plcc_prove::Station::executive(&bench).names();
-        let subject = Subject {
-            checked: bench.checked.as_ref(),
-            source: bench.source(),
-            names: &*names,
-            station: &bench,
-        };
+        let subject = bench.subject(&*names);
         let answer = subject.answer(&question, Duration::from_secs(60)).unwrap();
         let questions = std::slice::from_ref(&question);
         let file = read(&subject.aiger(questions, Coding::Binary).unwrap().bytes);
@@ -324,12 +319,7 @@ fn what_other_conditions_divide_is_not_in_the_file() {
                 S = B\nENDIF\nENDIF\nIF (C)\nY = 1\nENDIF\n";
     let bench = Bench::new(Dialect::Pmi, text);
     let names = plcc_prove::Station::executive(&bench).names();
-    let subject = Subject {
-        checked: bench.checked.as_ref(),
-        source: bench.source(),
-        names: &*names,
-        station: &bench,
-    };
+    let subject = bench.subject(&*names);
     let file = subject.aiger(&[bench.question("never Y")], Coding::Text).unwrap();
     let names: Vec<String> = read(&file.bytes).names.into_values().collect();
     assert!(names.contains(&"C".to_owned()), "{names:?}");

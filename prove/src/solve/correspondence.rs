@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use fastrand::Rng;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::reachability::cone;
@@ -21,18 +22,10 @@ struct Simulation {
     /// The conjunctions that matter, each after those that it depends on.
     ands: Vec<(u32, Lit, Lit)>,
     values: Vec<u64>,
-    seed: u64,
+    random: Rng,
 }
 
 impl Simulation {
-    fn random(&mut self) -> u64 {
-        // xorshift64*, which is the same on each computer.
-        self.seed ^= self.seed >> 12;
-        self.seed ^= self.seed << 25;
-        self.seed ^= self.seed >> 27;
-        self.seed.wrapping_mul(0x2545_F491_4F6C_DD1D)
-    }
-
     fn get(&self, lit: Lit) -> u64 {
         let value = self.values.get(lit.node() as usize).copied().unwrap_or(0);
         if lit.is_complement() { !value } else { value }
@@ -115,12 +108,12 @@ fn conjunctions(graph: &Graph, roots: impl Iterator<Item = Lit>) -> Vec<(u32, Li
 fn suggested(system: &System, latches: &[Latch], inputs: &[Lit]) -> Vec<Class> {
     let ands = conjunctions(&system.builder.graph, latches.iter().map(|latch| latch.next));
     let values = vec![0; system.builder.graph.len()];
-    let mut run = Simulation { ands, values, seed: 0x9E37_79B9_7F4A_7C15 };
+    let mut run = Simulation { ands, values, random: Rng::with_seed(0) };
     for latch in &system.latches {
         let value = match latch.first {
             First::Constant(true) => u64::MAX,
             First::Constant(false) | First::As(_) => 0,
-            First::Free => run.random(),
+            First::Free => run.random.u64(..),
         };
         run.set(latch.lit.node(), value);
     }
@@ -134,7 +127,8 @@ fn suggested(system: &System, latches: &[Latch], inputs: &[Lit]) -> Vec<Class> {
     for tick in 0..TICKS {
         for node in inputs.iter().map(|input| input.node()) {
             // Most inputs stay for some ticks, so that timers come to their ends.
-            let (new, change) = (run.random(), run.random() & run.random() & run.random());
+            let mut random = || run.random.u64(..);
+            let (new, change) = (random(), random() & random() & random());
             let change = if tick == 0 { u64::MAX } else { change };
             let old = run.get(Lit::of_node(node));
             run.set(node, old & !change | new & change);

@@ -6,7 +6,7 @@ use plcc_ir::{Func, FuncData, Label};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::classes::Classes;
-use super::known::{Known, Place, left};
+use super::known::{Known, Place, STEPS, Whole};
 use super::simulate::{Answers, Simulation};
 use super::sweep::{Finding, Reach, Sweep};
 use super::terms::{Application, Terms};
@@ -15,13 +15,16 @@ use super::walk::{Context, Exit, Happening, Version, Way};
 use super::{Difference, Validation, Verdict};
 use crate::logic::{FALSE, Graph, Lit, Memory};
 use crate::scan::{Builder, Reason};
-use crate::solve::Deadline;
+use crate::solve::{Answer, Deadline};
 
 /// How many runs are simulated, 64 in a word, before a solver looks at the claims.
 const WORDS: usize = 16;
 
 /// How many runs that the simulation suggests are tried in the interpreter.
 const MOST_TRIED: usize = 24;
+
+/// How many claims are hard before all others count as hard.
+const MOST_HARD: usize = 6;
 
 /// How many questions that were answered are kept for a function.
 const MOST_KEPT: usize = 3;
@@ -300,7 +303,7 @@ impl Subject<'_, '_> {
         if !broken.is_empty() {
             return Attempt::Differs(broken.iter().filter_map(|claim| claim.cut).collect());
         }
-        let mut claims = left(self.graph, claims, self.deadline);
+        let mut claims = self.hard(claims);
         known.shrink();
         let mut runs = (run, classes);
         for reach in [Reach::Near, Reach::All] {
@@ -331,6 +334,23 @@ impl Subject<'_, '_> {
             claims = open;
         }
         Attempt::Done(Verdict::Proved)
+    }
+
+    /// The claims that a solver does not see at once to hold. It sees no functions, and gives up when a few claims are hard.
+    fn hard(&self, claims: &[Claim]) -> Vec<Claim> {
+        let mut whole = Whole::new(self.deadline);
+        whole.sat.set_steps(Some(STEPS));
+        let mut hard = vec![];
+        for claim in claims {
+            if hard.len() < MOST_HARD {
+                let goal = whole.tell(self.graph, claim.differs);
+                if whole.sat.solve(&[goal]) == Answer::No {
+                    continue;
+                }
+            }
+            hard.push(*claim);
+        }
+        hard
     }
 
     /// The difference in the interpreter where inputs have some values.

@@ -6,7 +6,6 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use rustsat::types::Lit as SatLit;
 
-use super::claims::Claim;
 use super::terms::Function;
 use super::universe::Kind;
 use super::window::Window;
@@ -16,11 +15,8 @@ use crate::solve::{Answer, Deadline, Sat, Told};
 /// How many steps a solver may take to show that two nodes are equal, where it sees a part of the graph, or all.
 pub(super) const STEPS: u32 = 2_000;
 
-/// How many claims are hard before all others count as hard.
-const MOST_HARD: usize = 6;
-
 /// How many nodes a solver is told of from one label before another one takes its place for the next label.
-const MOST_TOLD: usize = 100_000;
+const MOST_CARRIED: usize = 100_000;
 
 /// How large the graph may be when another label is looked at.
 const MOST_NODES: usize = 1_000_000;
@@ -58,7 +54,7 @@ impl Known {
     pub(super) fn shrink(&mut self) {
         if self.graph.len() > MOST_NODES {
             *self = Self::new(self.deadline);
-        } else if self.whole.told.len() > MOST_TOLD {
+        } else if self.whole.told.len() > MOST_CARRIED {
             self.renew();
         }
     }
@@ -127,25 +123,6 @@ fn pair(a: Lit, b: Lit) -> (Lit, Lit) {
     (a.complement_if(a.is_complement()), b.complement_if(a.is_complement()))
 }
 
-/// The claims that a solver does not see at once to hold. It sees no functions, and gives up when a few claims are hard.
-pub(super) fn left(graph: &Graph, claims: &[Claim], deadline: Deadline) -> Vec<Claim> {
-    let mut whole = Whole::new(deadline);
-    whole.sat.set_steps(Some(STEPS));
-    let mut hard = 0;
-    let mut left = vec![];
-    for claim in claims {
-        if hard < MOST_HARD {
-            let goal = whole.tell(graph, claim.differs);
-            if whole.sat.solve(&[goal]) == Answer::No {
-                continue;
-            }
-            hard += 1;
-        }
-        left.push(*claim);
-    }
-    left
-}
-
 /// A solver that is told of a graph as far as it is asked about.
 pub(super) struct Whole {
     pub(super) sat: Sat,
@@ -155,11 +132,59 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    fn new(deadline: Deadline) -> Self {
+    pub(super) fn new(deadline: Deadline) -> Self {
         Self { sat: Sat::new(deadline), told: Told::default(), defined: FxHashSet::default() }
     }
 
     pub(super) fn tell(&mut self, graph: &Graph, lit: Lit) -> SatLit {
         self.told.tell(&mut self.sat, graph, lit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::logic::FALSE;
+
+    #[test]
+    fn what_takes_the_place_of_a_literal_is_followed_with_its_complements() {
+        let mut known = Known::new(Deadline::default());
+        let [a, b, c] = [0, 1, 2].map(|bit| known.input((Kind::Bits, 7, bit)));
+        assert_eq!(known.input((Kind::Bits, 7, 1)), b);
+        known.equate(c, !b);
+        known.equate(b, !a);
+        assert_eq!((known.resolve(c), known.resolve(!c)), (a, !a));
+        // What is equal already stays.
+        known.equate(c, a);
+        known.equate(!a, FALSE);
+        assert_eq!([a, b, c].map(|lit| known.resolve(lit)), [!FALSE, FALSE, !FALSE]);
+    }
+
+    #[test]
+    fn a_pair_that_was_tried_is_the_same_in_each_order_and_as_its_complements() {
+        let mut known = Known::new(Deadline::default());
+        let [a, b] = [0, 1].map(|bit| known.input((Kind::Bits, 0, bit)));
+        known.note_tried(a, !b);
+        let same = [(a, !b), (!b, a), (!a, b), (b, !a)];
+        assert_eq!(same.map(|(a, b)| known.is_tried(a, b)), [true; 4]);
+        let others = [(a, b), (b, a), (!a, !b), (!b, !a)];
+        assert_eq!(others.map(|(a, b)| known.is_tried(a, b)), [false; 4]);
+    }
+
+    /// A graph that is too large is forgotten as a whole, and a solver that was told too much alone.
+    #[test]
+    fn what_is_too_large_is_forgotten() {
+        let mut known = Known::new(Deadline::default());
+        let bits = known.graph.inputs(MOST_CARRIED + 2);
+        let all = known.graph.all(bits);
+        let _ = known.whole.tell(&known.graph, all);
+        known.equate(all, FALSE);
+        known.shrink();
+        assert_eq!(known.whole.told.len(), 0);
+        assert_eq!(known.resolve(all), FALSE);
+        known.graph.inputs(MOST_NODES);
+        known.shrink();
+        assert!(known.graph.len() < MOST_NODES);
+        assert_eq!(known.resolve(all), all);
     }
 }

@@ -1,5 +1,6 @@
 //! A graph computed for many inputs at once, 64 in a word.
 
+use fastrand::Rng;
 use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 use std::hash::{Hash, Hasher};
 
@@ -49,7 +50,7 @@ pub(super) struct Simulation<'g> {
     pub(super) values: Vec<u64>,
     /// For each node that is the first of the results of an application, that one.
     first: Vec<(u32, usize)>,
-    seed: u64,
+    random: Rng,
 }
 
 impl<'g> Simulation<'g> {
@@ -58,15 +59,11 @@ impl<'g> Simulation<'g> {
         let mut first: Vec<(u32, usize)> =
             first.filter_map(|(at, it)| Some((it.results.first()?.node(), at))).collect();
         first.sort_unstable();
-        Self { graph, list, values: vec![0; graph.len()], first, seed: 0x9E37_79B9_7F4A_7C15 }
+        Self { graph, list, values: vec![0; graph.len()], first, random: Rng::with_seed(0) }
     }
 
     pub(super) fn random(&mut self) -> u64 {
-        // xorshift64*, which is the same on each computer.
-        self.seed ^= self.seed >> 12;
-        self.seed ^= self.seed << 25;
-        self.seed ^= self.seed >> 27;
-        self.seed.wrapping_mul(0x2545_F491_4F6C_DD1D)
+        self.random.u64(..)
     }
 
     /// The value of a literal in all runs.
@@ -288,16 +285,9 @@ impl<'g> Simulation<'g> {
     fn happen(&mut self, application: &Application, digests: [u64; 64]) {
         let mut hasher = FxHasher::default();
         application.function.hash(&mut hasher);
-        let mut words = digests.map(|digest| digest ^ hasher.finish() | 1);
+        let mut random = digests.map(|digest| Rng::with_seed(digest ^ hasher.finish()));
         for some in application.results.chunks(64) {
-            let mut random = [0; 64];
-            for (random, word) in random.iter_mut().zip(&mut words) {
-                *word ^= *word >> 12;
-                *word ^= *word << 25;
-                *word ^= *word >> 27;
-                *random = word.wrapping_mul(0x2545_F491_4F6C_DD1D);
-            }
-            self.put(some, random);
+            self.put(some, random.each_mut().map(|it| it.u64(..)));
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BinaryHeap;
 
+use fastrand::Rng;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::logic::{Graph, Lit, Node};
@@ -68,13 +69,7 @@ impl Window {
     /// Values of its nodes without operands with which the literal is true, if a few guesses find them. Each guess goes from the literal down: where
     /// a conjunction has to be false, one of its operands is chosen to be.
     pub(super) fn values(&self) -> Option<FxHashMap<u32, bool>> {
-        let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
-        let mut random = || {
-            seed ^= seed >> 12;
-            seed ^= seed << 25;
-            seed ^= seed >> 27;
-            seed.wrapping_mul(0x2545_F491_4F6C_DD1D)
-        };
+        let mut random = Rng::with_seed(0);
         for _ in 0..GUESSES {
             let mut wanted = vec![Wanted::default(); self.nodes.len()];
             let want = |wanted: &mut [Wanted], lit: Lit, new: Wanted| {
@@ -92,7 +87,7 @@ impl Window {
                 let Wanted { yes, no } = wanted.get(at).copied().unwrap_or_default();
                 let (x, y) = (get(&wanted, a), get(&wanted, b));
                 let open = no & !yes & !(x.no | y.no);
-                let first = open & (y.yes | !x.yes & random());
+                let first = open & (y.yes | !x.yes & random.u64(..));
                 want(&mut wanted, a, Wanted { yes, no: first });
                 want(&mut wanted, b, Wanted { yes, no: open & !first });
             }
@@ -107,7 +102,7 @@ impl Window {
                     None if *node == 0 => 0,
                     None => {
                         let Wanted { yes, no } = wanted.get(at).copied().unwrap_or_default();
-                        yes | !no & random()
+                        yes | !no & random.u64(..)
                     }
                 };
                 if let Some(slot) = values.get_mut(at) {
@@ -151,5 +146,67 @@ impl Window {
             leaves.map(|((node, _), &it)| (*node, sat.value(it))).collect()
         });
         (answer, values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::Deadline;
+
+    /// What a solver that sees `size` nodes, and guesses, say of a literal.
+    fn found(graph: &Graph, lit: Lit, size: usize) -> (Answer, bool, bool) {
+        let window = Window::new(graph, lit, size);
+        let (answer, values) = window.ask(&mut Sat::new(Deadline::default()));
+        (answer, values.is_some(), window.values().is_some())
+    }
+
+    /// The parity of some bits, computed from each end: the logic differs, the value does not.
+    fn parities(graph: &mut Graph) -> (Lit, Lit) {
+        let bits = graph.inputs(8);
+        let one = bits.iter().fold(Lit::constant(false), |all, &bit| graph.xor(all, bit));
+        let other = bits.iter().rev().fold(Lit::constant(false), |all, &bit| graph.xor(all, bit));
+        (one, other)
+    }
+
+    #[test]
+    fn what_can_not_be_true_is_seen_where_enough_of_the_graph_is_seen() {
+        let mut graph = Graph::default();
+        let (one, other) = parities(&mut graph);
+        let differ = graph.xor(one, other);
+        assert_eq!(found(&graph, differ, 400), (Answer::No, false, false));
+        // Whatever lies beyond may have any value, so that the answer is none.
+        let (answer, values, _) = found(&graph, differ, 3);
+        assert_eq!((answer, values), (Answer::Yes, false));
+        assert!(!Window::new(&graph, differ, 3).is_whole);
+    }
+
+    #[test]
+    fn values_with_which_a_literal_is_true_make_it_true() {
+        let mut graph = Graph::default();
+        let (one, other) = parities(&mut graph);
+        let more = graph.inputs(3);
+        let first = graph.or(one, !more[0]);
+        let second = graph.choose(more[1], !other, more[2]);
+        for lit in [one, !one, first, graph.and(first, second), graph.and(one, other)] {
+            let window = Window::new(&graph, lit, 400);
+            assert!(window.is_whole);
+            let (_, solved) = window.ask(&mut Sat::new(Deadline::default()));
+            // Guesses need not find any; those that they find count.
+            for values in solved.into_iter().chain(window.values()) {
+                assert!(value(&graph, lit, &values), "{lit:?} {values:?}");
+            }
+        }
+        assert!(Window::new(&graph, first, 400).values().is_some());
+    }
+
+    /// The value of a literal where its inputs have these.
+    fn value(graph: &Graph, lit: Lit, values: &FxHashMap<u32, bool>) -> bool {
+        let own = match graph.node(lit.node()) {
+            Node::False => false,
+            Node::Input => values[&lit.node()],
+            Node::And(a, b) => value(graph, a, values) && value(graph, b, values),
+        };
+        own != lit.is_complement()
     }
 }

@@ -19,7 +19,7 @@ use plcc_prove::{Answer, Question, Station, Subject};
 use plcc_runtime::nct::{NctExecutive, NctOptions};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
-use plcc_runtime::{Executive, Purpose, Setting, VariableKey};
+use plcc_runtime::{Executive, Names, Purpose, Setting, VariableKey};
 
 /// The seeds of the programs of a test: `PLCC_SEEDS` of them, or else as many as it takes by itself.
 pub(crate) fn seeds(usual: u64) -> std::ops::Range<u64> {
@@ -89,14 +89,12 @@ impl Bench {
     }
 
     pub(crate) fn ask(&self, question: &Question, time: Duration) -> Answer {
-        let names = self.executive().names();
-        let subject = Subject {
-            checked: self.checked.as_ref(),
-            source: self.source(),
-            names: &*names,
-            station: self,
-        };
-        subject.answer(question, time).unwrap()
+        self.subject(&*self.executive().names()).answer(question, time).unwrap()
+    }
+
+    /// The program to ask about; `names` are those of its executive.
+    pub(crate) fn subject<'s>(&'s self, names: &'s dyn Names) -> Subject<'s> {
+        Subject { checked: self.checked.as_ref(), source: self.source(), names, station: self }
     }
 
     /// The keys of variables.

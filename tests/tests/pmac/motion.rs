@@ -77,9 +77,11 @@ fn generated_sequences_are_continuous_and_end_at_their_targets() {
             for (tick, step) in steps.windows(3).enumerate() {
                 let [before, step, after] = [step[0], step[1], step[2]].map(f64::abs);
                 let limit = speed.map_or(0.0, |speed| speed * 0.442_7 * 1.000_1);
-                // A row of PVT that turns round may stop dead where it is fastest: no further than its cubic would have gone.
+                // A row of PVT that turns round may stop dead where it is fastest, in this cycle or within the next one: no
+                // further than its cubic would have gone.
+                let is_end = steps[tick + 2..].iter().take(2).any(|step| *step == 0.0);
                 let ahead = match steps[..=tick] {
-                    [.., c, b, a] if after == 0.0 => (3.0 * (a - b) + c).abs(),
+                    [.., c, b, a] if is_end => (3.0 * (a - b) + c).abs(),
                     _ => 0.0,
                 };
                 let smooth = step <= ((before + after) * 2.0).max(ahead) + 1e-6;
