@@ -12,7 +12,7 @@ pub trait DialectTables {
     /// A variable, an array or an element of one, as the names of the language mean it.
     type Variable;
 
-    /// Whether the number at the end of a name counts bits of bytes, so that 8 and 9 are no last digits: `I007` is followed by
+    /// Whether the number at the end of a name counts bits of bytes, so that 8 and 9 are not last digits: `I007` is followed by
     /// `I010`.
     const NAMES_END_IN_BITS: bool = false;
 

@@ -39,12 +39,12 @@ pub(crate) fn compiled<T>(
     Ok((optimized, made))
 }
 
-/// Whether a mistake of the compiler is no error while the program can be compiled without optimisation.
+/// Whether a mistake of the compiler is not an error while the program can be compiled without optimisation.
 pub(crate) fn is_allowed() -> bool {
     std::env::var_os("PLCC_NO_FALLBACK").is_none()
 }
 
-/// Does what [`compiled`] does where a mistake of the compiler is no error: puts functions that `make` refuses back to what
+/// Does what [`compiled`] does where a mistake of the compiler is not an error: puts functions that `make` refuses back to what
 /// the front end wrote.
 fn with_fallback<T>(
     lower: impl Fn() -> Result<Lowered, CompileError>,

@@ -41,7 +41,7 @@ fn pages(folders: &[&str]) -> BTreeSet<PathBuf> {
     found
 }
 
-/// The lines of a page that are no code, with their numbers.
+/// The lines of a page that are not code, with their numbers.
 fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut fenced = false;
     (1..).zip(text.lines()).filter(move |(_, line)| {

@@ -224,7 +224,7 @@ fn pmac_breaks_in_included_files_and_finds_writers_of_bits() {
     // M12 is in the same word as M11, and is written later.
     assert_eq!(client.go("plcc/lastWriter", json!({"name": "M11"})), at("goto", 2, 6));
     assert_eq!(client.accesses()[0], "M11 (written)=0 → 1");
-    // Q-variables of other coordinate systems are no expressions.
+    // Q-variables of other coordinate systems are not expressions.
     assert_eq!(client.go("plcc/goToTick", json!({"tick": 9})), at("step", 9, 3));
     assert_eq!(client.go("plcc/lastChange", json!({"name": "&2Q5"})), at("goto", 2, 8));
     assert_eq!(client.accesses(), ["P1 (read)=3", "&2Q5 (written)=2 → 3"]);

@@ -402,7 +402,7 @@ fn a_function_is_handed_to_a_program_of_nct_and_its_fin_comes_back() {
     assert_eq!(printed.lines().filter(|line| line.starts_with("ok")).count(), 8, "{printed}{said}");
 }
 
-/// Runs commands in a session that has a component of a program, which the program stops when N is no index of A. Gives
+/// Runs commands in a session that has a component of a program, which the program stops when N is not an index of A. Gives
 /// what they print, and what was said on standard error.
 fn in_a_session(commands: &str) -> Option<(String, String)> {
     if !Path::new("/usr/include/linuxcnc/hal.h").exists() {

@@ -1,4 +1,4 @@
-//! Files that are no regular files, includes that lead elsewhere, and texts that a terminal would obey.
+//! Files that are not regular files, includes that lead elsewhere, and texts that a terminal would obey.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
 

@@ -278,7 +278,7 @@ fn developers_choose_passes() {
     folder.plcc("dev run c.pmc --ticks 1 --passes=-gates,-narrow").exits(0);
     folder.plcc("dev bench c.pmc --ticks 10 --passes=-gates --message-format json").exits(0);
     folder.plcc("dev build c.pmc --passes=-nothing").exits(2).says(&["nothing"]);
-    // They are no options of users' commands.
+    // They are not options of users' commands.
     folder.plcc("build c.pmc --passes=-gates").exits(2);
     assert!(!folder.plcc("help build").exits(0).stdout.contains("passes"));
 }

@@ -274,7 +274,7 @@ fn outputs_do_not_overwrite_what_is_read() {
 fn signals_end_a_run_after_the_dump_is_written() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
-    // Under `nohup` the end of the terminal is no reason to end.
+    // Under `nohup` the end of the terminal is not a reason to end.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let hears = ignored.is_some_and(|m| u64::from_str_radix(m.trim(), 16).unwrap() & 1 == 0);

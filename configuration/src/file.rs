@@ -75,7 +75,7 @@ pub struct SafeEntry {
 /// What is wrong with a configuration, in the order of the lines of each part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// What neither program can use: what is no TOML, and entries `[[io]]`.
+    /// What neither program can use: what is not TOML, and entries `[[io]]`.
     pub file: Vec<Mistake>,
     /// What the control can't use.
     pub control: Vec<Mistake>,

@@ -7,7 +7,7 @@ const MAX_NAMES: u64 = 4096;
 /// The names of a range, or the one name. `ends_in_bit` says that the last digit of a number is a bit from 0 to 7.
 ///
 /// # Errors
-/// If it is no range: the reason, as a message.
+/// If it is not a range: the reason, as a message.
 pub(super) fn names(text: &str, ends_in_bit: bool) -> Result<Vec<String>, String> {
     let Some((first, last)) = text.split_once("..") else { return Ok(vec![text.trim().into()]) };
     let (first, last) = (first.trim(), last.trim());

@@ -11,7 +11,7 @@ const MAX_BYTES: usize = 64 << 20;
 /// The longest line of a header.
 const MAX_HEADER: u64 = 4096;
 
-/// Reads a message; `None` at the end of the stream. A text that is no JSON is `Null`.
+/// Reads a message; `None` at the end of the stream. A text that is not JSON is `Null`.
 ///
 /// # Errors
 /// When the stream fails, ends in a message, or has no valid header.

@@ -83,7 +83,7 @@ pub struct Affected {
     /// The variables by way of which it depends on the statement, from the statement on; empty for one that the statement
     /// writes itself.
     pub via: Vec<String>,
-    /// Whether it is no variable but a statement that sends a command or a message; the name is its text then.
+    /// Whether it is not a variable but a statement that sends a command or a message; the name is its text then.
     pub is_statement: bool,
 }
 

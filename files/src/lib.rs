@@ -56,7 +56,7 @@ pub fn why_not_written(error: &io::Error) -> String {
 /// something (`/dev/watchdog`).
 ///
 /// # Errors
-/// When it can't be read, is no regular file, or has more than `limit` bytes.
+/// When it can't be read, is not a regular file, or has more than `limit` bytes.
 pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     read_at_most(open_regular(path)?, limit)
 }
@@ -79,7 +79,7 @@ pub fn read_at_most(stream: impl Read, limit: u64) -> io::Result<Vec<u8>> {
 /// Opens a regular file for reading.
 ///
 /// # Errors
-/// When it can't be opened or is no regular file.
+/// When it can't be opened or is not a regular file.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     regular(&fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
@@ -89,7 +89,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Refuses what is no regular file.
+/// Refuses what is not a regular file.
 fn regular(about: &Metadata) -> io::Result<()> {
     let kind = about.file_type();
     if kind.is_file() {

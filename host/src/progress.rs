@@ -40,7 +40,7 @@ impl Progress {
         self.next = now + UPDATE_INTERVAL;
         self.visible = true;
         let line = progress_line(ticks, self.ticks, now.saturating_duration_since(self.start));
-        // A terminal that was closed is no reason to end the run.
+        // A terminal that was closed is not a reason to end the run.
         let _ = write!(io::stderr(), "\r{line}\x1b[K");
     }
 

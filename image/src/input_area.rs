@@ -28,7 +28,7 @@
 //! | `0x10` | after how many nanoseconds a value is late that the control's configuration says nothing of; 0 never |
 //! | `0x18` | what such inputs become when they are late: 0 if they become 0, 1 if they stay what they are |
 //! | `0x20` | name of the writer, 32 bytes, 0 after it |
-//! | `0x40` | three buffers: for each slot the value (an integer, or the bits of a number with a fraction) and its serial number, 64 bits each; a serial number of 0 is no value |
+//! | `0x40` | three buffers: for each slot the value (an integer, or the bits of a number with a fraction) and its serial number, 64 bits each; a serial number of 0 is not a value |
 
 use std::sync::atomic::AtomicU64;
 

@@ -273,7 +273,7 @@ impl InputLatch {
                 slot.last_owner = owner;
             }
             slot.owner = owner;
-            // The time of the newest value stays when the owner changes: a change of owner is no new value.
+            // The time of the newest value stays when the owner changes: a change of owner is not a new value.
             if first {
                 slot.since = now;
             }

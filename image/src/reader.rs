@@ -97,7 +97,7 @@ impl ImageReader {
     /// Opens an image file.
     ///
     /// # Errors
-    /// When it can't be opened or is no image file.
+    /// When it can't be opened or is not an image file.
     pub fn open(path: &Path) -> io::Result<Self> {
         let memory = SharedMemory::map(&open_regular(path, false)?, Access::Read)?;
         let (image_words, image_size) = image_place(memory.words())?;

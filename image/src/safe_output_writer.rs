@@ -27,7 +27,7 @@ impl SafeOutputWriter {
     /// Maps an image file.
     ///
     /// # Errors
-    /// When the file can't be opened or is no image file.
+    /// When the file can't be opened or is not an image file.
     pub fn open(path: &Path) -> io::Result<Self> {
         let file: File = OpenOptions::new().read(true).write(true).open(path)?;
         let about = file.metadata()?;

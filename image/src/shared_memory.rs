@@ -41,7 +41,7 @@ impl SharedMemory {
         Ok(Self { map })
     }
 
-    /// The file as words, the last bytes left out where its length is no multiple of eight.
+    /// The file as words, the last bytes left out where its length is not a multiple of eight.
     pub fn words(&self) -> &[AtomicU64] {
         // SAFETY: a mapping begins at a page, which is aligned for words, is as long as `len` says,
         // and stays where it is until `self` is dropped. This process accesses it through this

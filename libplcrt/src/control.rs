@@ -50,7 +50,7 @@ impl Control {
     /// them, separated by blanks: `--period 10`. They may be empty.
     ///
     /// # Errors
-    /// When the file can't be read or is no artifact for this machine, or an option is wrong.
+    /// When the file can't be read or is not an artifact for this machine, or an option is wrong.
     pub fn open(path: &Path, options: &str) -> Result<Self, String> {
         let artifact = Artifact::open(path, None);
         Self::from_artifact(
@@ -62,7 +62,7 @@ impl Control {
     /// The same, with the bytes of an artifact.
     ///
     /// # Errors
-    /// When they are no artifact for this machine, or an option is wrong.
+    /// When they are not an artifact for this machine, or an option is wrong.
     pub fn load(bytes: &[u8], options: &str) -> Result<Self, String> {
         let artifact = Artifact::parse(bytes, None).map_err(|error| error.to_string())?;
         Self::from_artifact(artifact, options)
@@ -222,7 +222,7 @@ impl Control {
     /// Sets a variable as the machine or the operator would: as a row of a stimulus does.
     ///
     /// # Errors
-    /// When the text is no value that the variable can take.
+    /// When the text is not a value that the variable can take.
     pub fn set_variable(&mut self, variable: Settable, value: &str) -> Result<(), String> {
         let setting = self.names.parse(variable.0, value).map_err(|error| error.to_string())?;
         self.executive.write(variable.0, setting);
@@ -260,7 +260,7 @@ impl Control {
     /// of the same language, it takes the variables that have the same name and type.
     ///
     /// # Errors
-    /// When the bytes are no retained data of this language, or a tick has been run.
+    /// When the bytes are not retained data of this language, or a tick has been run.
     pub fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
         if self.ticks > 0 {
             return Err("retained data is taken back only before the first tick".into());

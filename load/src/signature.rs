@@ -50,7 +50,7 @@ impl Signature {
         [&MAGIC[..], &self.key, &self.signature].concat()
     }
 
-    /// The key that the signature names; `None` if its bytes are no key.
+    /// The key that the signature names; `None` if its bytes are not a key.
     pub fn key(&self) -> Option<PublicKey> {
         VerifyingKey::from_bytes(&self.key).ok().map(PublicKey)
     }

@@ -106,7 +106,7 @@ impl Hub {
         self.points.iter().enumerate().filter(is_own).map(|(index, _)| index).collect()
     }
 
-    /// The safe value that a point outside gets of an output; of what is no output the present one.
+    /// The safe value that a point outside gets of an output; of what is not an output the present one.
     pub(crate) fn safe_value(&self, index: usize) -> Option<f64> {
         let (point, _) = self.points.get(index)?;
         let mut tick = self.reader.read()?;

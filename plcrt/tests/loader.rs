@@ -1,4 +1,4 @@
-//! What the loader is made of, and what it says to files that are no artifacts.
+//! What the loader is made of, and what it says to files that are not artifacts.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::collections::BTreeSet;

@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorCode {
-    /// The line is no request.
+    /// The line is not a request.
     BadRequest,
     /// The request is of another version.
     Version,

@@ -286,7 +286,7 @@ impl Product {
         {
             let others = if is_new { &old_bits } else { &new_bits };
             let is_known = observed.bits.iter().all(|(key, ..)| others.contains_key(key));
-            // What both have is told once, and what only one keeps while the power is off is no difference.
+            // What both have is told once, and what only one keeps while the power is off is not a difference.
             if is_known && !is_new || !is_known && observed.is_retained {
                 continue;
             }

@@ -312,7 +312,7 @@ fn a_run_that_refutes_a_question_does_so_in_the_file() {
     assert!(refuted > 0, "none is refuted");
 }
 
-/// Statements before, under conditions of their own, are no part of what a question depends on: all ways come together after them.
+/// Statements before, under conditions of their own, are not part of what a question depends on: all ways come together after them.
 #[test]
 fn what_other_conditions_divide_is_not_in_the_file() {
     let text = "$INPUT\nA=0/0\nB=0/1\nC=0/2\n$OUTPUT\nX=1/0\nY=1/1\n$LOGICAL\nS\n$END\nIF (A)\nIF (B)\nX = 1\nELSE\nIF (S)\nX = 0\nENDIF\n\

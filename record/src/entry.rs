@@ -113,7 +113,7 @@ impl TickRecord {
 }
 
 /// Reads the ticks of a block. `next` is the number of the first one, unless skipped ticks come before it, and
-/// becomes the number of the tick after the last one. `None` if the bytes are no ticks, or if they are more
+/// becomes the number of the tick after the last one. `None` if the bytes are not ticks, or if they are more
 /// ticks than lie between two checkpoints.
 pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRecord>> {
     let mut ticks = vec![];

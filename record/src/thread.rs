@@ -153,7 +153,7 @@ struct Writer {
     frames: Consumer<u8>,
     /// Queues of which one may take that one's place.
     next_queues: NextQueues,
-    /// Bytes that were taken from the queue and are no whole frame yet.
+    /// Bytes that were taken from the queue and are not a whole frame yet.
     bytes: Vec<u8>,
     /// Why the file can't be written at present, and when a checkpoint was last asked for.
     trouble: Option<(String, Instant)>,

@@ -177,7 +177,7 @@ impl Debugger<'_> {
 }
 
 /// The value of a variable; `None` if there is none of that name. A name that is also an expression is evaluated
-/// on `image`, which has what the running module of NCT sees. Whole arrays, and names that are no expression,
+/// on `image`, which has what the running module of NCT sees. Whole arrays, and names that are not an expression,
 /// are read from the executive.
 fn value_of(
     program: &DebuggedProgram,

@@ -30,7 +30,7 @@ const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.
 pub const VERSION: u32 = 4;
 
-/// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
+/// Why bytes are not a checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CheckpointError {
     /// The bytes do not begin as those of a checkpoint.
@@ -116,7 +116,7 @@ pub fn seal(fingerprint: u64, image: &[u8], state: &[u8]) -> Vec<u8> {
 /// without it, and it.
 ///
 /// # Errors
-/// When the bytes are no checkpoint, or are damaged.
+/// When the bytes are not a checkpoint, or are damaged.
 pub(crate) fn split(checkpoint: &[u8]) -> Result<(Vec<u8>, &[u8]), CheckpointError> {
     const HEADER: usize = MAGIC.len() + 8;
     let header = checkpoint.get(..HEADER).ok_or(CheckpointError::NoCheckpoint)?;
@@ -180,7 +180,7 @@ pub(crate) struct ProgramIdentity {
 }
 
 impl ProgramIdentity {
-    /// The identity of a program. Labels are no part of it, since they depend on how its code was cut
+    /// The identity of a program. Labels are not part of it, since they depend on how its code was cut
     /// into chunks.
     pub(crate) fn new(program: &Program) -> Self {
         let tasks: Vec<(&str, usize)> =
@@ -239,7 +239,7 @@ impl ProgramIdentity {
     /// The image and the state of a checkpoint of this program; the image must have `size` bytes.
     ///
     /// # Errors
-    /// When the bytes are no checkpoint, are damaged, or belong to another program or version.
+    /// When the bytes are not a checkpoint, are damaged, or belong to another program or version.
     pub(crate) fn read<S: DeserializeOwned>(
         &self,
         size: usize,
@@ -326,6 +326,6 @@ mod tests {
         let long = identity.write(&[1; 17], &5_u32);
         assert_eq!(read(&long), Err(CheckpointError::Damaged), "an image that is too long");
         let no_bit = identity.write(&[2; 16], &5_u32);
-        assert_eq!(read(&no_bit), Err(CheckpointError::Damaged), "2 is no bit");
+        assert_eq!(read(&no_bit), Err(CheckpointError::Damaged), "2 is not a bit");
     }
 }

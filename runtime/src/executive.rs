@@ -138,7 +138,7 @@ pub trait Executive {
     /// of the run stay this executive's own.
     ///
     /// # Errors
-    /// When the bytes are no checkpoint, are damaged, or belong to another program or version;
+    /// When the bytes are not a checkpoint, are damaged, or belong to another program or version;
     /// nothing is changed then.
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError>;
 

@@ -150,7 +150,7 @@ pub trait Names: Debug + Send + Sync {
         false
     }
 
-    /// What the value `press` does to a variable; `None` where it is no key of a simulated machine.
+    /// What the value `press` does to a variable; `None` where it is not a key of a simulated machine.
     fn press(&self, _key: VariableKey) -> Option<Press> {
         None
     }

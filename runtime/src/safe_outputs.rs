@@ -82,7 +82,7 @@ pub type SafeOutputs = [SafeOutput];
 pub struct SafeByte {
     /// Its offset in the image.
     pub offset: u32,
-    /// The bits that stay what they are: those that are held, and those that are no outputs.
+    /// The bits that stay what they are: those that are held, and those that are not outputs.
     pub keep: u8,
     /// The bits that become 1.
     pub set: u8,

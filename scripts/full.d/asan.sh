@@ -18,7 +18,7 @@ unit() {
     languages) words="-p plcc-tests --test all_languages -- --skip loader::" ;;
   esac
   # With a target of its own the flags do not reach build scripts and procedural macros. Memory that is
-  # kept until the process ends is no mistake: gdb reads it.
+  # kept until the process ends is not a mistake: gdb reads it.
   # shellcheck disable=SC2086
   RUSTFLAGS=-Zsanitizer=address ASAN_OPTIONS=detect_leaks=0 \
     cargo +nightly test --locked --release --target "$(rustc -vV | sed -n 's/^host: //p')" $words >&2 \

@@ -168,7 +168,7 @@ def values(plant):
     plant.level(3)
     wait_until("numbers arrive", lambda: plant.copies() == (-3000, 60))
     assert plant.events("accepted"), plant.events()
-    # 99 is no value of four lines: the input becomes late.
+    # 99 is not a value of four lines: the input becomes late.
     late, recovered = plant.input_changes("late"), plant.input_changes("recovered")
     plant.level(99)
     wait_until("the input is late", lambda: plant.input_changes("late") > late)
@@ -251,7 +251,7 @@ def terminals_misbehave(plant, segment):
 
 
 def frames_of_others(plant):
-    """Frames that are no answers, and more frames than can be read."""
+    """Frames that are not answers, and more frames than can be read."""
     sender = socket.socket(socket.AF_PACKET, socket.SOCK_RAW)
     sender.bind(("ec1", ETHERTYPE))
     numbers = random.Random(7)

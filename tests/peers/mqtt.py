@@ -208,7 +208,7 @@ def values_and_commands(host, plant):
     host.metric("PUMP", True)
     host.command(write("SPEED", DataType.INT32, -700))
     host.metric("SPEED", -700)
-    # What nobody may write, does not fit or is no message is refused.
+    # What nobody may write, does not fit or is not a message is refused.
     host.command(write("PUMP", DataType.BOOLEAN, False), write("LEVEL", DataType.DOUBLE, 99.0))
     host.client.publish("spBv1.0/shop/NCMD/lathe", b"\xff\xff\xff", qos=1)
     wait_until("commands are refused", lambda: {"PUMP", "LEVEL", ""} <= {e["name"] for e in plant.events("refused")})

@@ -230,7 +230,7 @@ def queries(board):
 
 
 def refusals(board, lathe):
-    """Nobody may write outputs, what is no variable, or values that do not fit."""
+    """Nobody may write outputs, what is not a variable, or values that do not fit."""
     for name, value in [
         ("PUMP", True), ("NONE", 1), ("LEVEL", 16), ("LEVEL", -1), ("LEVEL", 1e300), ("SPEED", "fast"), ("DOOR", 2),
         ("DOOR", b"\xff\0"), ("DOOR", b""), ("DOOR", b"[" * 100000), ("SPEED", b"9" * 1000000), ("SPEED", b"null"),
@@ -287,7 +287,7 @@ def a_dashboard_that_hangs(board, port):
 
 
 def a_false_control(board, lathe, mill):
-    """Somebody publishes under the name of the lathe: that is an event there; what is no message changes nothing at the mill."""
+    """Somebody publishes under the name of the lathe: that is an event there; what is not a message changes nothing at the mill."""
     for message in (b"", b"\xff", b"[1,2]", b'{"state":"running"}', b'{"state":"running","values":{}}'):
         board.put("lathe/image", message)
     wait_until("the lathe notices it", lambda: any(e["name"] == "hall/lathe" for e in lathe.events("refused")))

@@ -34,7 +34,7 @@ impl Bench {
     /// Compiles a generated program with its stimulus.
     ///
     /// # Errors
-    /// The source has errors, or the stimulus is no table of three columns.
+    /// The source has errors, or the stimulus is not a table of three columns.
     pub fn new(case: &Case, dialect: Dialect, options: &Options) -> Result<Self, String> {
         let mut sources = SourceMap::new();
         let file = sources.add("case", case.source.as_bytes());
@@ -45,7 +45,7 @@ impl Bench {
     /// Compiles a file. `stimulus` is the path of a table, if there is one.
     ///
     /// # Errors
-    /// A file can't be read, the source has errors, or the stimulus is no table.
+    /// A file can't be read, the source has errors, or the stimulus is not a table.
     pub fn open(
         source: &Path,
         stimulus: Option<&Path>,

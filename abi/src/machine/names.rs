@@ -47,7 +47,7 @@ struct Entry {
 /// Reads the table.
 ///
 /// # Errors
-/// A value that is no text, a key that nothing knows, an alias of another form, or one that is there twice; the message
+/// A value that is not a text, a key that nothing knows, an alias of another form, or one that is there twice; the message
 /// names the line.
 pub(super) fn read(text: &str) -> Result<Vec<MachineName>, String> {
     let file: File = toml::from_str(text).map_err(|error| format!("{error}"))?;

@@ -25,7 +25,7 @@ pub enum Language {
     Pmi,
     /// NCT: bits of I and F, words of F.
     Nct,
-    /// PMAC: bits in M-variables, every second one that is no input in a P-variable; words in P.
+    /// PMAC: bits in M-variables, every second one that is not an input in a P-variable; words in P.
     PmacMixed,
     /// PMAC: all bits in M-variables; words in P.
     Pmac,
@@ -221,7 +221,7 @@ impl Inputs {
     pub const ALL: [Self; 3] = [Self::Static, Self::Hundredth, Self::Random];
 
     /// The pattern that a scan sees. With static inputs it is always the first, so that reading patterns from
-    /// all over the caches is no part of what is measured.
+    /// all over the caches is not part of what is measured.
     pub fn pattern(self, scan: usize) -> usize {
         match self {
             Self::Static => 0,

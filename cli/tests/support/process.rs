@@ -5,7 +5,7 @@ use std::process::{Child, Command};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long a state is waited for that must come. It is no measure of anything: it ends a test that hangs.
+/// How long a state is waited for that must come. It is not a measure of anything: it ends a test that hangs.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Waits until something is there; `what` says what is missing if it does not come.

@@ -9,7 +9,7 @@
 //! | PMAC `M1->Y:$FFC2,8`, as defined after the download | `M1`, one bit |
 //!
 //! What is packed with other things in one byte or word is a bit field, in a structure without a name
-//! that has just this byte or word. Where names of the language are no names of C, they are changed as the
+//! that has just this byte or word. Where names of the language are not names of C, they are changed as the
 //! table shows.
 
 use std::collections::{BTreeMap, HashMap, HashSet};

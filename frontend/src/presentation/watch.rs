@@ -10,7 +10,7 @@ pub struct WatchRow {
     pub name: String,
     /// What it is to the entry: the control contact of a timer.
     pub title: Option<&'static str>,
-    /// The value, for a row that is no variable: the delay of a timer.
+    /// The value, for a row that is not a variable: the delay of a timer.
     pub fixed: Option<f64>,
 }
 

@@ -1,7 +1,7 @@
 //! The journal: what happens around a program while it runs. Each [`Entry`] is a line of JSON in
 //! the file that `--log` names, and a sentence on standard error.
 //!
-//! The events of the program itself (`--events`) are no part of it, since they are the same in every
+//! The events of the program itself (`--events`) are not part of it, since they are the same in every
 //! run; a journal tells of this run on this computer: overruns, files that can't be written, who
 //! changed a variable from outside.
 //!
@@ -329,7 +329,7 @@ impl JournalOwner {
     ///
     /// # Errors
     /// In simulated time: why the log could not be written. In real time an entry says so, and
-    /// that is no error.
+    /// that is not an error.
     pub fn finish(self) -> Result<(), String> {
         match &self.journal.shared.mode {
             Mode::Discarding => Ok(()),

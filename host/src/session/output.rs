@@ -150,7 +150,7 @@ pub fn path_conflicts(program: &Program, args: &RunArgs) -> Vec<PathConflict> {
     ];
     let outputs = outputs.chain(further.into_iter().flatten()).chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| (READ_FILES, path.clone()));
-    // A source that was read from standard input is no file.
+    // A source that was read from standard input is not a file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
     let source = source.map(|file| ("the program", file));
     let read = read.chain(option("--key", &args.key));

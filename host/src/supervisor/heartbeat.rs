@@ -47,7 +47,7 @@ impl Heartbeat {
         bytes
     }
 
-    /// Reads what was sent; `None` when it is no heartbeat.
+    /// Reads what was sent; `None` when it is not a heartbeat.
     pub fn from_bytes(bytes: &[u8; Self::SIZE]) -> Option<Self> {
         let mut numbers =
             bytes.chunks_exact(8).map(|part| part.try_into().map_or(0, u64::from_le_bytes));

@@ -115,7 +115,7 @@ impl Notifier {
 
     fn send(&self, text: &str) {
         if let Some((socket, address)) = &self.socket {
-            // systemd that does not listen is no reason to do anything else.
+            // systemd that does not listen is not a reason to do anything else.
             let _ = socket.send_to_addr(text.as_bytes(), address);
         }
     }

@@ -232,7 +232,7 @@ impl Fold<'_> {
         is_same.then(|| Rewrite::binary(BinaryOp::Xor, x, y))
     }
 
-    /// Rules for two different operands that are no constants.
+    /// Rules for two different operands that are not constants.
     fn without_const(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Rewrite> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);

@@ -59,7 +59,7 @@ struct Lane {
     to: u8,
 }
 
-/// How a row of lanes is computed as one word. The bits of that word that are no lanes may have any value.
+/// How a row of lanes is computed as one word. The bits of that word that are not lanes may have any value.
 enum Row {
     /// It was computed before, as this word.
     Known(Value),

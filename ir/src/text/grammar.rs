@@ -136,7 +136,7 @@ fn reference<'t>(prefix: &'static str, what: &str) -> impl Grammar<'t, u32> {
         .map_with(|_, place| token_index(place.span()))
 }
 
-/// The number in a name that is made of a prefix and a number; `None` if the word is no such name.
+/// The number in a name that is made of a prefix and a number; `None` if the word is not such a name.
 pub(super) fn number_in_name(prefix: &str, word: &str) -> Option<u32> {
     word.strip_prefix(prefix)?.parse().ok()
 }

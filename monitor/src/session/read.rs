@@ -27,7 +27,7 @@ impl Session<'_> {
         connected && (self.time.following || self.debugger.is_none())
     }
 
-    /// The values of variables that are no arrays: from the control while the newest tick is shown, else from the
+    /// The values of variables that are not arrays: from the control while the newest tick is shown, else from the
     /// run or recording. A name that has no value is left out.
     pub(super) fn read(&mut self, names: &[String]) -> Result<Moment, Refusal> {
         if names.is_empty() {

@@ -222,7 +222,7 @@ mod tests {
         assert_eq!((again.list(), again.lists()), ("second", vec!["main".into(), "second".into()]));
         assert_eq!(again.entries(), [entry("B")]);
         assert!(folder.join("lathe.pmi.json").exists());
-        // A file that is no such file is as none.
+        // Another file counts as none.
         fs::write(folder.join("lathe.pmi.json"), "{").unwrap();
         assert_eq!(Store::open(Some(&folder), "lathe.pmi").entries(), []);
         fs::remove_dir_all(&folder).unwrap();

@@ -747,7 +747,7 @@ fn timers_unfold_and_inputs_are_forced() {
     assert_eq!(session.status().announced, 0);
 }
 
-/// The memory of a PMAC from $C040 on to Y:$F000 is no memory of inputs and outputs.
+/// The memory of a PMAC from $C040 on to Y:$F000 is not memory of inputs and outputs.
 #[test]
 fn what_is_an_input_or_output_of_a_pmac_is_so_everywhere() {
     let program = "M1->Y:$FFC2,8\nM2->Y:$FFC0,0\nM3->X:$D200,0,16\nM4->Y:$C03F,2\nM5->X:$F000,1\n\
@@ -825,7 +825,7 @@ fn nothing_is_said_of_what_a_control_allows_that_does_not_answer() {
     assert!(refusal.message.ends_with("there is no such socket"), "{refusal}");
 }
 
-/// ELSE and ENDIF are no statements of their own, and belong to the text.
+/// ELSE and ENDIF are not statements of their own, and belong to the text.
 #[test]
 fn list_plc_gives_every_line_of_the_plc_that_was_opened_last() {
     let program = "I5=2\nOPEN PLC 3 CLEAR\nP2=1\nCLOSE\nOPEN PLC 3 CLEAR\nIF (P1>2)\n P1=0\n#define A P1\nELSE\n \

@@ -11,7 +11,7 @@ use tokio::time::{interval, timeout};
 use super::clients::{Request, Shown};
 use super::{limits, protocol};
 
-/// Serves a page until it leaves, hangs, or sends what is no message.
+/// Serves a page until it leaves, hangs, or sends what is not a message.
 pub(super) async fn serve(mut socket: WebSocket, browser: u16, requests: mpsc::Sender<Request>) {
     let (sender, mut views) = watch::channel(Utf8Bytes::default());
     let shown = Arc::new(Shown { browser, views: sender, was_sent: AtomicBool::new(true) });

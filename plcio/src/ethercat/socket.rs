@@ -60,7 +60,7 @@ pub(super) fn receive(
 ) {
     while !stop.load(Ordering::Relaxed) {
         match receiver.next() {
-            // What is no answer that is waited for is passed over.
+            // What is not an answer that is waited for is passed over.
             Ok(frame) => drop(answers.receive_frame(frame)),
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
             // An interface that is down says so once for each call. The sender finds out as well, and ends everything.

@@ -1,4 +1,4 @@
-"""A component of LinuxCNC's HAL whose pins plcio reads and writes. plcio starts it; it is no program of its own.
+"""A component of LinuxCNC's HAL whose pins plcio reads and writes. plcio starts it; it is not a program of its own.
 
 Standard input begins with a line of JSON: the component's name, its pins (name, type, whether it is an input of
 the program, safe value), the period and the time after which pins become safe, in seconds. After that each line on

@@ -110,7 +110,7 @@ async fn connect(medium: &Medium) -> Result<Context, String> {
 }
 
 /// Why a request failed, for people. When the device has closed the connection, the crate gives the error of whatever
-/// system call has failed last; one that is no error of a connection means that.
+/// system call has failed last; one that is not an error of a connection means that.
 fn why_lost(error: &tokio_modbus::Error) -> String {
     let others = [Errno::INPROGRESS, Errno::AGAIN, Errno::INTR, Errno::NOENT, Errno::INVAL];
     let is_other = |code| code == 0 || others.iter().any(|other| other.raw_os_error() == code);

@@ -150,7 +150,7 @@ impl Asked<'_> {
         self.reports.request((table, start, false), None);
         for member in &block.members {
             let value = block.value(member, &registers);
-            // A value that the variable can't have is no new value; the input becomes late.
+            // A value that the variable can't have is not a new value; the input becomes late.
             let fits = value.is_some_and(|value| self.shared.hub().set_input(member.index, value));
             let why = || match value {
                 Some(value) => format!("the device says {value}, which the variable can't have"),

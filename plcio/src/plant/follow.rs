@@ -68,7 +68,7 @@ impl Follower {
         let mut heard = Instant::now();
         loop {
             match tokio::time::timeout_at(heard + silence, self.images.recv_async()).await {
-                // What is no message of a control at work changes nothing.
+                // What is not a message of a control at work changes nothing.
                 Ok(Ok(sample)) => {
                     if let Some(values) = values_of(&sample.payload().to_bytes()) {
                         heard = Instant::now();

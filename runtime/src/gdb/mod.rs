@@ -49,7 +49,7 @@ impl ShownCode {
 /// where the code is mapped, `context` where the pointer to the scan context is kept.
 ///
 /// # Errors
-/// When it is no ELF file of 64 bits, little endian, or ends too early.
+/// When it is not an ELF file of 64 bits, little endian, or ends too early.
 fn set_addresses(file: &mut [u8], code: u64, context: u64) -> Result<(), &'static str> {
     const DAMAGED: &str = "its debug part is damaged";
     /// `\x7FELF`, 64 bits, little endian.

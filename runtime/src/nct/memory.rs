@@ -165,7 +165,7 @@ impl Request {
             (2, Some(number)) => Some(Cell::Parameter(number)),
             _ => None,
         };
-        // A number that is no BCD says nothing about its range.
+        // A number that is not BCD says nothing about its range.
         fault.syntax |= !matches!(segment, 1 | 2) || (number.is_some() && cell.is_none());
         let address = fault.address(locals.word(area + 6), size.min(4));
         if fault.any() {

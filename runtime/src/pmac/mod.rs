@@ -296,7 +296,7 @@ impl Executive for PmacExecutive {
                 Status::Disabled => TaskStatus::Disabled,
                 Status::Paused => TaskStatus::Paused,
             };
-            // Tasks that are no PLCs, commands, come after them and always run.
+            // Tasks that are not PLCs, commands, come after them and always run.
             if plc.task >= found.len() {
                 found.resize(plc.task + 1, TaskStatus::Enabled);
             }

@@ -65,7 +65,7 @@ pub(super) fn compare(was: &PmacTables, is: &PmacTables) -> Result<Comparison, S
     for number in 0..layout.count {
         let code = |image: &[u8]| read_u64(image, layout.definition_offset(number));
         let shown = |image: &[u8]| match Definition::decode(code(image)) {
-            // Its value is no part of it.
+            // Its value is not part of it.
             Definition::Star => "*".to_owned(),
             definition => text(definition),
         };

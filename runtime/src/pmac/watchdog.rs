@@ -8,7 +8,7 @@ use crate::{Stop, Trip};
 
 /// The longest time between two interrupts; one that comes later is late.
 const LONGEST_INTERVAL: Duration = Duration::from_millis(20);
-/// How many late interrupts in a row trip the watchdog: a short pause of the computer is no failure.
+/// How many late interrupts in a row trip the watchdog: a short pause of the computer is not a failure.
 const MAX_LATE: u32 = 25;
 /// How many interrupts without background trip it.
 const MAX_INTERRUPTS_ALONE: u32 = 512;

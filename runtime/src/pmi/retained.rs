@@ -59,7 +59,7 @@ impl PmiExecutive {
     /// Takes back the values of the retained variables that this program has too.
     ///
     /// # Errors
-    /// When the bytes are no such values; nothing is changed then.
+    /// When the bytes are not such values; nothing is changed then.
     pub(super) fn take_retained(&mut self, retained: &[u8]) -> Result<Restored, String> {
         let (kept, rest): (Vec<Kept>, _) = postcard::take_from_bytes(retained)
             .map_err(|_| "it does not hold non-volatile variables".to_owned())?;

@@ -2,7 +2,7 @@
 //! does here, called by the control, is recorded: scans, calls of the host, every change of the image.
 //! A C program with the same programs as objects for ARM64 does the scans again under qemu-user and
 //! compares (`arm64_replay.c`). The test is skipped, with a word, where those tools are not installed (Debian:
-//! `gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user`) or this machine is no x86-64.
+//! `gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user`) or this machine is not an x86-64.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;

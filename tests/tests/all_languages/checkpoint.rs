@@ -274,7 +274,7 @@ fn a_pmac_checkpoint_holds_the_state_outside_the_image() {
     compare(&bench, &cuts, &case.source);
 }
 
-/// Bytes that are no checkpoint, are damaged or belong to another program are refused, and the
+/// Bytes that are not checkpoint, are damaged or belong to another program are refused, and the
 /// control stays as it was.
 #[test]
 fn a_refused_checkpoint_changes_nothing() {

@@ -267,7 +267,7 @@ impl Waveform {
     /// keep the values that they had.
     fn program_begins(&mut self, program: &dyn Names) -> Vec<String> {
         let names: Vec<String> = self.text.names().map(str::to_owned).collect();
-        // Constants of PMI are declared, but are no variables that a name could choose.
+        // Constants of PMI are declared, but are not variables that a name could choose.
         let declared: HashMap<String, VariableKey> = program.declared().into_iter().collect();
         let found = names.iter().enumerate().map(|(index, name)| {
             let declared = declared.get(name).copied();

@@ -23,7 +23,7 @@ use super::row::{Chain, Format, Node, StoredRow, Vectors};
 const MAX_DEPTH: u32 = 8;
 /// Whether stores may be lanes of one row is first decided by operations to this depth.
 pub(super) const SHAPE_DEPTH: u32 = 3;
-/// If the stores of a block are no rows after this many attempts, each with fewer of them, the block has none.
+/// If the stores of a block are not rows after this many attempts, each with fewer of them, the block has none.
 const MAX_ROUNDS: usize = 4;
 /// A store moves over at most this many instructions.
 const MAX_DISTANCE: u32 = 4000;

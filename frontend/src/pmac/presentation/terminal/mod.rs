@@ -34,7 +34,7 @@ pub(in crate::pmac) struct PmacTerminal {
     gather: gather::Gather,
     /// The lines of LIST GATHER that are still to come.
     listing: Option<gather::Listing>,
-    /// The last line that was no control character.
+    /// The last line that was not a control character.
     last: String,
 }
 
@@ -175,7 +175,7 @@ impl PmacTerminal {
         Ok(done.join("\n"))
     }
 
-    /// What reports something of the controller; `None` if the line is no such command.
+    /// What reports something of the controller; `None` if the line is not such a command.
     fn report(&mut self, desk: &mut dyn Desk, plain: &str) -> Option<Answer> {
         let (controller, motor, system) = (self.controller, self.motor, self.system);
         let one = |found: Result<Vec<String>, String>| found.map(|lines| lines.join("\n"));
