@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use plcc_abi::{Engine, Program, Tables};
 use plcc_control::ControlArgs;
 use plcc_diag::SourceMap;
-use plcc_frontend::common::Lowered;
+use plcc_frontend::common::{Lowered, Machine};
 use plcc_prove::control::{Settings, Source};
 use plcc_prove::{Station, Subject};
 use plcc_runtime::Executive;
 
 use crate::compile::Checked;
 use crate::failure::Failure;
-use crate::input::SourceSettings;
 use crate::output;
 
 /// A program about which questions are asked.
@@ -23,23 +22,23 @@ pub(crate) struct Bench {
     image: Vec<u8>,
     settings: Settings,
     control: ControlArgs,
-    machine: Option<plcc_frontend::common::Machine>,
+    machine: Option<Machine>,
     pub(crate) names: std::sync::Arc<dyn plcc_runtime::Names>,
 }
 
 impl Bench {
-    /// A program with the settings of its control.
+    /// A program with the settings of its control, and what its machine file says, if it has one.
     ///
     /// # Errors
     /// When the options are not for it.
     pub(crate) fn new(
         checked: Checked,
         control: &ControlArgs,
-        source: &SourceSettings,
+        machine: Option<&Machine>,
         as_declared: bool,
     ) -> Result<Self, Failure> {
         let lowered = checked.lower()?;
-        let machine = source.machine_file().cloned();
+        let machine = machine.cloned();
         let made = executive(&lowered.program, control, machine.as_ref());
         let made = made.map_err(Failure::usage)?;
         let settings = settings(&lowered.program, control, machine.as_ref(), as_declared);
@@ -70,7 +69,7 @@ impl Bench {
 fn executive(
     program: &Program,
     control: &ControlArgs,
-    machine: Option<&plcc_frontend::common::Machine>,
+    machine: Option<&Machine>,
 ) -> Result<Box<dyn Executive + Send>, String> {
     plcc_control::executive(program, control, false, machine).map_err(|error| error.to_string())
 }
@@ -91,7 +90,7 @@ impl Station for Bench {
 fn settings(
     program: &Program,
     control: &ControlArgs,
-    machine: Option<&plcc_frontend::common::Machine>,
+    machine: Option<&Machine>,
     as_declared: bool,
 ) -> Settings {
     let period = control.pmi.period.map_or(20_000_000, |period| period.as_nanos() as u64);

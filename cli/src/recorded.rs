@@ -79,6 +79,7 @@ impl FileLoader for RecordedFiles {
 struct Opened {
     dialect: Dialect,
     options: Options,
+    has_machine: bool,
     sources: SourceMap,
     /// The files that were named on the command line.
     named: Vec<FileId>,
@@ -97,11 +98,13 @@ impl Opened {
         let options: RecordedOptions =
             serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
         let machine = options.machine.as_deref().map(Machine::parse).transpose();
+        let machine = machine.map_err(|_| unusable())?;
+        let has_machine = machine.is_some();
         let options = Options {
             limits: if options.original_limits { Limits::Original } else { Limits::None },
             defines: options.defines,
             controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
-            machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
+            machine: machine.unwrap_or_default(),
             include_dirs: options.include_dirs,
             ..Options::default()
         };
@@ -115,7 +118,7 @@ impl Opened {
         let included =
             included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
         let included = RecordedFiles(included.collect());
-        Ok(Self { dialect, options, sources, named, included })
+        Ok(Self { dialect, options, has_machine, sources, named, included })
     }
 }
 
@@ -127,9 +130,18 @@ impl Opened {
 pub(crate) fn check_recorded(
     recorded: &RecordedSources,
 ) -> Result<(Option<Checked>, SourceMap, Vec<Diagnostic>), String> {
-    let Opened { dialect, options, mut sources, named, included } = Opened::new(recorded)?;
+    let Opened { dialect, options, mut sources, named, included, .. } = Opened::new(recorded)?;
     let (checked, found) = compile::check(&mut sources, &named, dialect, &included, &options);
     Ok((checked, sources, found))
+}
+
+/// What the machine file says that a record or an artifact holds; `None` if it holds none.
+///
+/// # Errors
+/// As those of [`check_recorded`].
+pub(crate) fn machine_of_recorded(recorded: &RecordedSources) -> Result<Option<Machine>, String> {
+    let Opened { options, has_machine, .. } = Opened::new(recorded)?;
+    Ok(has_machine.then_some(options.machine))
 }
 
 /// The sources that a record or an artifact holds, their words, and their language.
@@ -139,7 +151,7 @@ pub(crate) fn check_recorded(
 pub(crate) fn words_of_recorded(
     recorded: &RecordedSources,
 ) -> Result<(SourceMap, Words, Dialect), String> {
-    let Opened { dialect, options, mut sources, named, included } = Opened::new(recorded)?;
+    let Opened { dialect, options, mut sources, named, included, .. } = Opened::new(recorded)?;
     let words = language(dialect).words(&mut sources, &named, &included, &options);
     Ok((sources, words, dialect))
 }

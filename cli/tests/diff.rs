@@ -73,10 +73,20 @@ fn an_artifact_is_compared_with_a_source() {
         page.contains("<code>LAMP = DOOR</code>") && page.contains("output <b>LAMP</b>"),
         "{page}"
     );
+    // The statement differs, and the machine does not.
+    let output = plcc(&folder, &["diff", "--prove", "a.plcx", "new.pmi"]);
+    assert_eq!((output.status.code(), text(&output)), (Some(0), "same       LAMP\n".into()));
+    folder.write("other.pmi", OLD.replace("LAMP = A", "LAMP = /A"));
+    let output = plcc(&folder, &["diff", "--prove", "other.pmi", "a.plcx"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output).starts_with("different  LAMP\n"), "{output:?}");
     assert!(plcc(&folder, &["build", "a.pmi", "--no-source", "-o", "b.plcx"]).status.success());
-    let output = plcc(&folder, &["diff", "b.plcx", "a.pmi"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("without the text of its sources"));
+    for options in [&["diff"] as &[&str], &["diff", "--prove"]] {
+        let output = plcc(&folder, &[options, &["b.plcx", "a.pmi"]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert!(words.contains("without the text of its sources"), "{words}");
+    }
 }
 
 /// Whether a control runs what is on file, also after an online change: its record has the text.
@@ -105,10 +115,14 @@ fn what_a_control_runs_is_compared_with_a_source() {
         (Some(1), Some("  + new.pmi:7: LAMP = DOOR")),
         "{output:?}"
     );
+    folder.write("other.pmi", OLD.replace("LAMP = A", "LAMP = /A"));
+    let output = plcc(&folder, &["diff", "--prove", "socket", "other.pmi"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
     let mut change = Command::new(programs().join("plcctl"));
     change.args(["socket", "swap", "new.plcx"]).current_dir(folder.path());
     assert!(change.output().unwrap().status.success());
     assert_eq!(plcc(&folder, &["diff", "socket", "new.pmi"]).status.code(), Some(0));
+    assert_eq!(plcc(&folder, &["diff", "--prove", "socket", "new.pmi"]).status.code(), Some(0));
 
     assert_eq!(plcc(&folder, &["diff", "a.plcrec", "new.pmi"]).status.code(), Some(0));
 

@@ -2,35 +2,28 @@
 
 mod page;
 mod proof;
+mod stored;
 mod text;
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
-use std::thread;
-use std::time::{Duration, Instant};
 
 use plcc_abi::{Dialect, Program};
 use plcc_diag::{SourceMap, Span};
 use plcc_diff::{Affected, Difference, Version, compare};
 use plcc_frontend::common::words::DeclarationKind;
 use plcc_frontend::presentation::{Exchange, Uses};
-use plcc_load::Artifact;
-use plcc_record::RecordedSources;
-use plcc_replay::ControlSocket;
 use plcc_runtime::names_of;
 use serde_json::{Value, json};
+use stored::Stored;
 
 use crate::args::{DiffArgs, FormatArg};
-use crate::commands::monitor::{is_recording, readable};
 use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::recorded::{check_recorded, words_of_recorded};
 use crate::report::{Destination, Report};
-use crate::running_program::{NOT_SHOWN, running_sources};
 
 /// A version that has been read.
 struct Side {
@@ -73,9 +66,8 @@ pub(crate) fn diff(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
     Ok(if rows.is_empty() { DONE } else { DIFFERENT })
 }
 
-/// How long a control's record is waited for, and how often it is read meanwhile.
-const PATIENCE: Duration = Duration::from_secs(5);
-const PAUSE: Duration = Duration::from_millis(200);
+/// What is said of a stored version whose program can't be used.
+const WITH_ERRORS: &str = "its program has errors for this plcc";
 
 /// The exit status if a statement differs.
 const DIFFERENT: u8 = 1;
@@ -83,21 +75,8 @@ const DIFFERENT: u8 = 1;
 impl Side {
     /// Reads a version. `None` if it has errors, which have been told.
     fn read(path: &Path, args: &DiffArgs, report: &Report) -> Result<Option<Self>, Failure> {
-        if path.is_file()
-            && let Ok(artifact) = fs::read(path)
-                .map_err(drop)
-                .and_then(|bytes| if Artifact::is_artifact(&bytes) { Ok(bytes) } else { Err(()) })
-        {
-            return Self::of_artifact(path, &artifact).map(Some);
-        }
-        if fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket()) {
-            return Self::of_control(path).map(Some);
-        }
-        if path.is_file() && is_recording(path)? {
-            let failure = |error| Failure::file(path, error);
-            let sources = running_sources(path, None).map_err(failure)?;
-            let sources = sources.ok_or_else(|| failure("the record holds no program".into()))?;
-            return Self::of_sources(path, &sources, None).map(Some);
+        if let Some(stored) = Stored::read(path)? {
+            return Self::of_stored(path, &stored).map(Some);
         }
         let files = [path.to_owned()];
         let settings = SourceSettings::for_files(&args.source, &files, report)?;
@@ -114,63 +93,21 @@ impl Side {
         Ok(Some(Self { dialect, version, roles }))
     }
 
-    fn of_artifact(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
-        let artifact = Artifact::parse(bytes, None).map_err(|error| Failure::file(path, error))?;
-        let recorded = RecordedSources::from_bytes(&artifact.sources);
-        let recorded = recorded.ok_or_else(|| {
-            let why = "it was built without the text of its sources (--no-source), so that its statements are not known";
-            Failure::file(path, why)
-        })?;
-        Self::of_sources(path, &recorded, Some(&artifact.program))
-    }
-
-    /// The program that a control runs, of which its record has the text.
-    fn of_control(path: &Path) -> Result<Self, Failure> {
-        let control = ControlSocket::new(path);
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            let status = control.status().map_err(|error| Failure::file(path, error))?;
-            let record = readable(status.record.clone()).ok_or_else(|| {
-                let program = &status.program;
-                Failure::file(
-                    path,
-                    format!(
-                        "the control keeps no record that can be read here, so the text of its program, {program}, is not \
-                         known; start it with --record, or name the artifact that it runs in its place"
-                    ),
-                )
-            })?;
-            let sources = running_sources(&record, Some((&status.fingerprint, status.generation)));
-            if let Some(sources) = sources.map_err(|error| Failure::file(&record, error))? {
-                return Self::of_sources(path, &sources, None);
-            }
-            // A program is in the record when its first second is.
-            if Instant::now() > deadline {
-                return Err(Failure::file(&record, NOT_SHOWN));
-            }
-            thread::sleep(PAUSE);
-        }
-    }
-
-    /// A version of which a record or an artifact has the sources; its program is made of them where it is not known.
-    fn of_sources(
-        path: &Path,
-        recorded: &RecordedSources,
-        program: Option<&Program>,
-    ) -> Result<Self, Failure> {
+    /// A version that is stored with its sources; its program is made of them where it is not known.
+    fn of_stored(path: &Path, stored: &Stored) -> Result<Self, Failure> {
         let failure = |error| Failure::file(path, error);
-        let (sources, words, dialect) = words_of_recorded(recorded).map_err(failure)?;
-        let (checked, ..) = check_recorded(recorded).map_err(failure)?;
+        let (sources, words, dialect) = words_of_recorded(&stored.sources).map_err(failure)?;
+        let (checked, ..) = check_recorded(&stored.sources).map_err(failure)?;
         let lowered = match &checked {
-            Some(checked) if program.is_none() => {
+            Some(checked) if stored.program.is_none() => {
                 Some(checked.lower().map_err(|error| Failure::file(path, error))?.program)
             }
             _ => None,
         };
         let version = Version { sources, words };
-        let roles = match program.or(lowered.as_ref()) {
+        let roles = match stored.program.as_ref().or(lowered.as_ref()) {
             Some(program) => roles(program, &version, checked.as_ref()),
-            None => return Err(failure("its program has errors for this plcc".into())),
+            None => return Err(failure(WITH_ERRORS.into())),
         };
         Ok(Self { dialect, version, roles })
     }

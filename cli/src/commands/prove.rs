@@ -37,7 +37,8 @@ pub(crate) fn prove(args: &ProveArgs, report: &Report) -> Result<u8, Failure> {
     let program = Input::read(&args.files, &args.source)?.check(&settings)?;
     let to = Destination::from(args.source.message_format);
     let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(ERRORS) };
-    let bench = Bench::new(checked, &args.control, &settings, args.retained_as_declared)?;
+    let bench =
+        Bench::new(checked, &args.control, settings.machine_file(), args.retained_as_declared)?;
     let mut because = vec![];
     let mut scripts = scripts(args)?;
     if let Some(contrary) = args.contrary {

@@ -5,12 +5,16 @@ use std::path::Path;
 use plcc_prove::product::{Comparison, Version, compare};
 use serde_json::json;
 
+use super::WITH_ERRORS;
+use super::stored::Stored;
+
 use crate::args::{DiffArgs, FormatArg};
 use crate::commands::prove::{not_followed, place_of, status};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::proof::{Bench, stimulus_file};
+use crate::recorded::{check_recorded, machine_of_recorded};
 use crate::report::{Destination, Report};
 
 pub(super) fn prove(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
@@ -74,10 +78,17 @@ pub(super) fn prove(args: &DiffArgs, report: &Report) -> Result<u8, Failure> {
 
 /// A version; `None` if it has errors, which have been told.
 fn bench(path: &Path, args: &DiffArgs, report: &Report) -> Result<Option<Bench>, Failure> {
+    if let Some(stored) = Stored::read(path)? {
+        let failure = |error| Failure::file(path, error);
+        let (checked, ..) = check_recorded(&stored.sources).map_err(failure)?;
+        let checked = checked.ok_or_else(|| failure(WITH_ERRORS.into()))?;
+        let machine = machine_of_recorded(&stored.sources).map_err(failure)?;
+        return Bench::new(checked, &args.control, machine.as_ref(), false).map(Some);
+    }
     let files = [path.to_owned()];
     let settings = SourceSettings::for_files(&args.source, &files, report)?;
     let program = Input::read(&files, &args.source)?.check(&settings)?;
     let to = Destination::from(args.source.message_format);
     let Some((checked, _)) = program.without_errors(to, report)? else { return Ok(None) };
-    Bench::new(checked, &args.control, &settings, false).map(Some)
+    Bench::new(checked, &args.control, settings.machine_file(), false).map(Some)
 }
