@@ -63,6 +63,8 @@ pub(crate) struct Tally {
     same: BTreeMap<&'static str, usize>,
     /// What compilers did not compile, and how often.
     not_compiled: BTreeMap<String, usize>,
+    /// The programs that did something else than the control, each with its text.
+    differences: Vec<String>,
 }
 
 /// Programs of a language.
@@ -126,10 +128,11 @@ impl Batch {
         }
     }
 
-    /// Compares those that are left, and says how many there were.
+    /// Compares those that are left, and says how many there were. None may differ.
     pub(crate) fn finish(mut self, what: &str) -> Tally {
         self.compare();
-        let Tally { compared, stopped, refused, wrong, same, not_compiled } = &self.tally;
+        let Tally { compared, stopped, refused, wrong, same, not_compiled, differences } =
+            &self.tally;
         let same: Vec<String> =
             same.iter().map(|(name, count)| format!("{count} by {name}")).collect();
         eprintln!(
@@ -139,6 +142,7 @@ impl Batch {
         for (why, count) in not_compiled {
             eprintln!("{what}: {count} not compiled by {why}");
         }
+        assert!(differences.is_empty(), "{} differ: {}", differences.len(), differences.join("\n"));
         self.tally
     }
 
@@ -165,9 +169,10 @@ impl Batch {
                     }
                     program = 0;
                 }
-                let output = run(&folder, program, &case.lines());
-                let output = output.unwrap_or_else(|error| failed(compiler.name, case, &error));
-                outputs[number].push((compiler.name, output));
+                match run(&folder, program, &case.lines()) {
+                    Ok(output) => outputs[number].push((compiler.name, output)),
+                    Err(error) => self.tally.differs(compiler.name, case, &error),
+                }
             }
         }
         for (case, outputs) in cases.iter().zip(&outputs) {
@@ -198,11 +203,12 @@ impl Batch {
             (scans, stopped) = (scan.number + 1, scan.stopped);
             Ok(())
         });
+        self.tally.compared += 1;
         if let Err(error) = ran {
-            failed("", case, &error);
+            self.tally.differs("", case, &error);
+            return;
         }
         assert!(stopped || scans == SCANS);
-        self.tally.compared += 1;
         self.tally.stopped += usize::from(stopped);
         for (name, _) in outputs {
             *self.tally.same.entry(name).or_default() += 1;
@@ -218,20 +224,23 @@ impl Batch {
             let scan = Scan { number: scans - 1, stopped, values: &last };
             let compared = ironplc::compare(ironplc, case, folder, &scan, sums);
             if let Err(error) = compared {
-                failed("IronPLC", case, &error);
+                self.tally.differs("IronPLC", case, &error);
+                return;
             }
             *self.tally.same.entry("IronPLC").or_default() += 1;
         }
     }
 }
 
-/// Ends the test.
-fn failed(compiler: &str, case: &Case, error: &str) -> ! {
-    let text = structured_text(case.project());
-    panic!("{}: {compiler} {error}\n{}\n{text}", case.label, case.source)
-}
-
 impl Tally {
+    /// A program did something else than the control.
+    fn differs(&mut self, compiler: &str, case: &Case, error: &str) {
+        eprintln!("{}: {compiler} {error}", case.label);
+        let text = structured_text(case.project());
+        let Case { label, source, .. } = case;
+        self.differences.push(format!("{label}: {compiler} {error}\n{source}\n{text}"));
+    }
+
     /// A compiler did not compile a program.
     fn miss(&mut self, compiler: &str, case: &Case, error: &str) {
         let first = error.lines().find(|line| line.contains("rror")).unwrap_or(error).trim();

@@ -10,6 +10,7 @@ use plcc_tests::{gen_pmac, idioms};
 
 use crate::batch::{Batch, files};
 use crate::case::Rules;
+use crate::source::exported;
 
 static RULES: Rules = Rules {
     dialect: Dialect::Pmac,
@@ -138,6 +139,41 @@ fn generated_programs_run_alike() {
 fn programs_of_other_generators_run_alike_or_are_told() {
     compare_all("PMAC, other generator", 10, |seed| gen_pmac::generate(seed, 20).source);
     compare_all("PMAC, idioms", 10, |seed| idioms::pmac::generate(seed, false).source);
+}
+
+/// IronPLC takes a literal for a REAL of 32 bits, where the operand of a function has nothing beside it.
+#[test]
+fn numbers_that_32_bits_do_not_hold_have_their_type() {
+    let source = "\
+I5=3
+OPEN PLC 0 CLEAR
+P1=P2/549755813888.5
+P3=ABS(-0.1)
+P4=16777216+1-P1
+P5=P5-16777216-1
+IF (16777216+1>16777216)
+P6=SQRT(10000000000000000000000000000000000000000)*2.5
+ENDIF
+IF (1~.000000000931322574615478515625)
+P7=0.1
+ENDIF
+CLOSE
+";
+    let text = exported(&RULES, "case.pmc", source);
+    for line in [
+        "P1 := FLOAT_FINITE(FLOAT_DIV(P2, LREAL#549755813888.5));",
+        "P3 := FLOAT_ABS(-LREAL#0.1);",
+        "P4 := FLOAT_FINITE(LREAL#16777216.0 + 1.0 - P1);",
+        "P5 := FLOAT_FINITE(P5 - 16777216.0 - 1.0);",
+        "IF LREAL#16777216.0 + 1.0 > 16777216.0 THEN",
+        "IF FLOAT_ABS(LREAL#1.0 - 9.313225746154785E-10) < 1.0 THEN",
+        "P7 := LREAL#0.1;",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    let Some(mut batch) = Batch::new(&RULES) else { return };
+    batch.generated("case.pmc", source, 1);
+    batch.finish("PMAC, numbers");
 }
 
 /// What `defines.tsv` beside a file of the corpus defines for it.

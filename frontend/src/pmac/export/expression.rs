@@ -22,7 +22,7 @@ impl Typed {
         match self {
             Self::Whole(it) => it.call("DINT_TO_LREAL("),
             Self::Variable(it) | Self::Float(it) | Self::Truth(it) => it,
-            Self::Number(value) => real(value),
+            Self::Number(value) => operand(value),
         }
     }
 
@@ -61,15 +61,43 @@ impl Typed {
     }
 }
 
-/// A number that is a literal of LREAL. Not all compilers read very large and very small ones, which are multiplied from others: by powers
-/// of two, and so exactly.
+/// A number as the first value of an LREAL.
 pub(super) fn real(value: f64) -> Expression {
+    written("", value)
+}
+
+/// What a literal of LREAL begins with.
+const TYPED: &str = "LREAL#";
+
+/// A number in an expression. Compilers may take a literal for a REAL of 32 bits, where nothing beside it has another type (IEC 61131-3,
+/// table 5): the type is written where 32 bits do not hold the number.
+pub(super) fn operand(value: f64) -> Expression {
+    let is_short = value == 0.0 || (SMALLEST..=LARGEST).contains(&value.abs());
+    let is_real = is_short && f64::from(value as f32) == value;
+    written(if is_real { "" } else { TYPED }, value)
+}
+
+/// Two operands in floating point. Of two numbers one has its type, so that what is computed has it.
+fn operands(left: Typed, right: Typed) -> (Expression, Expression) {
+    match (left, right) {
+        (Typed::Number(left), Typed::Number(right)) => (written(TYPED, left), operand(right)),
+        (left, right) => (left.float(), right.float()),
+    }
+}
+
+/// Between these are the numbers, without their sign, that all compilers read.
+const SMALLEST: f64 = 1e-37;
+const LARGEST: f64 = 1e37;
+
+/// A number, with what its literal begins with. Not all compilers read very large and very small ones, which are multiplied from others: by
+/// powers of two, and so exactly.
+fn written(begin: &str, value: f64) -> Expression {
     const POWER: f64 = 18_446_744_073_709_551_616.0;
     let (mut magnitude, mut times, mut over) = (value.abs(), 0, 0);
-    while magnitude > 1e37 {
+    while magnitude > LARGEST {
         (magnitude, times) = (magnitude / POWER, times + 1);
     }
-    while magnitude < 1e-37 && magnitude > 0.0 {
+    while magnitude < SMALLEST && magnitude > 0.0 {
         (magnitude, over) = (magnitude * POWER, over + 1);
     }
     let text = format!("{magnitude:?}");
@@ -78,7 +106,7 @@ pub(super) fn real(value: f64) -> Expression {
         Some((mantissa, exponent)) => format!("{mantissa}.0E{exponent}"),
         None => text,
     };
-    let mut number = Expression::name(text);
+    let mut number = Expression::name(format!("{begin}{text}"));
     for (operator, count) in [("*", times), ("/", over)] {
         for _ in 0..count {
             let power = Expression::name("18446744073709551616.0");
@@ -139,7 +167,7 @@ impl Writer<'_> {
 }
 
 fn binary(op: Bin, left: Typed, right: Typed) -> Typed {
-    let (left, right) = (left.float(), right.float());
+    let (left, right) = operands(left, right);
     Typed::Float(match op {
         Bin::Add => left.infix("+", Level::Sum, right),
         Bin::Sub => left.infix("-", Level::Sum, right),
@@ -156,7 +184,7 @@ fn binary(op: Bin, left: Typed, right: Typed) -> Typed {
 fn compare(cmp: Cmp, left: &Typed, right: &Typed) -> Expression {
     let whole = left.whole().zip(right.whole());
     let is_whole = whole.is_some();
-    let (left, right) = whole.unwrap_or_else(|| (left.clone().float(), right.clone().float()));
+    let (left, right) = whole.unwrap_or_else(|| operands(left.clone(), right.clone()));
     let relation = |operator: &str| left.clone().infix(operator, Level::Relation, right.clone());
     let near = || match is_whole {
         true => relation("="),

@@ -22,7 +22,7 @@ use super::tasks::{TaskKind, tasks};
 use super::{COMMENT_MARKS, tables};
 use crate::common::{CommentsInOrder, Exported, Held};
 use control::Plc;
-use expression::real;
+use expression::{operand, real};
 use words::Words;
 
 /// The download under a name, or the statements that can't be written. `given` says what people say of its variables.
@@ -318,7 +318,7 @@ fn converted(name: &str, range: Range) -> Vec<String> {
         }
         Range::Real(low, high) => (low, high, high - low, vec![]),
     };
-    let text = |value: f64| real(value).into_text();
+    let text = |value: f64| operand(value).into_text();
     lines.extend([
         format!("IF ({name} < {}) OR ({name} > {}) THEN", text(low), text(high)),
         format!("  {name} := FLOAT_REST({name}, {});", text(length)),
