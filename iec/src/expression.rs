@@ -24,9 +24,9 @@ pub enum Level {
 /// What inverts an expression.
 const NOT: &str = "NOT ";
 
-/// What compilers that make C++ of a truth value take it for. AND, OR and XOR are operators of bits there, which make a number of what
-/// is no variable's type; and a number can't be inverted by `NOT`. Where unsigned numbers are compared, others let `NOT` invert all bits of
-/// what came out.
+/// What compilers that make C++ of a truth value take it for. AND, OR and XOR are operators of bits there, which make a number of two values
+/// that do not have a variable's type; and a number can't be inverted by `NOT`. Where unsigned numbers are compared, others let `NOT`
+/// invert all bits of what came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Truth {
     /// A value of a variable's type, or what an operator makes of one.
@@ -91,7 +91,7 @@ impl Expression {
     }
 
     fn in_front(self, word: &'static str, level: Level) -> Self {
-        // Two signs in a row are none of the standard's.
+        // The standard has no two signs in a row.
         let mut this = if self.level <= level { self.in_parentheses() } else { self };
         this.front.push(word);
         this.level = level;

@@ -29,7 +29,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         returns: Lreal,
         inputs: &[("A", Lreal)],
         locals: &[],
-        comment: "A number as it is stored: 0 for what is none, and no infinity",
+        comment: "A number as it is stored: 0 instead of what is not a number, the greatest instead of infinity",
         body: &[
             "IF A <> A THEN",
             "  FLOAT_FINITE := 0.0;",

@@ -1,14 +1,12 @@
 //! NCT.
 
 use plcc_abi::Dialect;
-use plcc_abi::machine::Machine;
-use plcc_frontend::common::{Limits, Options};
 use plcc_random::seeds;
 use plcc_tests::{gen_nct, idioms};
 
 use crate::batch::{Batch, files};
 use crate::case::Rules;
-use crate::source::exported;
+use crate::source::{exported, on_its_machine};
 
 /// The line `%IX1.2` is P012.
 fn line(address: &str) -> String {
@@ -80,12 +78,7 @@ fn examples_and_conformance_cases_run_alike() {
     let Some(mut batch) = Batch::new(&RULES) else { return };
     let folders = ["examples/nct", "examples/desk", "tests/conformance/nct"];
     for path in files(&folders, &["plc", "nct"]) {
-        let mut options = Options { limits: Limits::None, ..Options::default() };
-        let machine = path.with_extension("machine.toml");
-        if machine.exists() {
-            options.machine = Machine::parse(&std::fs::read_to_string(machine).unwrap()).unwrap();
-        }
-        batch.file(&path, &options);
+        batch.file(&path, &on_its_machine(&path));
     }
     let tally = batch.finish("NCT, files");
     assert!(tally.compared > 15, "{tally:?}");

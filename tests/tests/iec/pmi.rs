@@ -1,14 +1,12 @@
 //! PMI.
 
 use plcc_abi::Dialect;
-use plcc_abi::machine::Machine;
-use plcc_frontend::common::{Limits, Options};
 use plcc_random::seeds;
 use plcc_tests::{gen_pmi, idioms};
 
 use crate::batch::{Batch, files};
 use crate::case::{Rules, is_located_output};
-use crate::source::exported;
+use crate::source::{exported, on_its_machine};
 
 /// Inputs and variables of the control are given; those that the control itself changes around a scan are not, since what they
 /// do then is a part of what is compared.
@@ -68,12 +66,7 @@ fn idioms_scan_alike() {
 fn examples_and_conformance_cases_scan_alike() {
     let Some(mut batch) = Batch::new(&RULES) else { return };
     for path in files(&["examples", "tests/conformance/pmi"], &["pmi"]) {
-        let mut options = Options { limits: Limits::None, ..Options::default() };
-        let machine = path.with_extension("machine.toml");
-        if machine.exists() {
-            options.machine = Machine::parse(&std::fs::read_to_string(machine).unwrap()).unwrap();
-        }
-        batch.file(&path, &options);
+        batch.file(&path, &on_its_machine(&path));
     }
     let tally = batch.finish("PMI, files");
     assert!(tally.compared > 3, "{tally:?}");

@@ -1,9 +1,11 @@
 //! The text of several programs in one file, so that a compiler reads its library, and a C compiler its headers, once for all of them.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
+use plcc_abi::machine::Machine;
 use plcc_diag::SourceMap;
-use plcc_frontend::common::Options;
+use plcc_frontend::common::{Limits, Options};
 use plcc_iec::{Project, structured_text};
 
 use crate::case::{Case, Made, Rules};
@@ -33,6 +35,16 @@ pub(crate) fn parts(project: &Project) -> Parts {
         program: text[begin..end].to_owned(),
         configuration: text[end..].to_owned(),
     }
+}
+
+/// The options of a file: the machine that a file beside it describes.
+pub(crate) fn on_its_machine(path: &Path) -> Options {
+    let mut options = Options { limits: Limits::None, ..Options::default() };
+    let machine = path.with_extension("machine.toml");
+    if machine.exists() {
+        options.machine = Machine::parse(&std::fs::read_to_string(machine).unwrap()).unwrap();
+    }
+    options
 }
 
 /// What a source is exported as.
