@@ -3,8 +3,8 @@
 # The units `examples` and `corpus` build each program there with `plcc build --validate`, FULL_SECONDS for each function (10). A unit of
 # random programs is FULL_SEEDS of each language (1000). A unit `mutant-NAME` applies tests/mutants/NAME.patch to the passes, has them
 # optimise the modules of tests/ir/filetests and of the programs in tests/conformance, and says whether the unchanged proof refutes what
-# they made. It looks only at modules of which they make something else than the unchanged passes do; where there is none, no module shows
-# the mutant.
+# they made: in their order, in their order as if the module were long, and what the passes alone make that a file of tests/ir/filetests
+# names. It looks only at what is something else than the unchanged passes make; where there is nothing, no module shows the mutant.
 # Nothing may be refuted but mutants.
 head=$'programs\tproved\tundecided\trefuted\tseconds'
 
