@@ -4,13 +4,17 @@
 
 mod support;
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::AtomicU64;
 use std::time::{Duration, Instant};
 
 use fastrand::Rng;
-use plcc_abi::Dialect;
-use plcc_ir::Module;
+use plcc_abi::pmac::pure_functions;
+use plcc_abi::{Dialect, Engine, Host, HostFn, Scan, TimeLimit};
+use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::text::{parse, print};
+use plcc_ir::{Module, RegionId};
 use plcc_prove::validate::{Validation, Verdict};
 
 /// A program before and after the passes; `None` where it has errors.
@@ -157,8 +161,95 @@ fn passes_do_not_change_what_random_programs_do() {
     assert!(all > 0, "nothing is proved");
 }
 
+/// A host whose answers depend on all that it was asked, and on the image then. Each scan is late, and may go on some times.
+#[derive(Default)]
+struct Mixer(u64, u32);
+
+impl Host for Mixer {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        if let Some(result) = pure_functions::call(function, args) {
+            return result;
+        }
+        if function == HostFn::Fmod {
+            return (f64::from_bits(args[0]) % f64::from_bits(args[1])).to_bits();
+        }
+        assert!(!function.is_pure(), "{function:?} has no value here");
+        let mut hasher = DefaultHasher::new();
+        (self.0, function as u32, args, &*image).hash(&mut hasher);
+        self.0 = hasher.finish();
+        self.0 % 4
+    }
+
+    fn extend_time(&mut self) -> Option<u64> {
+        self.1 += 1;
+        (!self.1.is_multiple_of(50)).then_some(1)
+    }
+}
+
+/// An image in which all is kept up that the executive keeps up.
+fn random_image(module: &Module, rng: &mut Rng) -> Vec<u8> {
+    let mut image = vec![0; module.image_size as usize];
+    for (number, region) in module.regions.iter().enumerate() {
+        let id = RegionId(number as u32);
+        let bytes = &mut image[region.offset as usize..(region.offset + region.size) as usize];
+        if region.bits {
+            bytes.iter_mut().for_each(|byte| *byte = rng.u8(0..2));
+        } else if module.finite_regions.contains(&id) {
+            for double in bytes.chunks_exact_mut(8) {
+                let value = match rng.u8(0..5) {
+                    0 => 0.0,
+                    1 => f64::from(rng.i32(..)) / 16.0,
+                    2 => f64::from(rng.i32(..)),
+                    3 => f64::from(rng.i32(..)) * 65536.0,
+                    _ => f64::from(rng.i8(-20..20)),
+                };
+                double.copy_from_slice(&value.to_le_bytes());
+            }
+        } else {
+            let is_words = module.word_regions.contains(&id);
+            for word in bytes.chunks_mut(4) {
+                let value = match rng.u8(0..4) {
+                    0 => 0,
+                    1 => rng.i32(-9..200),
+                    _ => rng.i32(..),
+                };
+                let value = if is_words { value & 0xff_ffff } else { value };
+                word.copy_from_slice(&value.to_le_bytes()[..word.len()]);
+            }
+        }
+    }
+    image
+}
+
+/// Whether two versions of a module differ in runs in the interpreter, each of three scans of a task with random images. It takes a
+/// second at most.
+fn runs_differ(before: &Module, after: &Module) -> bool {
+    let trace = |engine: &mut Interpreter, seed: u64, task: usize| {
+        let (mut rng, mut host) = (Rng::with_seed(seed), Mixer::default());
+        let (mut rows, mut from) = (vec![], None);
+        for _ in 0..3 {
+            let mut image = random_image(before, &mut rng);
+            let limit = TimeLimit { epoch: &AtomicU64::new(1), limit: 1 };
+            let mut scan = Scan { image: &mut image, host: &mut host, limit };
+            let outcome = engine.call(task, from, &mut scan);
+            from = outcome.resume_point();
+            rows.push((image, format!("{outcome:?}"), host.0));
+        }
+        rows
+    };
+    let mut engines = [before, after].map(|module| Interpreter::new(module.clone()));
+    let begin = Instant::now();
+    let seeds = (0..300).take_while(|_| begin.elapsed() < Duration::from_secs(1));
+    let mut all = seeds.flat_map(|seed| (0..before.tasks.len()).map(move |task| (seed, task)));
+    all.any(|(seed, task)| {
+        let [one, other] = engines.each_mut().map(|engine| trace(engine, seed, task));
+        one != other
+    })
+}
+
 /// Two versions of modules in the folder that `PLCC_VALIDATE_PAIRS` names: `X.ir`, and `X.after` that passes have made of it. Gives how
-/// many functions are proved, undecided and refuted. `scripts/full validate` looks at what passes with mistakes make.
+/// many functions are proved, undecided and refuted. `scripts/full validate` looks at what passes with mistakes make. What is proved of all
+/// functions of a module is tried in the interpreter, too.
 #[test]
 fn pairs_of_versions() {
     let Some(folder) = std::env::var_os("PLCC_VALIDATE_PAIRS") else { return };
@@ -175,15 +266,22 @@ fn pairs_of_versions() {
                 .unwrap_or_else(|error| panic!("{}: {error}", file.display()))
         };
         let (before, after) = (read(&file.with_extension("ir")), read(&file));
+        let mut is_proved = true;
         for (name, verdict, _) in answers(&before, &after, limit) {
+            is_proved &= matches!(verdict, Verdict::Proved);
             match verdict {
                 Verdict::Proved => proved += 1,
-                Verdict::Undecided(_) => open += 1,
+                Verdict::Undecided(reason) => {
+                    open += 1;
+                    eprintln!("{} {name}: {reason:?}", file.display());
+                }
                 Verdict::Refuted(found) => {
                     refuted.push(format!("{} {name}: {}", file.display(), found.what));
                 }
             }
         }
+        let differs = is_proved && runs_differ(&before, &after);
+        assert!(!differs, "{} is proved, but runs differ", file.display());
     }
     println!("{proved} proved, {open} undecided, {} refuted", refuted.len());
     refuted.iter().for_each(|line| println!("{line}"));

@@ -5,6 +5,8 @@
 # optimise the modules of tests/ir/filetests and of the programs in tests/conformance, and says whether the unchanged proof refutes what
 # they made: in their order, in their order as if the module were long, and what the passes alone make that a file of tests/ir/filetests
 # names. It looks only at what is something else than the unchanged passes make; where there is nothing, no module shows the mutant.
+# `stops` says that the verifier of the IR finds what a pass made to be wrong. Where all functions of a module are proved, they are run in the
+# interpreter too, with random images.
 # Nothing may be refuted but mutants.
 head=$'programs\tproved\tundecided\trefuted\tseconds'
 
@@ -98,8 +100,9 @@ mutant() {
   for file in "$state"/pairs/*.after; do
     ! cmp -s "$file" "$state/unchanged/$(basename "$file")" || rm "$file"
   done
+  # The verifier stops a pass in a development build.
   if [ -n "$(find "$state/pairs" -name '*.after')" ]; then
-    look "$state/pairs"
+    look "$state/pairs" | if [ $stops = 1 ]; then sed 's/\t0$/\tstops/'; else cat; fi
   elif [ $stops = 1 ]; then
     printf '0\t0\tstops'
   elif grep -q '^# expected: equivalent' "$root/tests/mutants/$1.patch"; then
@@ -147,10 +150,11 @@ unit() {
 
 # How many mutants were refuted.
 note() {
-  local all refuted same expected
+  local all refuted stops same expected
   all=$(find "$state/rows" -type f -name 'mutant-*' | wc -l)
   refuted=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^[1-9]' || true)
+  stops=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^stops' || true)
   same=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c '^makes the same' || true)
   expected=$(find "$state/rows" -type f -name 'mutant-*' -exec cut -f4 {} + | grep -c ', as its patch says' || true)
-  echo "$refuted of $all mutants refuted; $same make nothing else of any module, $expected of them as their patches say"
+  echo "$refuted of $all mutants refuted, $stops stopped by the verifier; $same make nothing else of any module, $expected of them as their patches say"
 }
