@@ -142,13 +142,13 @@ host_fns! {
     /// numbers of two neighbours in the high 16 bits, and the value.
     PmacRangeWrite = 109, "pmac_range_write", effect, (I32, I32, I32, F64);
     /// PMAC: the operator `%`.
-    PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64 as Modulo;
+    PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64 as Modulo in Finite;
     /// PMAC: the operator `&`.
-    PmacAnd = 111, "pmac_and", pure, (F64, F64) -> F64 as And;
+    PmacAnd = 111, "pmac_and", pure, (F64, F64) -> F64 as And in Finite;
     /// PMAC: the operator `|`.
-    PmacOr = 112, "pmac_or", pure, (F64, F64) -> F64 as Or;
+    PmacOr = 112, "pmac_or", pure, (F64, F64) -> F64 as Or in Finite;
     /// PMAC: the operator `^`.
-    PmacXor = 113, "pmac_xor", pure, (F64, F64) -> F64 as Xor;
+    PmacXor = 113, "pmac_xor", pure, (F64, F64) -> F64 as Xor in Finite;
     /// PMAC: SIN. The last argument of this and the other trigonometric functions is 0 for degrees,
     /// anything else for radians.
     PmacSin = 114, "pmac_sin", pure, (F64, I32) -> F64 in FiniteOrMinusZero;

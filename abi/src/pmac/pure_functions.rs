@@ -35,6 +35,7 @@ pub fn call(function: HostFn, args: [u64; 4]) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::DoubleRange;
 
     #[test]
     fn every_pure_function_is_answered() {
@@ -47,5 +48,40 @@ mod tests {
         assert_eq!(half, Some(0.5_f64.to_bits()));
         let angle = call(HostFn::PmacAtan2, [1_f64.to_bits(), 1_f64.to_bits(), 0, 0]);
         assert_eq!(angle, Some(45_f64.to_bits()));
+    }
+
+    /// Also of what is not finite, as operands of native code may be.
+    #[test]
+    fn results_are_in_the_range_of_their_function() {
+        let operands = [
+            0.0,
+            -0.0,
+            0.5,
+            1.0,
+            -1.0,
+            3.0,
+            -4.0,
+            90.0,
+            5e-324,
+            1e300,
+            -1e300,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for function in HostFn::ALL.iter().filter(|it| it.double_range() != DoubleRange::Any) {
+            for a in operands {
+                for b in operands {
+                    let args = [a.to_bits(), b.to_bits(), 0, 0];
+                    let Some(bits) = call(*function, args) else { continue };
+                    let result = f64::from_bits(bits);
+                    let is_minus_zero = result == 0.0 && result.is_sign_negative();
+                    let may_be = function.double_range() == DoubleRange::FiniteOrMinusZero;
+                    assert!(result.is_finite(), "{function:?} {a} {b}: {result}");
+                    assert!(may_be || !is_minus_zero, "{function:?} {a} {b}: {result}");
+                }
+            }
+        }
     }
 }
