@@ -45,6 +45,17 @@ const NCT: &str = ":000\nJ0\n:001\nI510 U547 Z\n(I470AI540) U470 D471 Z\nI520\n 
 const PMAC: &str = "I5=2\nOPEN PLC 1 CLEAR\nP1=P2+P3*2\nIF (P1>10)\nP4=P4+1\nELSE\nP4=0\nENDIF\nWHILE (P5<10)\nP5=P5+1\n\
                     ENDWHILE\nP6=P7/3\nCLOSE\n";
 
+/// Programs of PMAC: steps whose tests are threaded past each other, and become selections; remainders, sums and comparisons that become
+/// those of integers; sums of which it is known that they are not -0.
+const MORE_OF_PMAC: [&str; 4] = [
+    "IF (P1=2 AND M6=1)\nP1=3\nM90=2260\nENDIF\nIF (P1=3 AND M2=1)\nP1=4\nSEND\"RUNNING\"\nENDIF\n\
+     IF (P1>0 AND P1<4 AND M90<0)\nIF (P1=2)\nSEND\"HOOD\"\nENDIF\nIF (P1=3)\nSEND\"SPINDLE\"\nENDIF\nP1=0\nENDIF\n\
+     IF (P1=4)\nIF (M6=0)\nSEND\"LOST\"\nP1=0\nENDIF\nIF (M2=0)\nSEND\"OPEN\"\nP1=0\nENDIF\nENDIF\n",
+    "P3=(P3+1)%3\nP4=P5%4\nP6=P7%3\n",
+    "IF (M90>0 OR Q3=P1)\nP5=P4\nELSE\nP6=P4\nENDIF\nP7=P4\n",
+    "P4=P4*0.5+P50\nM2=M2\nM6=M6\nM90=M90\n",
+];
+
 /// Programs of all languages whose passes are proved to be right: what `PLCC_VALIDATE` names, files divided by blanks (with
 /// `PLCC_VALIDATE_SECONDS` for each function), or these.
 #[test]
@@ -67,8 +78,16 @@ fn what_passes_make_of_programs_is_proved() {
         }
         return;
     }
-    for (dialect, text) in [(Dialect::Pmi, PMI), (Dialect::Nct, NCT), (Dialect::Pmac, PMAC)] {
-        let Some([before, after]) = versions(dialect, text) else { panic!("{dialect:?}") };
+    let more = MORE_OF_PMAC.map(|body| {
+        let text = format!(
+            "M2->Y:$FFC2,1\nM6->Y:$FFC2,5\nM90->X:$0700,0,24,S\nOPEN PLC 1 CLEAR\n{body}CLOSE\n"
+        );
+        (Dialect::Pmac, text)
+    });
+    let programs = [(Dialect::Pmi, PMI), (Dialect::Nct, NCT), (Dialect::Pmac, PMAC)];
+    for (dialect, text) in programs.map(|(it, text)| (it, text.to_owned())).into_iter().chain(more)
+    {
+        let Some([before, after]) = versions(dialect, &text) else { panic!("{text}") };
         for (name, verdict, time) in answers(&before, &after, Duration::from_secs(60)) {
             eprintln!("{dialect:?} {name} {time:?}");
             assert!(matches!(verdict, Verdict::Proved), "{dialect:?} {name}: {verdict:?}");

@@ -84,8 +84,15 @@ impl Graph {
 
     /// Whether one number is less than another, in two's complement.
     pub fn less_signed(&mut self, a: &[Lit], b: &[Lit]) -> Lit {
+        // Without the copies of signs that both have, so that numbers of other widths are compared by the same gates.
+        let copies = |bits: &[Lit]| {
+            let sign = bits.last();
+            bits.iter().rev().skip(1).take_while(|bit| Some(*bit) == sign).count()
+        };
+        let copies = copies(a).min(copies(b));
         let flip = |bits: &[Lit]| {
             let mut bits = bits.to_vec();
+            bits.truncate(bits.len().saturating_sub(copies));
             if let Some(sign) = bits.last_mut() {
                 *sign = !*sign;
             }

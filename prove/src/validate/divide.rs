@@ -17,8 +17,36 @@ pub(super) struct Product {
     plus: i64,
 }
 
-/// Products by their bits.
-pub(super) type Products = FxHashMap<Vec<Lit>, Product>;
+/// A number that is divided by a constant above 0, and rounded down.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Quotient {
+    /// The dividend, in its shortest form.
+    of: Vec<Lit>,
+    by: i64,
+}
+
+/// Products and quotients by their bits; those of quotients in their shortest form.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    products: FxHashMap<Vec<Lit>, Product>,
+    quotients: FxHashMap<Vec<Lit>, Quotient>,
+    /// The least and the greatest number that a sum may be, by its shortest form.
+    ranges: FxHashMap<Vec<Lit>, (i128, i128)>,
+}
+
+impl Known {
+    /// The least and the greatest number that some bits, in their shortest form, may be.
+    fn range_of(&self, bits: &[Lit]) -> (i128, i128) {
+        if let Some(&known) = self.ranges.get(bits) {
+            return known;
+        }
+        if let Some(number) = number(bits) {
+            return (number.into(), number.into());
+        }
+        let half = 1_i128 << (bits.len().clamp(1, 65) - 1);
+        (if last(bits) == FALSE { 0 } else { -half }, half - 1)
+    }
+}
 
 fn last(bits: &[Lit]) -> Lit {
     bits.last().copied().unwrap_or(FALSE)
@@ -77,10 +105,21 @@ fn towards_zero(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec
 
 /// The quotient rounded down by a constant above 0.
 fn rounded_down(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec<Lit> {
-    if last(a) == FALSE {
-        return towards_zero(graph, terms, a, by);
-    }
+    let quotient = down_of(graph, terms, a, by);
+    // It has fewer bits than the dividend.
+    let mut narrow = quotient.clone();
+    narrow.truncate((a.len() + 1).saturating_sub(by.ilog2() as usize).max(2));
+    let quotient = graph.resize_signed(&narrow, quotient.len());
+    let known = Quotient { of: trimmed(a), by };
+    terms.known_integers.quotients.insert(trimmed(&quotient), known);
+    quotient
+}
+
+fn down_of(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec<Lit> {
     let quotient = towards_zero(graph, terms, a, by);
+    if last(a) == FALSE {
+        return quotient;
+    }
     let wide = graph.resize_signed(a, quotient.len());
     let divisor = graph.number(quotient.len(), by);
     let product = graph.multiply(&quotient, &divisor);
@@ -116,7 +155,14 @@ fn remainder(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64, down: boo
     let quotient = graph.resize_signed(&quotient, a.len());
     let divisor = graph.number(a.len(), by);
     let product = graph.multiply(&quotient, &divisor);
-    graph.subtract(a, &product).0
+    let rest = graph.subtract(a, &product).0;
+    if down { below(&rest, by) } else { rest }
+}
+
+/// A number from 0 to `by` - 1 without what its other bits say.
+fn below(bits: &[Lit], by: i64) -> Vec<Lit> {
+    let width = 64 - (by - 1).leading_zeros() as usize;
+    bits.iter().enumerate().map(|(at, &bit)| if at < width { bit } else { FALSE }).collect()
 }
 
 /// An operation on integers that divides by a constant, or that a pass makes of such a division; `None` for others.
@@ -135,6 +181,9 @@ pub(super) fn binary(
         let product = product(graph, terms, x, y)?;
         return Some(graph.resize_signed(&product, width));
     }
+    if let BinaryOp::Add | BinaryOp::Sub = op {
+        return Some(sum(graph, terms, op, x, y));
+    }
     let constant = number(y)?;
     let unsigned = if width == 64 { constant } else { constant & ((1 << width) - 1) };
     let sized = |graph: &Graph, bits: Vec<Lit>| Some(graph.resize_signed(&bits, width));
@@ -144,30 +193,24 @@ pub(super) fn binary(
         BinaryOp::Mul => {
             let product = graph.multiply(x, y);
             let of = trimmed(x);
-            terms.products.entry(product.clone()).or_insert(Product {
+            terms.known_integers.products.entry(product.clone()).or_insert(Product {
                 of,
                 factor: constant,
                 plus: 0,
             });
             Some(product)
         }
-        BinaryOp::Add => {
-            let product = terms.products.get(x).filter(|product| product.plus == 0)?.clone();
-            let sum = graph.add(x, y);
-            terms.products.entry(sum.clone()).or_insert(Product { plus: constant, ..product });
-            Some(sum)
-        }
         BinaryOp::Umulh if width == 64 && last(x) == FALSE => {
             let of = trimmed(x);
             let factor = i128::from(constant as u64);
             let by = divisor(64, factor)?;
-            let range = range_of(&of);
+            let range = terms.known_integers.range_of(&of);
             rounds_down(range, factor, 0, 64, by).then_some(())?;
             let quotient = rounded_down(graph, terms, &of, by);
             sized(graph, quotient)
         }
         BinaryOp::Ashr | BinaryOp::Lshr => {
-            let product = terms.products.get(x)?.clone();
+            let product = terms.known_integers.products.get(x)?.clone();
             let shift =
                 u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
             let quotient = of_product(graph, terms, op, width as u32, &product, shift)?;
@@ -196,17 +239,56 @@ pub(super) fn binary(
     }
 }
 
+/// A sum or difference, of no more gates than the operands' shortest forms need.
+fn sum(graph: &mut Graph, terms: &mut Terms, op: BinaryOp, x: &[Lit], y: &[Lit]) -> Vec<Lit> {
+    let (a, b) = (trimmed(x), trimmed(y));
+    let width = (a.len().max(b.len()) + 1).min(x.len());
+    let known = &terms.known_integers;
+    let (of_a, of_b) = (known.range_of(&a), known.range_of(&b));
+    let range = match op {
+        BinaryOp::Sub => (of_a.0 - of_b.1, of_a.1 - of_b.0),
+        _ => (of_a.0 + of_b.0, of_a.1 + of_b.1),
+    };
+    let half = 1_i128 << (width.max(1) - 1);
+    let fits = -half <= range.0 && range.1 < half;
+    let (a, b) = (graph.resize_signed(&a, width), graph.resize_signed(&b, width));
+    let sum = match op {
+        BinaryOp::Sub => graph.subtract(&a, &b).0,
+        _ => graph.add(&a, &b),
+    };
+    let sum = graph.resize_signed(&sum, x.len());
+    let known = &mut terms.known_integers;
+    if fits {
+        known.ranges.insert(trimmed(&sum), range);
+    }
+    match (op, number(y)) {
+        (BinaryOp::Add, Some(plus)) => {
+            if let Some(product) = known.products.get(x).filter(|product| product.plus == 0) {
+                let product = Product { plus, ..product.clone() };
+                known.products.entry(sum.clone()).or_insert(product);
+            }
+        }
+        (BinaryOp::Sub, _) => {
+            // A number less its quotient times the divisor.
+            let product = known.products.get(y).filter(|product| product.plus == 0);
+            let quotient = product.and_then(|it| Some((known.quotients.get(&it.of)?, it.factor)));
+            if let Some((quotient, factor)) = quotient
+                && quotient.by == factor
+                && quotient.of == trimmed(x)
+            {
+                return below(&sum, factor);
+            }
+        }
+        _ => {}
+    }
+    sum
+}
+
 /// The divisor whose quotient a product with a factor may be, after a shift.
 fn divisor(shift: u32, factor: i128) -> Option<i64> {
     let one = 1_i128 << shift;
     let by = (one + factor / 2).checked_div(factor)?;
     i64::try_from(by).ok().filter(|&by| by > 1)
-}
-
-/// The least and the greatest number of some bits.
-fn range_of(bits: &[Lit]) -> (i128, i128) {
-    let half = 1_i128 << (bits.len().clamp(1, 65) - 1);
-    (if last(bits) == FALSE { 0 } else { -half }, half - 1)
 }
 
 /// Whether a product with a factor, plus a number, shifted to the right, is the quotient rounded down.
@@ -239,7 +321,7 @@ fn of_product(
     product: &Product,
     shift: u32,
 ) -> Option<Vec<Lit>> {
-    let range = range_of(&product.of);
+    let range = terms.known_integers.range_of(&product.of);
     let mask = (1_i128 << width) - 1;
     let (factor, plus, most) = match op {
         BinaryOp::Lshr if range.0 >= 0 => {

@@ -23,6 +23,18 @@ pub(super) struct View {
     int: Vec<Lit>,
 }
 
+/// What a function gives.
+enum Known {
+    /// The double of an integer.
+    Integer(Vec<Lit>),
+    Bits(Vec<Lit>),
+}
+
+/// Operands that count on a condition, and otherwise are 0: so nothing hangs on what a function gives where its result is known.
+fn masked(graph: &mut Graph, cond: Lit, bits: &[Lit]) -> Vec<Lit> {
+    bits.iter().map(|&bit| graph.and(cond, bit)).collect()
+}
+
 /// The number that a double is, if it is an integer that is not -0 and not large.
 fn integer(bits: i64) -> Option<i64> {
     let value = f64::from_bits(bits as u64);
@@ -45,18 +57,6 @@ fn trimmed(bits: &[Lit]) -> Vec<Lit> {
         bits.pop();
     }
     bits
-}
-
-fn exponent_is_full(graph: &mut Graph, x: &[Lit]) -> Lit {
-    graph.all(x.iter().copied().skip(52).take(11))
-}
-
-fn magnitude(graph: &mut Graph, x: &[Lit]) -> Lit {
-    graph.any(x.iter().copied().take(63))
-}
-
-fn sign(x: &[Lit]) -> Lit {
-    x.get(63).copied().unwrap_or(FALSE)
 }
 
 impl Terms {
@@ -88,6 +88,7 @@ impl Terms {
         let int = trimmed(&view.int);
         let whole = graph.float_of_int(&int);
         let bits = graph.choose_bits(view.cond, &whole, otherwise);
+        self.note_special(graph, &bits, otherwise);
         self.views.entry(bits.clone()).or_insert(View { cond: view.cond, int });
         bits
     }
@@ -112,22 +113,30 @@ impl Terms {
                 return self.binary(graph, BinaryOp::Fmul, x, &factor);
             }
         }
-        if let Some(same) = unchanged(graph, op, x, y) {
+        if let Some(same) = self.unchanged(graph, op, x, y) {
             return same;
         }
+        let view = self.of_integers(graph, op, x, y);
+        let otherwise = !view.cond;
         let general = match (self.exact, op) {
             (true, BinaryOp::Fadd) => graph.add_floats(x, y),
             (true, BinaryOp::Fsub) => graph.subtract_floats(x, y),
             (true, BinaryOp::Fmul) => graph.multiply_floats(x, y),
             (true, _) => graph.divide_floats(x, y),
             (false, _) => {
-                let operands = [x, y].concat();
+                let operands = masked(graph, otherwise, &[x, y].concat());
                 let raw = self.apply(graph, Function::Binary(op), operands, 64).0;
-                ranged(graph, op, x, y, &raw)
+                self.ranged(graph, op, x, y, &raw)
             }
         };
+        self.double(graph, view, &general)
+    }
+
+    /// What a sum, difference or product is where its operands are integers.
+    fn of_integers(&mut self, graph: &mut Graph, op: BinaryOp, x: &[Lit], y: &[Lit]) -> View {
+        let none = View { cond: FALSE, int: vec![FALSE] };
         if op == BinaryOp::Fdiv {
-            return general;
+            return none;
         }
         let (a, b) = (self.view(graph, x), self.view(graph, y));
         let width = match op {
@@ -136,7 +145,7 @@ impl Terms {
         };
         let mut cond = graph.and(a.cond, b.cond);
         if width > MOST_BITS || cond == FALSE {
-            return general;
+            return none;
         }
         let (p, q) = (graph.resize_signed(&a.int, width), graph.resize_signed(&b.int, width));
         let int = match op {
@@ -152,7 +161,7 @@ impl Terms {
                 graph.multiply(&p, &q)
             }
         };
-        self.double(graph, View { cond, int }, &general)
+        View { cond, int }
     }
 
     /// The square root.
@@ -219,17 +228,24 @@ impl Terms {
         x: &[Lit],
         y: &[Lit],
     ) -> Lit {
-        let (mut equal, mut less, unordered) = graph.compare_floats(x, y);
+        let compared = graph.compare_floats(x, y);
+        let general = graph.float_condition(cond, compared);
         let (a, b) = (self.view(graph, x), self.view(graph, y));
         let both = graph.and(a.cond, b.cond);
-        if both != FALSE {
-            let width = a.int.len().max(b.int.len());
-            let (p, q) = (graph.resize_signed(&a.int, width), graph.resize_signed(&b.int, width));
-            let (same, below) = (graph.equal(&p, &q), graph.less_signed(&p, &q));
-            equal = graph.choose(both, same, equal);
-            less = graph.choose(both, below, less);
+        if both == FALSE {
+            return general;
         }
-        graph.float_condition(cond, (equal, less, unordered))
+        let width = a.int.len().max(b.int.len());
+        let (p, q) = (graph.resize_signed(&a.int, width), graph.resize_signed(&b.int, width));
+        let of_integers = match cond {
+            FloatCond::Eq | FloatCond::EqOrNan => graph.equal(&p, &q),
+            FloatCond::Ne => !graph.equal(&p, &q),
+            FloatCond::Lt => graph.less_signed(&p, &q),
+            FloatCond::Ge => !graph.less_signed(&p, &q),
+            FloatCond::Gt => graph.less_signed(&q, &p),
+            FloatCond::Le => !graph.less_signed(&q, &p),
+        };
+        graph.choose(both, of_integers, general)
     }
 
     /// A host function that depends on its arguments alone.
@@ -247,12 +263,30 @@ impl Terms {
                 return graph.number(width, value as i64);
             }
         }
-        let raw = self.apply(graph, Function::Pure(function), args.concat(), width).0;
+        let known = self.known(graph, function, args, width);
+        let otherwise = !known.as_ref().map_or(FALSE, |(cond, _)| *cond);
+        let operands = masked(graph, otherwise, &args.concat());
+        let raw = self.apply(graph, Function::Pure(function), operands, width).0;
         let general = match function.double_range() {
             DoubleRange::Any => raw,
             DoubleRange::Finite => finite(graph, &raw, false),
             DoubleRange::FiniteOrMinusZero => finite(graph, &raw, true),
         };
+        match known {
+            Some((cond, Known::Integer(int))) => self.double(graph, View { cond, int }, &general),
+            Some((cond, Known::Bits(bits))) => graph.choose_bits(cond, &bits, &general),
+            None => general,
+        }
+    }
+
+    /// What a function gives on a condition.
+    fn known(
+        &mut self,
+        graph: &mut Graph,
+        function: HostFn,
+        args: &[Vec<Lit>],
+        width: usize,
+    ) -> Option<(Lit, Known)> {
         let views: Vec<View> = args.iter().map(|arg| self.view_of(graph, arg)).collect();
         let form = function.integer_form();
         match (form, views.as_slice()) {
@@ -268,13 +302,12 @@ impl Terms {
                     _ => graph.xor(p, q),
                 });
                 let int = bits.collect();
-                let cond = graph.and(a.cond, b.cond);
-                self.double(graph, View { cond, int }, &general)
+                Some((graph.and(a.cond, b.cond), Known::Integer(int)))
             }
             (Some(IntegerForm::Bits), [a]) => {
                 let exact = graph.bits_of_float(args.first().map_or(&[], Vec::as_slice));
-                let int = graph.resize_signed(&a.int, 64);
-                graph.choose_bits(a.cond, &int, &exact)
+                let int = graph.resize_signed(&a.int, width);
+                Some((TRUE, Known::Bits(graph.choose_bits(a.cond, &int, &exact))))
             }
             (Some(IntegerForm::Modulo), [a, b]) => {
                 // The remainder by a number above 0 is that of the quotient rounded down.
@@ -284,25 +317,20 @@ impl Terms {
                 let last = |bits: &[Lit]| bits.last().copied().unwrap_or(FALSE);
                 let is_positive = graph.is_not_zero(&q);
                 let cond = graph.all([a.cond, b.cond, is_positive, !last(&q)]);
-                if cond == FALSE {
-                    return general;
-                }
-                let int = super::divide::modulo(graph, self, &p, &q);
-                self.double(graph, View { cond, int }, &general)
+                (cond != FALSE)
+                    .then(|| (cond, Known::Integer(super::divide::modulo(graph, self, &p, &q))))
             }
             (Some(IntegerForm::Range), [a, b, c]) => {
                 let width = a.int.len().max(b.int.len()).max(c.int.len());
                 let [p, q, r] = [a, b, c].map(|it| graph.resize_signed(&it.int, width));
                 let (below, above) = (graph.less_signed(&p, &q), graph.less_signed(&r, &p));
                 let cond = graph.all([a.cond, b.cond, c.cond, !below, !above]);
-                self.double(graph, View { cond, int: p }, &general)
+                Some((cond, Known::Integer(p)))
             }
-            _ => match functions::pure(graph, function, args) {
-                Some((result, known)) if known != FALSE => {
-                    graph.choose_bits(known, &result, &general)
-                }
-                _ => general,
-            },
+            _ => {
+                let (result, cond) = functions::pure(graph, function, args)?;
+                (cond != FALSE).then_some((cond, Known::Bits(result)))
+            }
         }
     }
 
@@ -315,32 +343,6 @@ impl Terms {
     }
 }
 
-/// The result of adding 0, of subtracting 0, and of multiplying with 1; `None` for other operations.
-fn unchanged(graph: &mut Graph, op: BinaryOp, x: &[Lit], y: &[Lit]) -> Option<Vec<Lit>> {
-    let y = f64::from_bits(number(y)? as u64).to_bits();
-    let adds = op == BinaryOp::Fadd && y == 0.0_f64.to_bits();
-    let is_same = op == BinaryOp::Fsub && y == 0.0_f64.to_bits()
-        || op == BinaryOp::Fmul && y == 1.0_f64.to_bits();
-    if !adds && !is_same {
-        return None;
-    }
-    let mut bits = x.to_vec();
-    // What is not a number becomes quiet.
-    let is_full = exponent_is_full(graph, x);
-    let fraction = graph.any(x.iter().copied().take(52));
-    let is_nan = graph.and(is_full, fraction);
-    if let Some(quiet) = bits.get_mut(51) {
-        *quiet = graph.or(*quiet, is_nan);
-    }
-    if adds {
-        let size = magnitude(graph, x);
-        if let Some(sign) = bits.last_mut() {
-            *sign = graph.and(*sign, size);
-        }
-    }
-    Some(bits)
-}
-
 /// Whether an integer has no more bits than `width`, in two's complement.
 fn fits(graph: &mut Graph, int: &[Lit], width: usize) -> Lit {
     let last = int.last().copied().unwrap_or(FALSE);
@@ -350,90 +352,4 @@ fn fits(graph: &mut Graph, int: &[Lit], width: usize) -> Lit {
         let differs = graph.xor(bit, last);
         graph.and(all, !differs)
     })
-}
-
-/// The result of an operation on doubles, of which what the operands say is known. Each result that is possible stays as it is.
-pub(super) fn ranged(
-    graph: &mut Graph,
-    op: BinaryOp,
-    x: &[Lit],
-    y: &[Lit],
-    raw: &[Lit],
-) -> Vec<Lit> {
-    let mut bits = raw.to_vec();
-    let (full_x, full_y) = (exponent_is_full(graph, x), exponent_is_full(graph, y));
-    let (size_x, size_y) = (magnitude(graph, x), magnitude(graph, y));
-    let are_finite = graph.and(!full_x, !full_y);
-    let constant = number(y).map(|y| f64::from_bits(y as u64).abs());
-    let is_number = match op {
-        BinaryOp::Fdiv => graph.and(are_finite, size_y),
-        _ => are_finite,
-    };
-    // Neither NaN nor, where the constant is small enough, an infinity.
-    let stays_finite = constant.is_some_and(|c| match op {
-        BinaryOp::Fmul => c <= 1.0,
-        BinaryOp::Fdiv => (1.0..f64::INFINITY).contains(&c),
-        _ => c < 1e290,
-    });
-    // What is not finite stays so, but for a quotient by an infinity.
-    let fills = match op {
-        BinaryOp::Fdiv => full_x,
-        _ => graph.or(full_x, full_y),
-    };
-    for bit in bits.iter_mut().skip(52).take(11) {
-        *bit = graph.or(*bit, fills);
-    }
-    let is_full = exponent_is_full(graph, &bits);
-    let clears = graph.and(is_number, is_full);
-    for bit in bits.iter_mut().take(52) {
-        *bit = graph.and(*bit, !clears);
-    }
-    if stays_finite && let Some(lowest) = bits.get_mut(52) {
-        *lowest = graph.and(*lowest, !clears);
-    }
-    let size = magnitude(graph, &bits);
-    let (sign_x, mut sign_y) = (sign(x), sign(y));
-    if op == BinaryOp::Fsub {
-        sign_y = !sign_y;
-    }
-    let own = sign(&bits);
-    let new_sign = match op {
-        BinaryOp::Fmul | BinaryOp::Fdiv => {
-            let product = graph.xor(sign_x, sign_y);
-            graph.choose(is_number, product, own)
-        }
-        _ => {
-            // A sum that is 0 is -0 only where both are.
-            let both = graph.all([sign_x, sign_y, !size_x, !size_y]);
-            let clears = graph.and(is_number, !size);
-            graph.choose(clears, both, own)
-        }
-    };
-    // A product with 0 is 0, and one with a number that is not below 1 is not.
-    let zeroes = match op {
-        BinaryOp::Fmul => {
-            let both = graph.and(size_x, size_y);
-            graph.and(is_number, !both)
-        }
-        BinaryOp::Fdiv => graph.and(is_number, !size_x),
-        _ => FALSE,
-    };
-    let grows = constant.is_some_and(|c| match op {
-        BinaryOp::Fmul => c >= 1.0,
-        BinaryOp::Fdiv => c > 0.0 && c <= 1.0,
-        _ => false,
-    });
-    for bit in bits.iter_mut().take(63) {
-        *bit = graph.and(*bit, !zeroes);
-    }
-    if grows {
-        let is_zero = graph.all([is_number, size_x, !size]);
-        if let Some(lowest) = bits.first_mut() {
-            *lowest = graph.or(*lowest, is_zero);
-        }
-    }
-    if let Some(last) = bits.last_mut() {
-        *last = new_sign;
-    }
-    bits
 }

@@ -3,9 +3,9 @@
 //! A bit that differs is chosen by the conditions on which control came with each of its values: so the logic of two versions is the same
 //! function where one of them goes other ways to the same end, also for ways that do not come about.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::walk::Place;
 use crate::logic::{FALSE, Graph, Lit, Memory, Node};
@@ -14,20 +14,26 @@ use crate::scan::Arrival;
 /// How many ways are kept apart until they are joined.
 const MOST: usize = 16;
 
-/// The factors of a conjunction.
-fn factors(graph: &Graph, lit: Lit) -> Vec<Lit> {
-    let (mut open, mut all) = (vec![lit], vec![]);
+/// How many factors of a condition are looked at.
+const MOST_FACTORS: usize = 256;
+
+/// The conjunctions and other literals that all have to be true for a literal to be, itself among them.
+fn factors(graph: &Graph, lit: Lit) -> FxHashSet<Lit> {
+    let (mut open, mut all) = (vec![lit], FxHashSet::default());
     while let Some(lit) = open.pop() {
-        match graph.node(lit.node()) {
-            Node::And(a, b) if !lit.is_complement() && all.len() + open.len() < 64 => {
-                open.extend([a, b]);
-            }
-            _ => all.push(lit),
+        if all.insert(lit) && all.len() < MOST_FACTORS {
+            open.extend(operands(graph, lit).into_iter().flatten());
         }
     }
-    all.sort_unstable();
-    all.dedup();
     all
+}
+
+/// What a conjunction is made of.
+fn operands(graph: &Graph, lit: Lit) -> Option<[Lit; 2]> {
+    match graph.node(lit.node()) {
+        Node::And(a, b) if !lit.is_complement() => Some([a, b]),
+        _ => None,
+    }
 }
 
 /// Ways that come together, of which at most one comes about.
@@ -42,11 +48,25 @@ struct Ways<'g> {
 impl<'g> Ways<'g> {
     /// Some ways with their conditions; and the condition on which one of them comes about.
     fn new(graph: &'g mut Graph, conds: &[Lit]) -> (Self, Lit) {
-        let all: Vec<Vec<Lit>> = conds.iter().map(|&cond| factors(graph, cond)).collect();
-        let mut common = all.first().cloned().unwrap_or_default();
-        common.retain(|lit| all.iter().all(|own| own.binary_search(lit).is_ok()));
-        let own = all.iter().map(|own| {
-            let rest = own.iter().copied().filter(|lit| common.binary_search(lit).is_err());
+        let all: Vec<FxHashSet<Lit>> = conds.iter().map(|&cond| factors(graph, cond)).collect();
+        let mut common = BTreeSet::new();
+        let own = conds.iter().map(|&cond| {
+            let (mut open, mut rest) = (vec![cond], BTreeSet::new());
+            while let Some(lit) = open.pop() {
+                // What all have is left out as a whole, and a test that ends otherwise on another way is kept as a whole.
+                let is_kept = || all.iter().any(|other| other.contains(&!lit));
+                match operands(graph, lit) {
+                    _ if all.iter().all(|other| other.contains(&lit)) => {
+                        common.insert(lit);
+                    }
+                    Some(operands) if rest.len() + open.len() < MOST_FACTORS && !is_kept() => {
+                        open.extend(operands);
+                    }
+                    _ => {
+                        rest.insert(lit);
+                    }
+                }
+            }
             graph.all(rest)
         });
         let conds: Vec<Lit> = own.collect();
@@ -79,11 +99,11 @@ impl<'g> Ways<'g> {
         for (way, &lit) in lits.iter().enumerate() {
             groups.entry(lit).or_default().push(way);
         }
-        let mut groups = groups.into_iter();
-        let mut chosen = groups.next().map_or(FALSE, |(lit, _)| lit);
+        let mut chosen = FALSE;
         for (lit, ways) in groups {
             let cond = self.any(ways);
-            chosen = self.graph.choose(cond, lit, chosen);
+            let this = self.graph.and(cond, lit);
+            chosen = self.graph.or(chosen, this);
         }
         chosen
     }
@@ -117,7 +137,7 @@ pub(super) fn joined(graph: &mut Graph, mut places: Vec<Place>) -> Option<Place>
     let history = ways.choose(&histories);
     let mut values: BTreeMap<u32, Vec<Lit>> = BTreeMap::new();
     let numbers = places.iter().flat_map(|it| it.arrival.values.keys().copied());
-    for number in numbers.collect::<std::collections::BTreeSet<_>>() {
+    for number in numbers.collect::<BTreeSet<_>>() {
         // Where a way has not computed a value, nothing uses it.
         let own = |it: &Place| it.arrival.values.get(&number).cloned();
         let some = places.iter().find_map(own).unwrap_or_default();

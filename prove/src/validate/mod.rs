@@ -8,6 +8,7 @@
 //!
 //! A difference counts only where the interpreter finds it too.
 
+mod apart;
 mod claims;
 mod classes;
 mod concrete;
@@ -19,6 +20,7 @@ mod known;
 mod mend;
 mod refute;
 mod simulate;
+mod special;
 mod step;
 mod sweep;
 mod terms;

@@ -37,6 +37,9 @@ impl Step<'_, '_, '_, '_> {
             InstData::Unary { op: UnaryOp::Fsqrt, arg } => {
                 Some(terms.square_root(graph, &bits(arg)))
             }
+            InstData::Unary { op: UnaryOp::Ffinite, arg } => {
+                Some(terms.made_finite(graph, &bits(arg)))
+            }
             InstData::Binary { op, args: [a, b] } if func.ty(a) == Type::F64 => {
                 Some(terms.binary(graph, op, &bits(a), &bits(b)))
             }

@@ -101,8 +101,10 @@ pub(super) struct Terms {
     pub(super) size: usize,
     /// Doubles of which it is known when they are integers, and which.
     pub(super) views: FxHashMap<Vec<Lit>, super::float::View>,
-    /// Numbers that are products with constants.
-    pub(super) products: super::divide::Products,
+    /// What doubles may be besides finite numbers that are not -0.
+    pub(super) special: FxHashMap<Vec<Lit>, super::special::Special>,
+    /// Integers that are products with constants, or quotients by them.
+    pub(super) known_integers: super::divide::Known,
     /// Whether operations on doubles are computed bit by bit.
     pub(super) exact: bool,
 }

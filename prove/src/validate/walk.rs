@@ -116,6 +116,11 @@ impl<'c, 'm> Version<'c, 'm> {
         Some(Self { code, func, data, order, rank, cuts, labels })
     }
 
+    /// Whether the function is cut at a block, or at the one to which it only leads.
+    pub(super) fn is_cut(&self, block: Block) -> bool {
+        self.cuts.contains_key(&end_of_row(self.data, block))
+    }
+
     /// The blocks to which control may come from a label on.
     pub(super) fn reach(&self, label: Label) -> Vec<Block> {
         let mut seen = vec![false; self.data.block_count()];
@@ -167,48 +172,48 @@ impl<'c, 'm> Version<'c, 'm> {
         for round in 0.. {
             for &block in &self.order {
                 let places = now.get_mut(block.index()).map(std::mem::take).unwrap_or_default();
-                let graph = &mut context.builder.graph;
-                let Some(place) = joined(graph, places) else { continue };
-                if place.arrival.cond == FALSE {
-                    continue;
-                }
-                executed += 1;
-                if round > ROUNDS || executed > MOST_BLOCKS {
-                    let text = "goes round more often than is unrolled here";
-                    return Err(self.code.reason(text, self.statement(block)));
-                }
-                self.within_limits(context, block)?;
-                let Place { arrival, mut history, mut local } = place;
-                let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
-                    continue;
-                };
-                for &inst in &self.data.block(block).insts {
+                for place in self.apart(context, block, places) {
+                    if place.arrival.cond == FALSE {
+                        continue;
+                    }
+                    executed += 1;
+                    if round > ROUNDS || executed > MOST_BLOCKS {
+                        let text = "goes round more often than is unrolled here";
+                        return Err(self.code.reason(text, self.statement(block)));
+                    }
                     self.within_limits(context, block)?;
-                    let mut step = Step {
-                        context: &mut *context,
-                        version: self,
-                        state: &mut state,
-                        history: &mut history,
-                        local: &mut local,
-                        happenings: &mut happenings,
+                    let Place { arrival, mut history, mut local } = place;
+                    let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
+                        continue;
                     };
-                    step.instruction(inst);
+                    for &inst in &self.data.block(block).insts {
+                        self.within_limits(context, block)?;
+                        let mut step = Step {
+                            context: &mut *context,
+                            version: self,
+                            state: &mut state,
+                            history: &mut history,
+                            local: &mut local,
+                            happenings: &mut happenings,
+                        };
+                        step.instruction(inst);
+                    }
+                    self.leave(
+                        context,
+                        &state,
+                        block,
+                        history,
+                        &local,
+                        &mut exits,
+                        |to, place, graph| {
+                            let is_back = self.rank.get(to.index()) <= self.rank.get(block.index());
+                            let slots = if is_back { &mut next } else { &mut now };
+                            if let Some(slot) = slots.get_mut(to.index()) {
+                                add(graph, slot, place);
+                            }
+                        },
+                    );
                 }
-                self.leave(
-                    context,
-                    &state,
-                    block,
-                    history,
-                    &local,
-                    &mut exits,
-                    |to, place, graph| {
-                        let is_back = self.rank.get(to.index()) <= self.rank.get(block.index());
-                        let slots = if is_back { &mut next } else { &mut now };
-                        if let Some(slot) = slots.get_mut(to.index()) {
-                            add(graph, slot, place);
-                        }
-                    },
-                );
             }
             if next.iter().all(Vec::is_empty) {
                 break;
