@@ -88,7 +88,7 @@ impl Terms {
         let int = trimmed(&view.int);
         let whole = graph.float_of_int(&int);
         let bits = graph.choose_bits(view.cond, &whole, otherwise);
-        self.note_special(graph, &bits, otherwise);
+        self.note_special(graph, &bits, &int, otherwise);
         self.views.entry(bits.clone()).or_insert(View { cond: view.cond, int });
         bits
     }

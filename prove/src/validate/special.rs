@@ -20,6 +20,8 @@ const STEPS: u32 = 500;
 pub(super) struct Special {
     full: bool,
     minus_zero: bool,
+    /// How far from 0 it is at most, unless it is special.
+    most: f64,
 }
 
 fn magnitude(graph: &mut Graph, x: &[Lit]) -> Lit {
@@ -45,9 +47,16 @@ fn may_be(graph: &Graph, lit: Lit) -> bool {
 }
 
 impl Terms {
-    /// Notes that a double is an integer that is not -0, or another one.
-    pub(super) fn note_special(&mut self, graph: &mut Graph, bits: &[Lit], otherwise: &[Lit]) {
-        let special = self.special_of(graph, otherwise);
+    /// Notes that a double is an integer of some bits that is not -0, or another one.
+    pub(super) fn note_special(
+        &mut self,
+        graph: &mut Graph,
+        bits: &[Lit],
+        int: &[Lit],
+        otherwise: &[Lit],
+    ) {
+        let mut special = self.special_of(graph, otherwise);
+        special.most = special.most.max(2_f64.powi(int.len() as i32));
         self.special.insert(bits.to_vec(), special);
     }
 
@@ -57,7 +66,9 @@ impl Terms {
         }
         let (full, size) = (full(graph, x), magnitude(graph, x));
         let minus_zero = graph.and(sign(x), !size);
-        let special = Special { full: may_be(graph, full), minus_zero: may_be(graph, minus_zero) };
+        let most = number(x).map_or(f64::MAX, |x| f64::from_bits(x as u64).abs());
+        let special =
+            Special { full: may_be(graph, full), minus_zero: may_be(graph, minus_zero), most };
         self.special.insert(x.to_vec(), special);
         special
     }
@@ -139,12 +150,14 @@ impl Terms {
             BinaryOp::Fdiv => graph.and(are_finite, size_y),
             _ => are_finite,
         };
-        // Neither NaN nor, where the constant is small enough, an infinity.
-        let stays_finite = constant.is_some_and(|c| match op {
-            BinaryOp::Fmul => c <= 1.0,
-            BinaryOp::Fdiv => (1.0..f64::INFINITY).contains(&c),
-            _ => c < 1e290,
-        });
+        // Neither NaN nor, where the operands are small enough, an infinity.
+        let [a, b] = [x, y].map(|it| self.special_of(graph, it).most);
+        let most = match op {
+            BinaryOp::Fmul => a * b,
+            BinaryOp::Fdiv => constant.map_or(f64::INFINITY, |c| a / c),
+            _ => a + b,
+        };
+        let stays_finite = most.is_finite();
         // What is not finite stays so, but for a quotient by an infinity.
         let fills = match op {
             BinaryOp::Fdiv => full_x,
@@ -209,6 +222,10 @@ impl Terms {
         }
         if let Some(last) = bits.last_mut() {
             *last = new_sign;
+        }
+        if stays_finite {
+            let special = self.special_of(graph, &bits);
+            self.special.insert(bits.clone(), Special { most, ..special });
         }
         bits
     }
