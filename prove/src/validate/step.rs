@@ -25,6 +25,13 @@ impl Step<'_, '_, '_, '_> {
         } else {
             self.state.instruction(&mut self.context.builder, inst);
         }
+        let func = self.version.data;
+        if let Some(result) = func.result(inst).filter(|&it| func.ty(it) == Type::I1) {
+            let Context { builder, terms, .. } = &mut *self.context;
+            let bits = self.state.bits(result);
+            let bits = bits.into_iter().map(|bit| terms.truth(&builder.graph, bit)).collect();
+            self.state.set_result(inst, bits);
+        }
     }
 
     /// The result of an instruction that is followed in another way than in a scan.

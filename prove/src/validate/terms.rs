@@ -8,7 +8,10 @@ use plcc_abi::pmac::pure_functions;
 use plcc_ir::{BinaryOp, Type, UnaryOp, eval};
 use rustc_hash::FxHashMap;
 
-use crate::logic::{Graph, Lit};
+use crate::logic::{Graph, Lit, Node};
+
+/// How many literals a conjunction has at most that is found again in another order.
+const MOST_FACTORS: usize = 128;
 
 /// What is applied to operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,6 +100,8 @@ pub(super) struct Application {
 pub(super) struct Terms {
     pub(super) list: Vec<Application>,
     known: FxHashMap<(Function, Rc<[Lit]>), usize>,
+    /// Conjunctions by what they are made of.
+    conjunctions: FxHashMap<Vec<Lit>, Lit>,
     /// How many operands and results there are.
     pub(super) size: usize,
     /// Doubles of which it is known when they are integers, and which.
@@ -113,6 +118,28 @@ impl Terms {
     /// No functions yet; `exact` says that operations on doubles are computed bit by bit.
     pub(super) fn new(exact: bool) -> Self {
         Self { exact, ..Self::default() }
+    }
+
+    /// The literal that stands for a truth value: the first one that was a conjunction, or disjunction, of the same literals. So
+    /// conditions are the same in both versions where a pass has put them together in another order.
+    pub(super) fn truth(&mut self, graph: &Graph, lit: Lit) -> Lit {
+        let known = |this: &mut Self, lit: Lit| {
+            let (mut open, mut all) = (vec![lit], vec![]);
+            while let Some(lit) = open.pop() {
+                match graph.node(lit.node()) {
+                    _ if all.len() + open.len() > MOST_FACTORS => return None,
+                    Node::And(a, b) if !lit.is_complement() => open.extend([a, b]),
+                    _ => all.push(lit),
+                }
+            }
+            all.sort_unstable();
+            all.dedup();
+            Some(*this.conjunctions.entry(all).or_insert(lit))
+        };
+        match lit.is_complement() {
+            false => known(self, lit).unwrap_or(lit),
+            true => known(self, !lit).map_or(lit, |it| !it),
+        }
     }
 
     /// The result of a function, and the number of the application.

@@ -260,7 +260,6 @@ impl<'c, 'm> Version<'c, 'm> {
         exits: &mut Exits,
         mut go: impl FnMut(Block, Place, &mut Graph),
     ) {
-        let graph = &mut context.builder.graph;
         let cond = state.arrival.cond;
         let memory = &state.arrival.memory;
         let mut exit = |graph: &mut Graph, way: Way, cond: Lit, words: Vec<Lit>| {
@@ -273,8 +272,11 @@ impl<'c, 'm> Version<'c, 'm> {
             }
         };
         let mut to_block =
-            |graph: &mut Graph, taken: Lit, to: Block, args: &[Value], leaves: bool| {
+            |context: &mut Context<'_>, taken: Lit, to: Block, args: &[Value], leaves: bool| {
+                let Context { builder, terms, .. } = context;
+                let graph = &mut builder.graph;
                 let cond = graph.and(cond, taken);
+                let cond = terms.truth(graph, cond);
                 if cond == FALSE {
                     return;
                 }
@@ -295,41 +297,47 @@ impl<'c, 'm> Version<'c, 'm> {
             };
         let to_label = |label: Label| self.labels.get(&label).copied();
         match &self.data.block(block).terminator {
-            Some(Terminator::Jump(call)) => to_block(graph, TRUE, call.block, &call.args, false),
+            Some(Terminator::Jump(call)) => to_block(context, TRUE, call.block, &call.args, false),
             Some(Terminator::Brif { cond, then, otherwise }) => {
                 let bit = state.bits(*cond).first().copied().unwrap_or(FALSE);
-                to_block(graph, bit, then.block, &then.args, false);
-                to_block(graph, !bit, otherwise.block, &otherwise.args, false);
+                to_block(context, bit, then.block, &then.args, false);
+                to_block(context, !bit, otherwise.block, &otherwise.args, false);
             }
             Some(Terminator::Switch { arg, targets, default }) => {
                 let arg = state.bits(*arg);
                 for (which, &target) in targets.iter().enumerate() {
-                    let this = graph.number(arg.len(), which as i64);
-                    let taken = graph.equal(&arg, &this);
-                    to_block(graph, taken, target, &[], false);
+                    let this = context.builder.graph.number(arg.len(), which as i64);
+                    let taken = context.builder.graph.equal(&arg, &this);
+                    to_block(context, taken, target, &[], false);
                 }
-                let all = graph.number(arg.len(), targets.len() as i64);
-                let taken = !graph.less_unsigned(&arg, &all);
-                to_block(graph, taken, *default, &[], false);
+                let all = context.builder.graph.number(arg.len(), targets.len() as i64);
+                let taken = !context.builder.graph.less_unsigned(&arg, &all);
+                to_block(context, taken, *default, &[], false);
             }
             Some(Terminator::Goto(label)) => match to_label(*label) {
-                Some(to) => to_block(graph, TRUE, to, &[], true),
-                None => exit(graph, Way::Goto(*label), cond, vec![]),
+                Some(to) => to_block(context, TRUE, to, &[], true),
+                None => exit(&mut context.builder.graph, Way::Goto(*label), cond, vec![]),
             },
             Some(Terminator::GotoIndirect(value)) => {
                 let words = state.bits(*value);
                 let known = number(&words).and_then(|label| u32::try_from(label).ok());
                 match known.map(Label) {
                     Some(label) => match to_label(label) {
-                        Some(to) => to_block(graph, TRUE, to, &[], true),
-                        None => exit(graph, Way::Goto(label), cond, vec![]),
+                        Some(to) => to_block(context, TRUE, to, &[], true),
+                        None => exit(&mut context.builder.graph, Way::Goto(label), cond, vec![]),
                     },
-                    None => exit(graph, Way::GotoIndirect, cond, words),
+                    None => exit(&mut context.builder.graph, Way::GotoIndirect, cond, words),
                 }
             }
-            Some(Terminator::Suspend(label)) => exit(graph, Way::Suspend(*label), cond, vec![]),
-            Some(Terminator::Return) | None => exit(graph, Way::Return, cond, vec![]),
-            Some(Terminator::Trap(code)) => exit(graph, Way::Trap(*code), cond, vec![]),
+            Some(Terminator::Suspend(label)) => {
+                exit(&mut context.builder.graph, Way::Suspend(*label), cond, vec![])
+            }
+            Some(Terminator::Return) | None => {
+                exit(&mut context.builder.graph, Way::Return, cond, vec![])
+            }
+            Some(Terminator::Trap(code)) => {
+                exit(&mut context.builder.graph, Way::Trap(*code), cond, vec![])
+            }
             Some(Terminator::TrapAt { site, index }) => {
                 // Of the index 16 bits count, and none where the site has no array.
                 let site = state.bits(*site);
@@ -340,7 +348,7 @@ impl<'c, 'm> Version<'c, 'm> {
                     Some(site) if site.array.is_none() => words.extend([FALSE; 16]),
                     _ => words.extend(state.bits(*index).into_iter().take(16)),
                 }
-                exit(graph, Way::TrapAt, cond, words);
+                exit(&mut context.builder.graph, Way::TrapAt, cond, words);
             }
         }
     }
