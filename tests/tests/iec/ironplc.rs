@@ -156,7 +156,11 @@ fn reason(message: &str) -> String {
     let mut plain = parts.next().unwrap_or_default().to_owned();
     parts.for_each(|part| plain.push_str(part.split_once('m').map_or("", |(_, rest)| rest)));
     let line = |what: &str| plain.lines().find(|line| line.contains(what));
-    let Some(error) = line("error[") else { return plain };
+    let Some(error) = line("error[") else {
+        // The compiler itself may fail. The number of its thread is another one each time.
+        let panic = plain.split_once(" panicked at ").map(|(_, what)| what.lines().take(2));
+        return panic.map_or(plain.clone(), |what| what.collect::<Vec<_>>().join(" "));
+    };
     let found = line("^").unwrap_or_default().trim_start_matches(['│', '^', ' ']);
     let found = found.rsplit_once("Found").map_or(found, |(_, found)| found).trim();
     let found = found.replace(|c: char| c.is_ascii_digit(), "9").replace("99", "9");
