@@ -346,3 +346,71 @@ fn of_product(
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::terms::tests::value;
+
+    /// A remainder, and what a pass makes of it: both are right for each dividend, and the same literals.
+    #[test]
+    fn remainders_are_those_of_the_products_that_take_their_place() {
+        // By which number, and the factor, what is added, and the shift of the quotient rounded down.
+        for (by, factor, plus, shift) in
+            [(3, 2_863_311_531, 1_431_655_765, 33), (5, 3_435_973_837, 858_993_459, 34)]
+        {
+            for added in [0, 1, -7] {
+                let mut graph = Graph::default();
+                let mut terms = Terms::new(false);
+                let input = graph.inputs(9);
+                let x = graph.resize_signed(&input, 64);
+                let mut apply = |op, x: &[Lit], y: i64| {
+                    let y = graph.number(64, y);
+                    binary(&mut graph, &mut terms, op, x, &y).unwrap()
+                };
+                let x = apply(BinaryOp::Add, &x, added);
+                let rest = apply(BinaryOp::Smod, &x, by);
+                let product = apply(BinaryOp::Mul, &x, factor);
+                let sum = apply(BinaryOp::Add, &product, plus);
+                let quotient = apply(BinaryOp::Ashr, &sum, shift);
+                let back = apply(BinaryOp::Mul, &quotient, by);
+                let other = binary(&mut graph, &mut terms, BinaryOp::Sub, &x, &back).unwrap();
+                assert_eq!(rest, other, "by {by} of x + {added}");
+                for number in -256..256_i64 {
+                    let inputs: [(&[Lit], u64); 1] = [(&input, number as u64)];
+                    let of = |lits: &[Lit]| value(&graph, &terms, &inputs, lits) as i64;
+                    let expected = number + added;
+                    assert_eq!(of(&quotient), expected.div_euclid(by), "{expected} by {by}");
+                    assert_eq!(of(&rest), expected.rem_euclid(by), "{expected} by {by}");
+                }
+            }
+        }
+    }
+
+    /// A sum that does not fit wraps, and nothing is known of its range then.
+    #[test]
+    fn sums_of_few_bits_are_those_of_all() {
+        for op in [BinaryOp::Add, BinaryOp::Sub] {
+            for widths in [(3, 5), (8, 8), (5, 1)] {
+                let mut graph = Graph::default();
+                let mut terms = Terms::new(false);
+                let (p, q) = (graph.inputs(widths.0), graph.inputs(widths.1));
+                let [x, y] = [&p, &q].map(|it| graph.resize_signed(it, 8));
+                let sum = binary(&mut graph, &mut terms, op, &x, &y).unwrap();
+                let range = terms.known_integers.range_of(&trimmed(&sum));
+                for a in 0..1 << widths.0 {
+                    for b in 0..1 << widths.1 {
+                        let inputs: [(&[Lit], u64); 2] = [(&p, a), (&q, b)];
+                        let of = |lits: &[Lit]| value(&graph, &terms, &inputs, lits) as u8 as i8;
+                        let expected = match op {
+                            BinaryOp::Add => of(&x).wrapping_add(of(&y)),
+                            _ => of(&x).wrapping_sub(of(&y)),
+                        };
+                        assert_eq!(of(&sum), expected);
+                        assert!((range.0..=range.1).contains(&expected.into()), "{range:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -95,8 +95,10 @@ impl Terms {
         if !special.full {
             return x.to_vec();
         }
+        // An infinity becomes the largest number.
         let finite = graph.finite(x);
-        self.special.insert(finite.clone(), Special { full: false, ..special });
+        let special = Special { full: false, most: f64::MAX, ..special };
+        self.special.insert(finite.clone(), special);
         finite
     }
 
@@ -233,4 +235,95 @@ impl Terms {
 
 fn full(graph: &mut Graph, x: &[Lit]) -> Lit {
     graph.all(x.iter().copied().skip(52).take(11))
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_ir::{Type, UnaryOp, eval};
+
+    use super::*;
+    use crate::validate::terms::tests::value;
+
+    const NUMBERS: [f64; 16] = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        -3.25,
+        7.0,
+        5e-324,
+        -5e-324,
+        2e-308,
+        1e300,
+        f64::MAX,
+        -f64::MAX,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+
+    /// Also of what is not finite, and where the operands were made finite or not.
+    #[test]
+    fn what_is_known_of_results_leaves_each_result_as_it_is() {
+        for op in [BinaryOp::Fadd, BinaryOp::Fsub, BinaryOp::Fmul, BinaryOp::Fdiv] {
+            for finite in [[false, false], [false, true], [true, true]] {
+                let mut graph = Graph::default();
+                let mut terms = Terms::new(false);
+                let [x, y] = [0, 1].map(|_| graph.inputs(64));
+                let [zero, half] = [0.0_f64, 0.5].map(|it| graph.number(64, it.to_bits() as i64));
+                // Halves, so that their sum is known to be finite where they are.
+                let mut halved = |x: &[Lit], finite: bool| {
+                    let half = terms.binary(&mut graph, BinaryOp::Fmul, x, &half);
+                    if finite { terms.made_finite(&mut graph, &half) } else { half }
+                };
+                let (a, b) = (halved(&x, finite[0]), halved(&y, finite[1]));
+                let result = terms.binary(&mut graph, op, &a, &b);
+                let result = terms.made_finite(&mut graph, &result);
+                let result = terms.binary(&mut graph, BinaryOp::Fadd, &result, &zero);
+                for p in NUMBERS {
+                    for q in NUMBERS {
+                        let run = |op, a: f64, b: f64| {
+                            let [a, b] = [a, b].map(|it| it.to_bits() as i64);
+                            f64::from_bits(eval::binary(op, Type::F64, a, b) as u64)
+                        };
+                        let made_finite = |x: f64| {
+                            let bits = x.to_bits() as i64;
+                            f64::from_bits(eval::unary(UnaryOp::Ffinite, Type::F64, bits) as u64)
+                        };
+                        let halved = |x: f64, finite: bool| {
+                            let half = run(BinaryOp::Fmul, x, 0.5);
+                            if finite { made_finite(half) } else { half }
+                        };
+                        let expected = run(op, halved(p, finite[0]), halved(q, finite[1]));
+                        let expected = run(BinaryOp::Fadd, made_finite(expected), 0.0);
+                        let inputs: [(&[Lit], u64); 2] = [(&x, p.to_bits()), (&y, q.to_bits())];
+                        let found = f64::from_bits(value(&graph, &terms, &inputs, &result));
+                        assert_eq!(
+                            found.to_bits(),
+                            expected.to_bits(),
+                            "{op:?} {p} {q} {finite:?}: {found}, not {expected}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// What passes rely on: a sum with an integer needs nothing to be finite, and is not -0 where both operands are not.
+    #[test]
+    fn sums_that_are_known_to_be_finite_stay_as_they_are() {
+        let mut graph = Graph::default();
+        let mut terms = Terms::new(false);
+        let raw = graph.inputs(64);
+        let x = super::super::universe::finite(&mut graph, &raw, false);
+        let int = graph.inputs(24);
+        let int = terms.of_int(&mut graph, &int);
+        let sum = terms.binary(&mut graph, BinaryOp::Fadd, &x, &int);
+        assert_eq!(terms.made_finite(&mut graph, &sum), sum);
+        let zero = graph.number(64, 0);
+        assert_eq!(terms.binary(&mut graph, BinaryOp::Fadd, &sum, &zero), sum);
+        let product = terms.binary(&mut graph, BinaryOp::Fmul, &x, &int);
+        assert_ne!(terms.made_finite(&mut graph, &product), product);
+    }
 }

@@ -164,3 +164,61 @@ impl Terms {
         (results, number)
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// The number that some bits are where inputs have values, and functions what they give for their operands.
+    pub(in crate::validate) fn value(
+        graph: &Graph,
+        terms: &Terms,
+        inputs: &[(&[Lit], u64)],
+        lits: &[Lit],
+    ) -> u64 {
+        let mut values = vec![false; graph.len()];
+        let get = |values: &[bool], lit: Lit| values[lit.node() as usize] != lit.is_complement();
+        let number = |values: &[bool], lits: &[Lit]| {
+            let bits = lits.iter().enumerate();
+            bits.fold(0_u64, |all, (at, &lit)| all | u64::from(get(values, lit)) << at)
+        };
+        for (lits, number) in inputs {
+            for (at, lit) in lits.iter().enumerate() {
+                values[lit.node() as usize] = number >> at & 1 == 1;
+            }
+        }
+        let mut next = terms.list.iter().peekable();
+        for node in 0..graph.len() as u32 {
+            if let Some(it) = next.next_if(|it| it.results[0].node() == node) {
+                let mut rest = it.operands.as_ref();
+                let operands = it.function.widths().into_iter().map(|width| {
+                    let (own, others) = rest.split_at(width);
+                    rest = others;
+                    number(&values, own)
+                });
+                let result = it.function.value(&operands.collect::<Vec<_>>()).unwrap();
+                for (at, lit) in it.results.iter().enumerate() {
+                    values[lit.node() as usize] = result >> at & 1 == 1;
+                }
+            }
+            if let Node::And(a, b) = graph.node(node) {
+                values[node as usize] = get(&values, a) && get(&values, b);
+            }
+        }
+        number(&values, lits)
+    }
+
+    #[test]
+    fn a_conjunction_in_another_order_is_the_same_truth_value() {
+        let mut graph = Graph::default();
+        let mut terms = Terms::new(false);
+        let [a, b, c] = [0, 1, 2].map(|_| graph.input());
+        let (ab, bc) = (graph.and(a, !b), graph.and(!b, c));
+        let (one, other) = (graph.and(ab, c), graph.and(a, bc));
+        assert_ne!(one, other);
+        let [one, other, not] = [one, other, !other].map(|it| terms.truth(&graph, it));
+        assert_eq!((one, other, not), (one, one, !one));
+        assert_ne!(terms.truth(&graph, ab), one);
+        assert_eq!([a, !a].map(|it| terms.truth(&graph, it)), [a, !a]);
+    }
+}
