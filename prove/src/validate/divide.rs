@@ -25,16 +25,16 @@ pub(super) struct Quotient {
     by: i64,
 }
 
-/// Products and quotients by their bits; those of quotients in their shortest form.
+/// What is known of integers: products and quotients by their bits, those of quotients in their shortest form.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct Integers {
     products: FxHashMap<Vec<Lit>, Product>,
     quotients: FxHashMap<Vec<Lit>, Quotient>,
     /// The least and the greatest number that a sum may be, by its shortest form.
     ranges: FxHashMap<Vec<Lit>, (i128, i128)>,
 }
 
-impl Known {
+impl Integers {
     /// The least and the greatest number that some bits, in their shortest form, may be.
     fn range_of(&self, bits: &[Lit]) -> (i128, i128) {
         if let Some(&known) = self.ranges.get(bits) {
@@ -111,7 +111,7 @@ fn rounded_down(graph: &mut Graph, terms: &mut Terms, a: &[Lit], by: i64) -> Vec
     narrow.truncate((a.len() + 1).saturating_sub(by.ilog2() as usize).max(2));
     let quotient = graph.resize_signed(&narrow, quotient.len());
     let known = Quotient { of: trimmed(a), by };
-    terms.known_integers.quotients.insert(trimmed(&quotient), known);
+    terms.integers.quotients.insert(trimmed(&quotient), known);
     quotient
 }
 
@@ -193,7 +193,7 @@ pub(super) fn binary(
         BinaryOp::Mul => {
             let product = graph.multiply(x, y);
             let of = trimmed(x);
-            terms.known_integers.products.entry(product.clone()).or_insert(Product {
+            terms.integers.products.entry(product.clone()).or_insert(Product {
                 of,
                 factor: constant,
                 plus: 0,
@@ -204,13 +204,13 @@ pub(super) fn binary(
             let of = trimmed(x);
             let factor = i128::from(constant as u64);
             let by = divisor(64, factor)?;
-            let range = terms.known_integers.range_of(&of);
+            let range = terms.integers.range_of(&of);
             rounds_down(range, factor, 0, 64, by).then_some(())?;
             let quotient = rounded_down(graph, terms, &of, by);
             sized(graph, quotient)
         }
         BinaryOp::Ashr | BinaryOp::Lshr => {
-            let product = terms.known_integers.products.get(x)?.clone();
+            let product = terms.integers.products.get(x)?.clone();
             let shift =
                 u32::try_from(constant).ok().filter(|&it| it > 0 && (it as usize) < width)?;
             let quotient = of_product(graph, terms, op, width as u32, &product, shift)?;
@@ -243,7 +243,7 @@ pub(super) fn binary(
 fn sum(graph: &mut Graph, terms: &mut Terms, op: BinaryOp, x: &[Lit], y: &[Lit]) -> Vec<Lit> {
     let (a, b) = (trimmed(x), trimmed(y));
     let width = (a.len().max(b.len()) + 1).min(x.len());
-    let known = &terms.known_integers;
+    let known = &terms.integers;
     let (of_a, of_b) = (known.range_of(&a), known.range_of(&b));
     let range = match op {
         BinaryOp::Sub => (of_a.0 - of_b.1, of_a.1 - of_b.0),
@@ -257,7 +257,7 @@ fn sum(graph: &mut Graph, terms: &mut Terms, op: BinaryOp, x: &[Lit], y: &[Lit])
         _ => graph.add(&a, &b),
     };
     let sum = graph.resize_signed(&sum, x.len());
-    let known = &mut terms.known_integers;
+    let known = &mut terms.integers;
     if fits {
         known.ranges.insert(trimmed(&sum), range);
     }
@@ -321,7 +321,7 @@ fn of_product(
     product: &Product,
     shift: u32,
 ) -> Option<Vec<Lit>> {
-    let range = terms.known_integers.range_of(&product.of);
+    let range = terms.integers.range_of(&product.of);
     let mask = (1_i128 << width) - 1;
     let (factor, plus, most) = match op {
         BinaryOp::Lshr if range.0 >= 0 => {
@@ -397,7 +397,7 @@ mod tests {
                 let (p, q) = (graph.inputs(widths.0), graph.inputs(widths.1));
                 let [x, y] = [&p, &q].map(|it| graph.resize_signed(it, 8));
                 let sum = binary(&mut graph, &mut terms, op, &x, &y).unwrap();
-                let range = terms.known_integers.range_of(&trimmed(&sum));
+                let range = terms.integers.range_of(&trimmed(&sum));
                 for a in 0..1 << widths.0 {
                     for b in 0..1 << widths.1 {
                         let inputs: [(&[Lit], u64); 2] = [(&p, a), (&q, b)];

@@ -24,7 +24,7 @@ pub(super) struct View {
 }
 
 /// What a function gives.
-enum Known {
+enum Outcome {
     /// The double of an integer.
     Integer(Vec<Lit>),
     Bits(Vec<Lit>),
@@ -263,8 +263,8 @@ impl Terms {
                 return graph.number(width, value as i64);
             }
         }
-        let known = self.known(graph, function, args, width);
-        let otherwise = !known.as_ref().map_or(FALSE, |(cond, _)| *cond);
+        let outcome = self.outcome(graph, function, args, width);
+        let otherwise = !outcome.as_ref().map_or(FALSE, |(cond, _)| *cond);
         let operands = masked(graph, otherwise, &args.concat());
         let raw = self.apply(graph, Function::Pure(function), operands, width).0;
         let general = match function.double_range() {
@@ -272,21 +272,21 @@ impl Terms {
             DoubleRange::Finite => finite(graph, &raw, false),
             DoubleRange::FiniteOrMinusZero => finite(graph, &raw, true),
         };
-        match known {
-            Some((cond, Known::Integer(int))) => self.double(graph, View { cond, int }, &general),
-            Some((cond, Known::Bits(bits))) => graph.choose_bits(cond, &bits, &general),
+        match outcome {
+            Some((cond, Outcome::Integer(int))) => self.double(graph, View { cond, int }, &general),
+            Some((cond, Outcome::Bits(bits))) => graph.choose_bits(cond, &bits, &general),
             None => general,
         }
     }
 
     /// What a function gives on a condition.
-    fn known(
+    fn outcome(
         &mut self,
         graph: &mut Graph,
         function: HostFn,
         args: &[Vec<Lit>],
         width: usize,
-    ) -> Option<(Lit, Known)> {
+    ) -> Option<(Lit, Outcome)> {
         let views: Vec<View> = args.iter().map(|arg| self.view_of(graph, arg)).collect();
         let form = function.integer_form();
         match (form, views.as_slice()) {
@@ -302,12 +302,12 @@ impl Terms {
                     _ => graph.xor(p, q),
                 });
                 let int = bits.collect();
-                Some((graph.and(a.cond, b.cond), Known::Integer(int)))
+                Some((graph.and(a.cond, b.cond), Outcome::Integer(int)))
             }
             (Some(IntegerForm::Bits), [a]) => {
                 let exact = graph.bits_of_float(args.first().map_or(&[], Vec::as_slice));
                 let int = graph.resize_signed(&a.int, width);
-                Some((TRUE, Known::Bits(graph.choose_bits(a.cond, &int, &exact))))
+                Some((TRUE, Outcome::Bits(graph.choose_bits(a.cond, &int, &exact))))
             }
             (Some(IntegerForm::Modulo), [a, b]) => {
                 // The remainder by a number above 0 is that of the quotient rounded down.
@@ -318,18 +318,18 @@ impl Terms {
                 let is_positive = graph.is_not_zero(&q);
                 let cond = graph.all([a.cond, b.cond, is_positive, !last(&q)]);
                 (cond != FALSE)
-                    .then(|| (cond, Known::Integer(super::divide::modulo(graph, self, &p, &q))))
+                    .then(|| (cond, Outcome::Integer(super::divide::modulo(graph, self, &p, &q))))
             }
             (Some(IntegerForm::Range), [a, b, c]) => {
                 let width = a.int.len().max(b.int.len()).max(c.int.len());
                 let [p, q, r] = [a, b, c].map(|it| graph.resize_signed(&it.int, width));
                 let (below, above) = (graph.less_signed(&p, &q), graph.less_signed(&r, &p));
                 let cond = graph.all([a.cond, b.cond, c.cond, !below, !above]);
-                Some((cond, Known::Integer(p)))
+                Some((cond, Outcome::Integer(p)))
             }
             _ => {
                 let (result, cond) = functions::pure(graph, function, args)?;
-                (cond != FALSE).then_some((cond, Known::Bits(result)))
+                (cond != FALSE).then_some((cond, Outcome::Bits(result)))
             }
         }
     }

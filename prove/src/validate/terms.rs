@@ -109,7 +109,7 @@ pub(super) struct Terms {
     /// What doubles may be besides finite numbers that are not -0.
     pub(super) special: FxHashMap<Vec<Lit>, super::special::Special>,
     /// Integers that are products with constants, or quotients by them.
-    pub(super) known_integers: super::divide::Known,
+    pub(super) integers: super::divide::Integers,
     /// Whether operations on doubles are computed bit by bit.
     pub(super) exact: bool,
 }

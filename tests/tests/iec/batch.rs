@@ -39,7 +39,7 @@ fn compilers() -> Compilers {
         folder
     };
     let mut told = vec![];
-    if let Some(folder) = folder("PLCC_MATIEC", "matiec (scripts/full iec builds one)") {
+    if let Some(folder) = folder("PLCC_MATIEC", "matiec") {
         told.push(Compiler { name: "matiec", folder, compile: matiec::compile });
     }
     if let Some(folder) = folder("PLCC_STRUCPP", "STruC++") {
