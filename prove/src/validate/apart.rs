@@ -26,37 +26,38 @@ impl Version<'_, '_> {
         if places.len() <= MOST && self.only_moves(block) {
             return places;
         }
-        let is_tested = places.len() > 1 && self.test_after(block).is_some();
-        let (decided, open) = places
-            .into_iter()
-            .partition(|place| is_tested && self.decides(context, block, place.clone()));
-        let (mut all, open): (Vec<Place>, Vec<Place>) = (decided, open);
-        all.extend(joined(&mut context.builder.graph, open));
-        all
+        let row = if places.len() > 1 { self.row_to_test(block) } else { vec![] };
+        let decides = |place: &Place| self.decides(context, &row, place.clone());
+        let (mut apart, open): (Vec<Place>, Vec<Place>) = places.into_iter().partition(decides);
+        apart.extend(joined(&mut context.builder.graph, open));
+        apart
     }
 
-    /// The block that ends with the next test, if nothing happens before in the order of the program, and all blocks up to it.
-    fn test_after(&self, mut block: Block) -> Option<Vec<Block>> {
+    /// The blocks from one on to the next test; none where something happens before it in the order of the program.
+    fn row_to_test(&self, mut block: Block) -> Vec<Block> {
         let mut row = vec![];
         while row.len() < MOST {
             let data = self.data.block(block);
             if data.insts.iter().any(|&inst| self.is_event(inst)) {
-                return None;
+                break;
             }
             row.push(block);
             match &data.terminator {
-                Some(Terminator::Brif { .. }) => return Some(row),
+                Some(Terminator::Brif { .. }) => return row,
                 Some(Terminator::Jump(call)) if !self.is_cut(call.block) => block = call.block,
-                _ => return None,
+                _ => break,
             }
         }
-        None
+        vec![]
     }
 
-    /// Whether a way that comes to a block decides the next test.
-    fn decides(&self, context: &mut Context<'_>, block: Block, place: Place) -> bool {
+    /// Whether a way that comes to the first block of a row decides the test at its end.
+    fn decides(&self, context: &mut Context<'_>, row: &[Block], place: Place) -> bool {
         let Place { mut arrival, mut history, mut local } = place;
-        for block in self.test_after(block).unwrap_or_default() {
+        for &block in row {
+            if context.deadline.is_over() {
+                return false;
+            }
             let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
                 return false;
             };
