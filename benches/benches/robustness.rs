@@ -87,7 +87,7 @@ fn parent(folder: &Path, wanted: &[String]) -> Result<bool, std::io::Error> {
     Ok(good)
 }
 
-/// Does one thing with one input and prints what it took. Gives whether it was within the bound.
+/// Does one thing with one input and prints what it took. Says whether it was within the bound.
 fn measure(
     bound: &Bound,
     dialect: Dialect,

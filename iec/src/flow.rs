@@ -99,7 +99,7 @@ impl<'a> Flow<'a> {
         self.leaders.iter().any(|&item| item > 0)
     }
 
-    /// Finds the branches that are IFs. Gives whether there are more blocks now, because of branches that are not.
+    /// Finds the branches that are IFs. Says whether there are more blocks now, because of branches that are not.
     fn find_ends(&mut self) -> bool {
         let before = self.leaders.len();
         // The ends of the IFs around an item, and where their ELSE begins.

@@ -168,7 +168,7 @@ impl NativeEngine {
         self.later_code.is_some()
     }
 
-    /// Makes the code of the labels that have none, if it was not made or tried before. Gives whether the label has
+    /// Makes the code of the labels that have none, if it was not made or tried before. Says whether the label has
     /// code then.
     fn make_later_code(&mut self, label: u32) -> bool {
         if let Some(Ok((code, memory))) = self.maker.take().map(LaterCode::make)

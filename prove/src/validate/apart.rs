@@ -7,7 +7,6 @@
 use plcc_ir::{Block, Inst, InstData, Terminator};
 
 use super::join::joined;
-use super::step::Step;
 use super::walk::{Context, Place, Version};
 use crate::logic::FALSE;
 use crate::scan::instruction::State;
@@ -55,22 +54,12 @@ impl Version<'_, '_> {
     fn decides(&self, context: &mut Context<'_>, row: &[Block], place: Place) -> bool {
         let Place { mut arrival, mut history, mut local } = place;
         for &block in row {
-            if context.deadline.is_over() {
-                return false;
-            }
             let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
                 return false;
             };
-            for &inst in &self.data.block(block).insts {
-                let mut step = Step {
-                    context: &mut *context,
-                    version: self,
-                    state: &mut state,
-                    history: &mut history,
-                    local: &mut local,
-                    happenings: &mut vec![],
-                };
-                step.instruction(inst);
+            let rest = (&mut history, &mut local, &mut vec![]);
+            if self.execute(context, block, &mut state, rest).is_err() {
+                return false;
             }
             match &self.data.block(block).terminator {
                 Some(Terminator::Brif { cond, .. }) => {

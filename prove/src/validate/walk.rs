@@ -186,18 +186,8 @@ impl<'c, 'm> Version<'c, 'm> {
                     let Some(mut state) = State::of_function(self.code, self.func, arrival) else {
                         continue;
                     };
-                    for &inst in &self.data.block(block).insts {
-                        self.within_limits(context, block)?;
-                        let mut step = Step {
-                            context: &mut *context,
-                            version: self,
-                            state: &mut state,
-                            history: &mut history,
-                            local: &mut local,
-                            happenings: &mut happenings,
-                        };
-                        step.instruction(inst);
-                    }
+                    let rest = (&mut history, &mut local, &mut happenings);
+                    self.execute(context, block, &mut state, rest)?;
                     self.leave(
                         context,
                         &state,
@@ -228,6 +218,25 @@ impl<'c, 'm> Version<'c, 'm> {
             Some(Exit { way, cond: arrival.cond, memory: arrival.memory, history, words })
         };
         Ok((exits.into_iter().filter_map(exit).collect(), happenings))
+    }
+
+    /// Executes the instructions of a block; `rest` is what happened before, the local bits and all that happens.
+    ///
+    /// # Errors
+    /// Where the function takes more than is looked at.
+    pub(super) fn execute(
+        &self,
+        context: &mut Context<'_>,
+        block: Block,
+        state: &mut State<'c, 'm>,
+        (history, local, happenings): (&mut Lit, &mut Memory, &mut Vec<Happening>),
+    ) -> Result<(), Reason> {
+        for &inst in &self.data.block(block).insts {
+            self.within_limits(context, block)?;
+            let mut step = Step { context, version: self, state, history, local, happenings };
+            step.instruction(inst);
+        }
+        Ok(())
     }
 
     fn within_limits(&self, context: &Context<'_>, block: Block) -> Result<(), Reason> {
